@@ -1,0 +1,41 @@
+"""femprep: from a segmented cardiac image to a finite element mesh a solver accepts."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+#: Where each public name lives. Modules load on first use, so that ``import femprep`` stays fast.
+_HOMES = {
+    "FemprepError": "femprep.errors",
+    "InputError": "femprep.errors",
+    "OptionError": "femprep.errors",
+    "FileError": "femprep.errors",
+    "ResourceError": "femprep.errors",
+    "StageError": "femprep.errors",
+    "QualityError": "femprep.errors",
+    "Plane": "femprep.model",
+    "Surface": "femprep.model",
+    "Wall": "femprep.model",
+    "VolumeMesh": "femprep.model",
+    "FACET_TAGS": "femprep.model",
+    "REGION_TAGS": "femprep.model",
+    "Options": "femprep.options",
+}
+
+__all__ = ["__version__", *_HOMES]
+
+if TYPE_CHECKING:
+    from femprep.errors import FemprepError as FemprepError
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    raise AttributeError(f"module 'femprep' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

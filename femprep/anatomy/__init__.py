@@ -1,0 +1,1 @@
+"""Axes, ventricular coordinates, AHA segments, fibres."""

@@ -1,0 +1,184 @@
+"""The element types: node order, faces, edges. Names are meshio's; the order is VTK's and Abaqus'.
+
+An element is positive when its Jacobian is: the nodes 0-1-2(-3) of its first face run counter-clockwise seen from the
+opposite nodes. Faces are listed in Abaqus' order (S1, S2, ...) and wound outward.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+IntArray = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class ElementType:
+    """One element type.
+
+    Attributes
+    ----------
+    name : str
+        meshio's name.
+    corners, nodes : int
+        Numbers of corner nodes and of all nodes.
+    edges : tuple of pairs
+        Corner nodes of each edge; a quadratic element carries its mid-side nodes in this order after the corners.
+    faces : tuple of tuples
+        Corner nodes of each face, outward, in Abaqus' order.
+    """
+
+    name: str
+    corners: int
+    nodes: int
+    edges: tuple[tuple[int, int], ...]
+    faces: tuple[tuple[int, ...], ...]
+
+    @property
+    def quadratic(self) -> bool:
+        """Whether it has mid-side nodes."""
+        return self.nodes > self.corners
+
+    def face_nodes(self, face: int) -> tuple[int, ...]:
+        """All nodes of a face: its corners, then the mid-side nodes of its edges in turn."""
+        corner = self.faces[face]
+        if not self.quadratic:
+            return corner
+        middle = {frozenset(edge): self.corners + i for i, edge in enumerate(self.edges)}
+        ring = zip(corner, corner[1:] + corner[:1])
+        return corner + tuple(middle[frozenset(pair)] for pair in ring)
+
+
+_TET_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+_TET_FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
+_WEDGE_EDGES = ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5))
+_WEDGE_FACES = ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
+_HEX_EDGES = (
+    *((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6)),
+    *((6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
+)
+_HEX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+
+#: Volume elements by name.
+ELEMENTS: Final[Mapping[str, ElementType]] = MappingProxyType(
+    {
+        element.name: element
+        for element in (
+            ElementType("tetra", 4, 4, _TET_EDGES, _TET_FACES),
+            ElementType("tetra10", 4, 10, _TET_EDGES, _TET_FACES),
+            ElementType("wedge", 6, 6, _WEDGE_EDGES, _WEDGE_FACES),
+            ElementType("wedge15", 6, 15, _WEDGE_EDGES, _WEDGE_FACES),
+            ElementType("hexahedron", 8, 8, _HEX_EDGES, _HEX_FACES),
+            ElementType("hexahedron20", 8, 20, _HEX_EDGES, _HEX_FACES),
+        )
+    }
+)
+
+#: Facet type by its number of nodes.
+FACET_TYPES: Final[Mapping[int, str]] = MappingProxyType({3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"})
+
+#: Number of corner nodes of a facet type.
+FACET_CORNERS: Final[Mapping[str, int]] = MappingProxyType({"triangle": 3, "quad": 4, "triangle6": 3, "quad8": 4})
+
+
+@dataclass(frozen=True)
+class ElementFaces:
+    """The faces of all elements of one facet type.
+
+    Attributes
+    ----------
+    nodes : (f, q) array
+        All nodes of each face, outward from its element.
+    element : (f,) array
+        Number of the element, over all blocks in their order.
+    face : (f,) array
+        Which face of that element it is, from 0, in Abaqus' order.
+    """
+
+    nodes: IntArray
+    element: IntArray
+    face: IntArray
+
+
+def element_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
+    """List every face of every element, by facet type; interior faces come twice, once from each side."""
+    found: dict[str, list[tuple[IntArray, IntArray, IntArray]]] = {}
+    first = 0
+    for name, block in cells.items():
+        kind = ELEMENTS[name]
+        numbers = np.arange(first, first + len(block), dtype=np.int64)
+        for face in range(len(kind.faces)):
+            nodes = block[:, kind.face_nodes(face)]
+            found.setdefault(FACET_TYPES[nodes.shape[1]], []).append(
+                (nodes, numbers, np.full(len(block), face, dtype=np.int64))
+            )
+        first += len(block)
+    return {
+        kind_name: ElementFaces(*(np.concatenate([part[i] for part in parts]) for i in range(3)))
+        for kind_name, parts in found.items()
+    }
+
+
+def boundary_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
+    """The faces that belong to one element only, by facet type."""
+    out = {}
+    for kind, faces in element_faces(cells).items():
+        key = np.sort(faces.nodes[:, : FACET_CORNERS[kind]], axis=1)
+        _, inverse, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
+        single = count[inverse.ravel()] == 1
+        out[kind] = ElementFaces(faces.nodes[single], faces.element[single], faces.face[single])
+    return out
+
+
+def match_facets(cells: Mapping[str, IntArray], facets: Mapping[str, IntArray]) -> tuple[IntArray, IntArray]:
+    """Find the element, and which of its faces, each facet lies on.
+
+    Parameters
+    ----------
+    cells, facets : mapping of str to array
+        Blocks of elements and of facets, as in ``VolumeMesh``.
+
+    Returns
+    -------
+    element, face : (n_facets,) arrays
+        Element number over all blocks and face number from 0; -1 for a facet that no element has. An interface facet
+        gets the element on whose outside its winding is, where the windings tell, else the first.
+    """
+    faces = element_faces(cells)
+    elements, numbers = [], []
+    for kind, nodes in facets.items():
+        element = np.full(len(nodes), -1, dtype=np.int64)
+        number = np.full(len(nodes), -1, dtype=np.int64)
+        if kind in faces:
+            corners = FACET_CORNERS[kind]
+            wanted, have = nodes[:, :corners], faces[kind].nodes[:, :corners]
+            row = _first_row(_ring(have), _ring(wanted))
+            row = np.where(row < 0, _first_row(np.sort(have, axis=1), np.sort(wanted, axis=1)), row)
+            element[row >= 0] = faces[kind].element[row[row >= 0]]
+            number[row >= 0] = faces[kind].face[row[row >= 0]]
+        elements.append(element)
+        numbers.append(number)
+    if not elements:
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
+    return np.concatenate(elements), np.concatenate(numbers)
+
+
+def _ring(nodes: IntArray) -> IntArray:
+    """Each row turned so that its smallest number comes first: equal for equal rings of the same sense."""
+    count = nodes.shape[1]
+    turn = (np.argmin(nodes, axis=1)[:, None] + np.arange(count)) % count
+    return np.take_along_axis(nodes, turn, axis=1)
+
+
+def _first_row(have: IntArray, wanted: IntArray) -> IntArray:
+    """For each wanted row, the first row of ``have`` that equals it, or -1."""
+    _, inverse = np.unique(np.concatenate([have, wanted]), axis=0, return_inverse=True)
+    inverse = inverse.ravel()
+    first = np.full(len(have) + len(wanted), -1, dtype=np.int64)
+    first[inverse[: len(have)][::-1]] = np.arange(len(have))[::-1]
+    return np.asarray(first[inverse[len(have) :]], dtype=np.int64)

@@ -1,0 +1,1 @@
+"""The paper's field: charges and images, sources, potential, stopping spline, flow."""

@@ -1,0 +1,1 @@
+"""Label maps in: read, choose structures, repair with a report, boundary points."""

@@ -1,0 +1,123 @@
+"""Every option and default of every stage, once. Schemas, command line and Python calls are all made from here.
+
+A stage takes ``options=None, **changes``: :func:`choose` merges the changes into the stage's defaults and turns what
+pydantic finds wrong into one line.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Self, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from femprep.errors import OptionError
+
+#: Structures of known data sets: label numbers by structure name.
+PRESETS: dict[str, dict[str, tuple[int, ...]]] = {
+    "acdc": {"rv": (1,), "myo": (2,), "lv": (3,)},
+}
+
+Policy = Literal["repair", "strict"]
+
+
+class StageOptions(BaseModel):
+    """Base of all option groups: frozen, no unknown names, no NaN."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
+
+
+class ImageOptions(StageOptions):
+    """Reading a label map and choosing its structures."""
+
+    policy: Policy = Field("repair", description="What to do with pieces, voids and holes: mend and report, or refuse.")
+    spacing: tuple[float, float, float] | None = Field(
+        None, description="Voxel sizes in mm that replace the file's, for a file that carries none."
+    )
+    minimum_voxels: int = Field(8, ge=1, description="Smallest number of voxels an object may have.")
+
+
+class SurfaceOptions(StageOptions):
+    """Fitting a closed template surface to an object."""
+
+    method: Literal["paper"] = Field("paper", description="Which method fits the surface.")
+    vertices: int = Field(1500, ge=12, le=20000, description="Number of vertices V of the template sphere.")
+    singularities: int | None = Field(
+        None, ge=4, description="Number of singularities M; from the object where not given."
+    )
+    control_points: int | None = Field(
+        None, ge=4, description="Number of spline control points K; from the object where not given."
+    )
+    spline_order: int = Field(4, ge=2, le=10, description="Order m of Wahba's spline.")
+    steps: int = Field(40, ge=4, le=1000, description="Runge-Kutta steps from sphere to surface.")
+    memory_limit: float = Field(4.0, gt=0, description="Largest memory a solve may need, GB.")
+
+
+class WallOptions(StageOptions):
+    """Clipping the surfaces and joining them to a wall."""
+
+    policy: Policy = Field(
+        "repair", description="What to do with a wall that is too thin: push apart and report, or refuse."
+    )
+    basal_end: Literal["auto", "first", "last"] = Field(
+        "auto", description="Which end of the stack is basal: found, or the first or last slice."
+    )
+    base_offset: float = Field(
+        0.0, description="Move the base plane from where the labels put it, mm, positive towards the apex."
+    )
+    apex: Literal["closed", "clipped"] = Field(
+        "closed", description="Whether the wall is closed at the apex or cut there by a plane."
+    )
+    minimum_thickness: float = Field(1.0, ge=0, description="Least wall thickness, mm.")
+
+
+class VolumeOptions(StageOptions):
+    """Filling the wall with elements."""
+
+    mesher: Literal["tetwild"] = Field("tetwild", description="Which mesher fills the wall.")
+    edge_length: float = Field(2.5, gt=0, description="Edge length of the elements, mm.")
+    time_limit: float = Field(600.0, gt=0, description="Longest time one run of the mesher may take, s.")
+    memory_limit: float = Field(8.0, gt=0, description="Largest memory the mesher may need, GB.")
+
+
+class Options(StageOptions):
+    """All options of one run."""
+
+    image: ImageOptions = ImageOptions()
+    surface: SurfaceOptions = SurfaceOptions()
+    wall: WallOptions = WallOptions()
+    volume: VolumeOptions = VolumeOptions()
+
+    @classmethod
+    def defaults(cls) -> Self:
+        """All defaults."""
+        return cls()
+
+
+T = TypeVar("T", bound=StageOptions)
+
+
+def choose(kind: type[T], options: T | None, changes: dict[str, Any]) -> T:
+    """Options of one stage: those given (or the defaults) with the changes made, all checked.
+
+    Raises
+    ------
+    OptionError
+        A name is unknown or a value out of range; one line naming the option, the value and what was expected.
+    """
+    values = dict(options) if options is not None else {}
+    try:
+        return kind(**{**values, **changes})
+    except ValidationError as error:
+        raise OptionError(describe(error)) from None
+
+
+def describe(error: ValidationError) -> str:
+    """One line for what pydantic found: each option with its value and what it should be."""
+    parts = []
+    for item in error.errors():
+        name = ".".join(str(part) for part in item["loc"])
+        if item["type"] == "extra_forbidden":
+            parts.append(f"unknown option {name!r}")
+        else:
+            parts.append(f"option {name!r} is {item['input']!r}: {item['msg'][:1].lower()}{item['msg'][1:]}")
+    return "; ".join(parts)

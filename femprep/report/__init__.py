@@ -1,0 +1,1 @@
+"""The run's records, figures and summary."""

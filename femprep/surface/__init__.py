@@ -1,0 +1,1 @@
+"""fit_surface(): image, harmonic and template put together; triangle quality; distances; reference methods."""

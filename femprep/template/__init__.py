@@ -1,0 +1,1 @@
+"""Pre-meshed spheres and their store."""

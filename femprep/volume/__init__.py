@@ -1,0 +1,1 @@
+"""Meshers behind a guard, element quality."""

@@ -1,0 +1,1 @@
+"""Landmarks and planes, clipping, rim, booleans with provenance: a closed, tagged Wall."""
