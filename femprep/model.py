@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -128,6 +128,14 @@ class Plane:
         return np.asarray((np.asarray(points, dtype=float) - self.point) @ self.normal, dtype=np.float64)
 
 
+class SphereMap(Protocol):
+    """A smooth closed surface given as a map from the unit sphere; a template's vertices are samples of it."""
+
+    def __call__(self, directions: npt.ArrayLike) -> FloatArray:
+        """Points of the surface, ``(n, 3)`` mm LPS, for unit vectors ``(n, 3)``."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Surface:
     """A closed surface of triangles or quadrilaterals, wound outward.
@@ -140,6 +148,11 @@ class Surface:
         Triangles or quadrilaterals, counter-clockwise seen from outside.
     name : str
         Which surface it is (``"lv"``, ``"epi"``...).
+    directions : (n, 3) array, optional
+        The unit vector on the template sphere each vertex was mapped from.
+    shape : SphereMap, optional
+        The smooth surface the vertices are samples of: ``shape(directions)`` gives ``points``, and any other
+        directions give further points of the same surface.
     point_data : mapping of str to array
         Values per vertex, first axis n.
     info : mapping
@@ -149,6 +162,8 @@ class Surface:
     points: FloatArray
     cells: IntArray
     name: str = "surface"
+    directions: FloatArray | None = None
+    shape: SphereMap | None = None
     point_data: Mapping[str, Any] = field(default_factory=dict)
     info: Mapping[str, Any] = field(default_factory=dict)
 
@@ -160,6 +175,9 @@ class Surface:
                 f"cells of surface {self.name!r} have shape {np.shape(self.cells)}, expected (m, 3) or (m, 4)"
             )
         object.__setattr__(self, "cells", readonly(self.cells, np.int64, (None, corners), "cells"))
+        if self.directions is not None:
+            shape = (len(self.points), 3)
+            object.__setattr__(self, "directions", readonly(self.directions, np.float64, shape, "directions"))
         object.__setattr__(self, "point_data", _table(self.point_data, len(self.points), "point data"))
         object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
 
