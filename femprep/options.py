@@ -6,9 +6,10 @@ pydantic finds wrong into one line.
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self, TypeVar
+from collections.abc import Mapping
+from typing import Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from femprep.errors import OptionError
 
@@ -79,18 +80,56 @@ class VolumeOptions(StageOptions):
     memory_limit: float = Field(8.0, gt=0, description="Largest memory the mesher may need, GB.")
 
 
+class ExportOptions(StageOptions):
+    """Writing the mesh for a solver."""
+
+    length_unit: Literal["mm", "cm", "m"] = Field(
+        "mm",
+        description="Unit of length in the files of solvers; femprep's own files stay in mm, openCARP's in micrometres.",
+    )
+    step: Literal["none", "inflation"] = Field(
+        "none",
+        description="Analysis written into the deck where the format holds one: "
+        "none, or passive inflation with the base fixed.",
+    )
+    young_modulus: float = Field(30.0, gt=0, description="Young's modulus of the material of the step, kPa.")
+    poisson_ratio: float = Field(0.4, gt=-1, lt=0.5, description="Poisson's ratio of the material of the step.")
+    pressure: float = Field(1.0, description="Pressure on the endocardium in the step, kPa.")
+
+
 class Options(StageOptions):
     """All options of one run."""
 
+    anatomy: Literal["lv"] = Field("lv", description="Which part of the heart is meshed.")
+    preset: str | None = Field(None, description="Structures of a known data set: acdc.")
+    structures: dict[str, tuple[int, ...]] = Field(
+        default_factory=dict, description="Label numbers by structure name (lv, myo, rv, ...)."
+    )
+    formats: tuple[str, ...] = Field((), description="Further file formats of the mesh beside mesh.vtu.")
     image: ImageOptions = ImageOptions()
     surface: SurfaceOptions = SurfaceOptions()
     wall: WallOptions = WallOptions()
     volume: VolumeOptions = VolumeOptions()
+    export: ExportOptions = ExportOptions()
 
+    @field_validator("preset")
     @classmethod
-    def defaults(cls) -> Self:
-        """All defaults."""
-        return cls()
+    def _known_preset(cls, value: str | None) -> str | None:
+        if value is not None and value not in PRESETS:
+            raise ValueError(f"expected one of {', '.join(sorted(PRESETS))}")
+        return value
+
+    @field_validator("structures", mode="before")
+    @classmethod
+    def _one_or_many(cls, value: Any) -> Any:
+        if not isinstance(value, Mapping):
+            return value
+        return {name: (labels,) if isinstance(labels, int) else labels for name, labels in value.items()}
+
+    @property
+    def labels(self) -> dict[str, tuple[int, ...]]:
+        """Label numbers by structure: the preset's, with those given by hand in their place."""
+        return {**(PRESETS[self.preset] if self.preset else {}), **self.structures}
 
 
 T = TypeVar("T", bound=StageOptions)

@@ -1,1 +1,52 @@
-"""The command line: one file per command."""
+"""The command line: one file per command; this one starts them and turns errors into exit statuses."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from types import FrameType
+
+from femprep.errors import FemprepError
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line.
+
+    Returns
+    -------
+    int
+        0 done; 1 done but a check failed; 2 the input or the options are wrong; 3 a stage failed; 130 interrupted.
+    """
+    from femprep.cli._app import app
+
+    signal.signal(signal.SIGTERM, _terminate)
+    try:
+        return int(app(args=arguments, prog_name="femprep", standalone_mode=False) or 0)
+    except FemprepError as error:
+        print(f"femprep: error: {' '.join(str(error).split())}", file=sys.stderr)  # noqa: T201
+        return error.exit_status
+    except KeyboardInterrupt:
+        print("femprep: interrupted; nothing was written", file=sys.stderr)  # noqa: T201
+        return 130
+    except BrokenPipeError:
+        return 0
+    except Exception as error:
+        return _usage(error)
+
+
+def _usage(error: Exception) -> int:
+    """Exit status of an error of the command line's own grammar; anything else is a bug and goes on up."""
+    show = getattr(error, "show", None)
+    if show is None and type(error).__name__ != "Abort":
+        raise error
+    if show is not None:
+        show()
+    else:
+        print("femprep: interrupted; nothing was written", file=sys.stderr)  # noqa: T201
+        return 130
+    return int(getattr(error, "exit_code", 2))
+
+
+def _terminate(_signal: int, _frame: FrameType | None) -> None:
+    """On SIGTERM leave the way Ctrl-C does, so that children and half-made files are cleared away."""
+    raise KeyboardInterrupt

@@ -1,0 +1,22 @@
+"""Command line options made from the fields of options.py, so that help, range and default stand once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+
+from femprep.options import StageOptions
+
+
+def option(group: type[StageOptions], field: str, *names: str, panel: str, default: str | None = None) -> Any:
+    """A typer option for one field: its description as help, its default shown but not set.
+
+    An option that is not given stays ``None``, so that it does not override a configuration file.
+    """
+    info = group.model_fields[field]
+    shown = default
+    if shown is None and info.default is not None:
+        shown = f"{info.default:g}" if isinstance(info.default, float) else str(info.default)
+    text = (info.description or "") + (f" [dim]\\[default: {shown}][/dim]" if shown else "")
+    return typer.Option(*(names or (f"--{field.replace('_', '-')}",)), help=text, rich_help_panel=panel)

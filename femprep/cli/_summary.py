@@ -1,0 +1,97 @@
+"""Tables on the screen at the end of a command."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+
+def _table(title: str, *columns: str) -> Table:
+    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for i, column in enumerate(columns):
+        table.add_column(column, justify="left" if i == 0 else "right", header_style="dim")
+    return table
+
+
+def _number(value: float | None, digits: int = 3) -> str:
+    return "-" if value is None else f"{value:.{digits}g}"
+
+
+def print_summary(run: Any, manifest: Any, out: Path) -> None:
+    """Volumes, wall, quality, seconds, notices of one run."""
+    console = Console(highlight=False)
+    _print_volumes(console, manifest)
+    thickness = manifest.details.get("wall", {}).get("thickness", {})
+    if "minimum_mm" in thickness:
+        console.print(f"least wall thickness {thickness['minimum_mm']:.2f} mm")
+    print_quality(run.quality, console)
+    _print_stages(console, manifest)
+    console.print(f"[bold]{escape(str(out))}[/bold]: " + escape(", ".join(manifest.files)))
+
+
+def print_surfaces(fitted: Any, manifest: Any, out: Path) -> None:
+    """Surfaces with their quality, seconds, notices."""
+    console = Console(highlight=False)
+    _print_volumes(console, manifest)
+    table = _table("Surfaces", "", "vertices", "triangles", "Q mean", "Q min", "residual, mm")
+    for name in fitted.surfaces:
+        item = manifest.details["surfaces"][name]
+        table.add_row(
+            name,
+            str(item["vertices"]),
+            str(item["triangles"]),
+            _number(item["quality_mean"]),
+            _number(item["quality_min"]),
+            _number(item.get("residual_rms_mm")),
+        )
+    console.print(table)
+    _print_stages(console, manifest)
+    console.print(f"[bold]{escape(str(out))}[/bold]: " + escape(", ".join(manifest.files)))
+
+
+def print_quality(report: Any, console: Console | None = None) -> None:
+    """Counts, element measures, limits and verdict of a quality report."""
+    console = console or Console(highlight=False)
+    console.print(f"{report.n_points} points, " + ", ".join(f"{n} {kind}" for kind, n in report.cells.items()))
+    table = _table("Quality", "", "min", "mean", "median", "max")
+    for name, item in report.measures.items():
+        table.add_row(
+            name.replace("_", " "), _number(item.min), _number(item.mean), _number(item.median), _number(item.max)
+        )
+    console.print(table)
+    if report.passed:
+        console.print("[green]every check passed[/green]")
+    for failure in report.failures:
+        console.print(f"[red]failed:[/red] {escape(failure)}")
+
+
+def print_comparison(record: Any) -> None:
+    """All figures of a comparison of two surfaces, by group."""
+    console = Console(highlight=False)
+    for group, values in record.model_dump(mode="json").items():
+        if not isinstance(values, dict):
+            console.print(f"{group.replace('_', ' ')}: {values}")
+            continue
+        table = _table(group.replace("_", " "), "", "")
+        for name, value in values.items():
+            table.add_row(name.replace("_", " "), _number(value, 4) if isinstance(value, float) else str(value))
+        console.print(table)
+
+
+def _print_volumes(console: Console, manifest: Any) -> None:
+    table = _table("Volumes", "", "mesh, mL", "segmentation, mL", "difference, %")
+    for item in manifest.volumes:
+        table.add_row(
+            item.name, _number(item.mesh_ml, 4), _number(item.segmentation_ml, 4), _number(item.difference_percent, 2)
+        )
+    console.print(table)
+
+
+def _print_stages(console: Console, manifest: Any) -> None:
+    console.print("seconds: " + ", ".join(f"{stage.name} {stage.seconds:.1f}" for stage in manifest.stages))
+    for notice in manifest.notices:
+        console.print(f"[yellow]note:[/yellow] {escape(notice)}")

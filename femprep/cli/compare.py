@@ -1,0 +1,28 @@
+"""``femprep compare``: how far two surfaces lie apart, in space and in the slices of an image."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def compare(
+    a: Annotated[Path, typer.Argument(help="Surface file: .vtp, .stl, .ply, .obj.")],
+    b: Annotated[Path, typer.Argument(help="Surface file to compare with.")],
+    slices: Annotated[
+        Path | None, typer.Option(help="Image whose slice planes the in-slice distance is measured in.")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the record as JSON.")] = False,
+) -> None:
+    """Distances between two surfaces: mean, rms, 95 %, greatest; in-slice; normals; volumes; triangle quality."""
+    from femprep.output import compare_files
+
+    record = compare_files(a, b, slices)
+    if json:
+        typer.echo(record.model_dump_json(indent=2))
+        return
+    from femprep.cli._summary import print_comparison
+
+    print_comparison(record)

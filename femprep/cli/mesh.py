@@ -1,0 +1,117 @@
+"""``femprep mesh``: the main job, from a label map to a folder with mesh, decks and figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from femprep.cli._configuration import parse_structures, read_options
+from femprep.cli._fields import option
+from femprep.options import ImageOptions, Options, SurfaceOptions, VolumeOptions, WallOptions
+
+INPUT, SURFACES, WALL, VOLUME, OUTPUT = "Input", "Surfaces", "Wall", "Volume mesh", "Output"
+
+
+def mesh(
+    segmentation: Annotated[Path, typer.Argument(help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to make.", rich_help_panel=OUTPUT)],
+    preset: Annotated[str | None, option(Options, "preset", panel=INPUT)] = None,
+    structure: Annotated[
+        list[str] | None,
+        typer.Option(help="NAME=LABEL[,LABEL...], repeatable: lv is the cavity, myo the wall.", rich_help_panel=INPUT),
+    ] = None,
+    policy: Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)
+    ] = None,
+    vertices: Annotated[int | None, option(SurfaceOptions, "vertices", panel=SURFACES)] = None,
+    singularities: Annotated[
+        int | None, option(SurfaceOptions, "singularities", panel=SURFACES, default="from the object")
+    ] = None,
+    control_points: Annotated[
+        int | None, option(SurfaceOptions, "control_points", panel=SURFACES, default="from the object")
+    ] = None,
+    apex: Annotated[str | None, option(WallOptions, "apex", panel=WALL)] = None,
+    basal_end: Annotated[str | None, option(WallOptions, "basal_end", panel=WALL)] = None,
+    base_offset: Annotated[float | None, option(WallOptions, "base_offset", panel=WALL)] = None,
+    minimum_thickness: Annotated[float | None, option(WallOptions, "minimum_thickness", panel=WALL)] = None,
+    edge_length: Annotated[float | None, option(VolumeOptions, "edge_length", panel=VOLUME)] = None,
+    time_limit: Annotated[float | None, option(VolumeOptions, "time_limit", panel=VOLUME)] = None,
+    format: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--format", help="Further format, repeatable: abaqus, dolfinx, fenics, gmsh.", rich_help_panel=OUTPUT
+        ),
+    ] = None,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print nothing but errors.", rich_help_panel=OUTPUT)
+    ] = False,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print run and quality records as JSON.", rich_help_panel=OUTPUT)
+    ] = False,
+) -> int:
+    """Mesh the myocardial wall of a segmented image.
+
+    Makes the folder OUT: surfaces/*.vtp, wall.vtp, mesh.vtu, facets.vtp, one deck per --format, quality.json,
+    run.json and report.html. A run that fails writes nothing and leaves an earlier OUT as it was.
+    """
+    options = read_options(
+        config,
+        preset=preset,
+        structures=parse_structures(structure),
+        formats=tuple(format) if format else None,
+        image__policy=policy,
+        surface__vertices=vertices,
+        surface__singularities=singularities,
+        surface__control_points=control_points,
+        wall__policy=policy,
+        wall__apex=apex,
+        wall__basal_end=basal_end,
+        wall__base_offset=base_offset,
+        wall__minimum_thickness=minimum_thickness,
+        volume__edge_length=edge_length,
+        volume__time_limit=time_limit,
+    )
+    return mesh_file(segmentation, out, options, quiet=quiet, json=json)
+
+
+def mesh_file(segmentation: Path, out: Path, options: Options, *, quiet: bool, json: bool) -> int:
+    """Run the main job on one file and print its summary; the exit status is 1 where the quality check fails."""
+    from femprep.cli._progress import bars
+    from femprep.export import require_formats
+    from femprep.report.folder import require_writable
+
+    # What can be wrong without any computing is found before anything else.
+    require_formats(options.formats)
+    require_writable(out)
+
+    from femprep.image import read_segmentation
+
+    with bars(quiet or json) as progress:
+        seg = read_segmentation(segmentation, structures=options.labels, options=options.image)
+        run, manifest = mesh_and_write(seg, out, options, source=segmentation, progress=progress)
+    if json:
+        _print_json(run, manifest)
+    elif not quiet:
+        from femprep.cli._summary import print_summary
+
+        print_summary(run, manifest, out)
+    return 0 if run.quality.passed else 1
+
+
+def mesh_and_write(seg: Any, out: Path, options: Options, *, source: Path | None, progress: Any) -> tuple[Any, Any]:
+    """The pipeline, then its folder."""
+    from femprep.output import write_run
+    from femprep.pipeline import mesh_segmentation
+
+    run = mesh_segmentation(seg, options, progress=progress)
+    return run, write_run(run, out, source=source, progress=progress)
+
+
+def _print_json(run: Any, manifest: Any) -> None:
+    import json
+
+    record = {"run": manifest.model_dump(mode="json"), "quality": run.quality.model_dump(mode="json")}
+    typer.echo(json.dumps(record, indent=2))

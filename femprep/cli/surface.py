@@ -1,0 +1,80 @@
+"""``femprep surface``: closed template surfaces alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from femprep.cli._configuration import parse_objects, parse_structures, read_options
+from femprep.cli._fields import option
+from femprep.options import ImageOptions, Options, SurfaceOptions
+
+INPUT, SURFACES, OUTPUT = "Input", "Surfaces", "Output"
+
+
+def surface(
+    segmentation: Annotated[Path, typer.Argument(help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to make.", rich_help_panel=OUTPUT)],
+    preset: Annotated[str | None, option(Options, "preset", panel=INPUT)] = None,
+    structure: Annotated[
+        list[str] | None, typer.Option(help="NAME=LABEL[,LABEL...], repeatable.", rich_help_panel=INPUT)
+    ] = None,
+    object: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--object",
+            help="NAME=STRUCTURE[+STRUCTURE...], repeatable: what to fit a surface to. [dim]\\[default: each structure "
+            "that is no wall, and epi=lv+myo where both are there][/dim]",
+            rich_help_panel=SURFACES,
+        ),
+    ] = None,
+    policy: Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)
+    ] = None,
+    vertices: Annotated[int | None, option(SurfaceOptions, "vertices", panel=SURFACES)] = None,
+    method: Annotated[str | None, option(SurfaceOptions, "method", panel=SURFACES)] = None,
+    singularities: Annotated[
+        int | None, option(SurfaceOptions, "singularities", panel=SURFACES, default="from the object")
+    ] = None,
+    control_points: Annotated[
+        int | None, option(SurfaceOptions, "control_points", panel=SURFACES, default="from the object")
+    ] = None,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print nothing but errors.", rich_help_panel=OUTPUT)
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print the run record as JSON.", rich_help_panel=OUTPUT)] = False,
+) -> int:
+    """Fit closed, smooth surfaces of a chosen number of vertices: OUT/surfaces/NAME.vtp and OUT/run.json."""
+    options = read_options(
+        config,
+        preset=preset,
+        structures=parse_structures(structure),
+        image__policy=policy,
+        surface__vertices=vertices,
+        surface__method=method,
+        surface__singularities=singularities,
+        surface__control_points=control_points,
+    )
+    from femprep.cli._progress import bars
+    from femprep.report.folder import require_writable
+
+    require_writable(out)
+
+    from femprep.image import read_segmentation
+    from femprep.output import write_surfaces
+    from femprep.pipeline import fit_surfaces
+
+    with bars(quiet or json) as progress:
+        seg = read_segmentation(segmentation, structures=options.labels, options=options.image)
+        fitted = fit_surfaces(seg, parse_objects(object, options.labels), options, progress)
+        manifest = write_surfaces(fitted, out, source=segmentation)
+    if json:
+        typer.echo(manifest.model_dump_json(indent=2))
+    elif not quiet:
+        from femprep.cli._summary import print_surfaces
+
+        print_surfaces(fitted, manifest, out)
+    return 0

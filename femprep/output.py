@@ -1,0 +1,241 @@
+"""A finished run in, its folder of files out: meshes, decks, quality.json, run.json, report.html."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from femprep.export import write_facets, write_format, write_mesh, write_surface, write_wall
+from femprep.pipeline import Run, Surfaces
+from femprep.report.folder import whole_folder
+from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, plain
+from femprep.report.page import histogram, report_page
+from femprep.report.picture import finish_picture, start_picture
+from femprep.report.slices import STROKES, slice_pictures
+from femprep.report.volumes import cavity_volume, voxel_volume
+
+Progress = Callable[[str, float], None]
+
+
+def write_run(
+    run: Run, out: str | Path, *, source: str | Path | None = None, progress: Progress | None = None
+) -> RunManifest:
+    """Write the folder of one run, whole or not at all.
+
+    Parameters
+    ----------
+    run : Run
+        What :func:`femprep.mesh_segmentation` returned.
+    out : path
+        Folder to make. One that femprep made before is replaced when the new one is whole.
+    source : path, optional
+        The image file the run began with; its name and hash go into ``run.json``.
+    progress : callable, optional
+        Called with ``(stage, fraction)``.
+
+    Returns
+    -------
+    RunManifest
+        What ``run.json`` holds.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written, or holds files that femprep did not write.
+    """
+    start = time.perf_counter()
+    report = progress or (lambda stage, fraction: None)
+    report("write", 0.0)
+    with whole_folder(Path(out)) as folder:
+        write_mesh(run.mesh, folder / "mesh.vtu")
+        write_facets(run.mesh, folder / "facets.vtp")
+        png = folder / ".picture.png"
+        child = start_picture(folder / "mesh.vtu", folder / "facets.vtp", png)
+        try:
+            _write_surfaces(run.surfaces, folder)
+            write_wall(run.wall, folder / "wall.vtp")
+            for name in run.options.formats:
+                write_format(run.mesh, folder, name)
+            (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
+            slices = _slices(run)
+        finally:
+            picture = finish_picture(child, png)
+            png.unlink(missing_ok=True)
+        stages = {**run.seconds, "write": time.perf_counter() - start}
+        manifest = _manifest(run, stages, source, _volumes(run), _details(run), folder, more=("report.html",))
+        (folder / "report.html").write_text(_page(run, manifest, slices, picture), encoding="utf-8")
+        _write_manifest(manifest, folder)
+    report("write", 1.0)
+    return manifest
+
+
+def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | None = None) -> RunManifest:
+    """Write the folder of closed surfaces alone: ``surfaces/*.vtp`` and ``run.json``, whole or not at all.
+
+    Parameters
+    ----------
+    fitted : Surfaces
+        What :func:`femprep.fit_surfaces` returned.
+    out, source
+        As for :func:`write_run`.
+
+    Returns
+    -------
+    RunManifest
+
+    Raises
+    ------
+    FileError
+        As for :func:`write_run`.
+    """
+    with whole_folder(Path(out)) as folder:
+        _write_surfaces(fitted.surfaces, folder)
+        volumes = [
+            _beside(name, surface.volume, voxel_volume(fitted.objects[name], ()))
+            for name, surface in fitted.surfaces.items()
+        ]
+        manifest = _manifest(fitted, fitted.seconds, source, volumes, _surface_details(fitted), folder)
+        _write_manifest(manifest, folder)
+    return manifest
+
+
+def _write_surfaces(surfaces: Mapping[str, Any], folder: Path) -> None:
+    (folder / "surfaces").mkdir()
+    for name, surface in surfaces.items():
+        write_surface(surface, folder / "surfaces" / f"{name}.vtp")
+
+
+def _write_manifest(manifest: RunManifest, folder: Path) -> None:
+    (folder / "run.json").write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
+
+
+def _manifest(
+    run: Run | Surfaces,
+    seconds: Mapping[str, float],
+    source: str | Path | None,
+    volumes: list[VolumeRecord],
+    details: dict[str, Any],
+    folder: Path,
+    more: tuple[str, ...] = (),
+) -> RunManifest:
+    seg = run.segmentation
+    path = Path(source) if source is not None else None
+    files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()} | {"run.json", *more}
+    return RunManifest(
+        input=InputRecord(
+            path=path.name if path else None,
+            sha256=file_sha256(path) if path else None,
+            shape=tuple(seg.labels.shape),
+            spacing_mm=tuple(float(s) for s in seg.grid.spacing),
+            structures={name: list(labels) for name, labels in seg.structures.items()},
+            notes=plain(seg.info),
+        ),
+        options=run.options,
+        stages=[StageRecord(name=name, seconds=round(value, 3)) for name, value in seconds.items()],
+        volumes=volumes,
+        details=details,
+        notices=_notices(details, seg.info),
+        deterministic=not (isinstance(run, Run) and run.options.volume.mesher == "tetwild"),
+        files=sorted(files),
+    )
+
+
+def _surface_details(run: Run | Surfaces) -> dict[str, Any]:
+    from femprep.geometry.triangles import triangle_quality
+
+    found = {}
+    for name, surface in run.surfaces.items():
+        quality = triangle_quality(surface.points, surface.triangles)
+        found[name] = {
+            "vertices": len(surface.points),
+            "triangles": len(surface.triangles),
+            "quality_mean": float(quality.mean()),
+            "quality_min": float(quality.min()),
+            **plain(surface.info),
+        }
+    return {"objects": {name: plain(obj.report) for name, obj in run.objects.items()}, "surfaces": found}
+
+
+def _details(run: Run) -> dict[str, Any]:
+    planes = {
+        name: {"point_mm": plain(plane.point), "normal": plain(plane.normal), "source": plane.source}
+        for name, plane in run.wall.planes.items()
+    }
+    return {**_surface_details(run), "planes": planes, "wall": plain(run.wall.info), "volume": plain(run.mesh.info)}
+
+
+def _notices(details: Mapping[str, Any], notes: Mapping[str, Any]) -> list[str]:
+    """Every ``notices`` list found in what the reader and the stages report, once each, in order."""
+    found: list[str] = []
+
+    def visit(value: Any) -> None:
+        if isinstance(value, Mapping):
+            for key, item in value.items():
+                if key == "notices":
+                    found.extend(str(line) for line in item)
+                else:
+                    visit(item)
+
+    visit(notes)
+    visit(details)
+    return list(dict.fromkeys(found))
+
+
+def _beside(name: str, mesh_mm3: float, voxels_mm3: float) -> VolumeRecord:
+    return VolumeRecord(
+        name=name,
+        mesh_ml=mesh_mm3 / 1000.0,
+        segmentation_ml=voxels_mm3 / 1000.0,
+        difference_percent=100.0 * (mesh_mm3 - voxels_mm3) / voxels_mm3 if voxels_mm3 > 0.0 else None,
+    )
+
+
+def _volumes(run: Run) -> list[VolumeRecord]:
+    planes = list(run.wall.planes.values())
+    cavity, body = (voxel_volume(run.objects[name], planes) for name in ("lv", "epi"))
+    tissue = sum(run.quality.volume_mm3.values())
+    return [_beside("cavity", cavity_volume(run.mesh), cavity), _beside("wall", tissue, body - cavity)]
+
+
+def _slices(run: Run) -> list[str]:
+    first, parts = 0, {}
+    for kind, block in run.mesh.facets.items():
+        tags = run.mesh.facet_tag[first : first + len(block)]
+        first += len(block)
+        if kind.startswith("tri"):
+            for name, tag in run.mesh.facet_names.items():
+                if name.startswith(("endo", "epi")):
+                    parts[name] = (run.mesh.points, block[tags == tag][:, :3])
+    return slice_pictures(run.segmentation, parts)
+
+
+def _page(run: Run, manifest: RunManifest, slices: list[str], picture: str | None) -> str:
+    from femprep.volume import cell_measures
+
+    values = cell_measures(run.mesh)
+    titles = {
+        "mean_ratio": ("mean ratio", 0.0, 1.0),
+        "scaled_jacobian": ("scaled Jacobian", 0.0, 1.0),
+        "dihedral_min": ("smallest dihedral angle, degrees", 0.0, 75.0),
+    }
+    charts = [histogram(values[key], *titles[key]) for key in titles if key in values and np.size(values[key])]
+    figures = [("points", run.quality.n_points)]
+    figures += [(name, count) for name, count in run.quality.cells.items()]
+    figures += [
+        (f"facets {name}", int(np.sum(run.mesh.facet_tag == tag))) for name, tag in run.mesh.facet_names.items()
+    ]
+    colours = dict(zip((n for n in run.mesh.facet_names if n.startswith(("endo", "epi"))), STROKES))
+    return report_page(
+        manifest,
+        passed=run.quality.passed,
+        failures=run.quality.failures,
+        figures=figures,
+        histograms=charts,
+        slices=slices,
+        colours=colours,
+        picture=picture,
+    )

@@ -1,0 +1,158 @@
+"""The stages in order: a segmentation in, surfaces, wall, mesh and quality out. No computing, no paths."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from femprep.image import LabelObject, Segmentation
+from femprep.model import Surface, VolumeMesh, Wall
+from femprep.options import Options, choose
+from femprep.surface import fit_surface
+from femprep.volume import QualityReport, check, tetrahedralize
+from femprep.wall import build_wall, extend_apex, find_apex, find_base
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one run made, and what it took.
+
+    Attributes
+    ----------
+    segmentation : Segmentation
+        The label map it began with.
+    options : Options
+        All options, defaults included.
+    objects : mapping of str to LabelObject
+        What each surface was fitted to.
+    surfaces : mapping of str to Surface
+        Closed template surfaces by name.
+    wall : Wall
+    mesh : VolumeMesh
+    quality : QualityReport
+    seconds : mapping of str to float
+        Wall-clock time of each stage, in order.
+    """
+
+    segmentation: Segmentation
+    options: Options
+    objects: Mapping[str, LabelObject]
+    surfaces: Mapping[str, Surface]
+    wall: Wall
+    mesh: VolumeMesh
+    quality: QualityReport
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Surfaces:
+    """Closed surfaces alone: the objects they were fitted to, the surfaces, seconds per stage."""
+
+    segmentation: Segmentation
+    options: Options
+    objects: Mapping[str, LabelObject]
+    surfaces: Mapping[str, Surface]
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+
+class Stages:
+    """Times the stages of a run and passes their progress on."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self.seconds: dict[str, float] = {}
+        self._progress = progress
+
+    @contextmanager
+    def __call__(self, name: str) -> Iterator[Progress]:
+        """One stage: announced at its start and at its end, and timed."""
+        report = self._progress or (lambda stage, fraction: None)
+        report(name, 0.0)
+        start = time.perf_counter()
+        yield lambda _, fraction: report(name, fraction)
+        self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+        report(name, 1.0)
+
+
+def mesh_segmentation(
+    seg: Segmentation, options: Options | None = None, progress: Progress | None = None, **changes: object
+) -> Run:
+    """Mesh the left-ventricular wall of a segmented image, the whole way.
+
+    Parameters
+    ----------
+    seg : Segmentation
+        Label map with the structures ``lv`` (cavity) and ``myo`` (myocardium).
+    options : Options, optional
+        All options; the defaults where not given.
+    progress : callable, optional
+        Called with ``(stage, fraction)``.
+    **changes
+        Options by name in place of those given.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    InputError, OptionError, ResourceError
+        The segmentation or an option is wrong.
+    StageError
+        A stage failed on valid input.
+    """
+    options = choose(Options, options, changes)
+    stages = Stages(progress)
+    with stages("objects"):
+        policy = options.image.policy
+        objects = {"lv": seg.object("lv", policy=policy), "epi": seg.object("lv", "myo", policy=policy)}
+    with stages("planes"):
+        base = find_base(seg, options=options.wall)
+        clipped = options.wall.apex == "clipped"
+        apex = find_apex(seg, options=options.wall) if clipped else None
+        boundary = None if clipped else extend_apex(seg, objects["epi"], options=options.wall)
+    with stages("surface lv") as report:
+        endo = fit_surface(objects["lv"], options=options.surface, progress=report)
+    with stages("surface epi") as report:
+        epi = fit_surface(objects["epi"], boundary=boundary, options=options.surface, progress=report)
+    with stages("wall") as report:
+        wall = build_wall(epi=epi, endo={"lv": endo}, base=base, apex=apex, options=options.wall, progress=report)
+    with stages("volume") as report:
+        mesh = tetrahedralize(wall, options=options.volume, progress=report)
+    with stages("quality"):
+        quality = check(mesh)
+    return Run(seg, options, objects, {"lv": endo, "epi": epi}, wall, mesh, quality, stages.seconds)
+
+
+def fit_surfaces(
+    seg: Segmentation,
+    objects: Mapping[str, tuple[str, ...]],
+    options: Options | None = None,
+    progress: Progress | None = None,
+) -> Surfaces:
+    """Fit a closed surface to each object of a segmentation.
+
+    Parameters
+    ----------
+    seg : Segmentation
+    objects : mapping of str to tuple of str
+        Structures each object is the union of, by the object's name.
+    options : Options, optional
+    progress : callable, optional
+        Called with ``(stage, fraction)``.
+
+    Returns
+    -------
+    Surfaces
+    """
+    options = options or Options()
+    stages = Stages(progress)
+    found, surfaces = {}, {}
+    for name, parts in objects.items():
+        with stages(f"surface {name}") as report:
+            found[name] = seg.object(*parts, policy=options.image.policy)
+            surfaces[name] = fit_surface(found[name], options=options.surface, name=name, progress=report)
+    return Surfaces(seg, options, found, surfaces, stages.seconds)

@@ -1,0 +1,109 @@
+"""The record of one run, ``run.json``: versions, options, input, seconds per stage, what was repaired."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from femprep import __version__
+from femprep.options import Options
+
+#: Libraries whose version can change a result.
+LIBRARIES = (
+    *("numpy", "scipy", "numba", "trimesh", "manifold3d", "pytetwild", "meshio", "pyvista", "vtk"),
+    *("SimpleITK", "h5py", "pydantic"),
+)
+
+
+class Record(BaseModel):
+    """Base of all records: no unknown names."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class InputRecord(Record):
+    """The image a run began with."""
+
+    path: str | None = Field(None, description="File name as given, without its folder; null for data made in memory.")
+    sha256: str | None = Field(None, description="SHA-256 of the file.")
+    shape: tuple[int, int, int] = Field(description="Voxels along i, j, k.")
+    spacing_mm: tuple[float, float, float] = Field(description="Voxel sizes, mm.")
+    structures: dict[str, list[int]] = Field(description="Label numbers by structure.")
+    notes: dict[str, Any] = Field(default_factory=dict, description="What the reader found and did.")
+
+
+class StageRecord(Record):
+    """One stage of a run."""
+
+    name: str = Field(description="Name of the stage.")
+    seconds: float = Field(description="Wall-clock time, s.")
+
+
+class VolumeRecord(Record):
+    """A volume beside the segmentation's."""
+
+    name: str = Field(description="What is measured.")
+    mesh_ml: float = Field(description="Volume enclosed by the mesh, mL.")
+    segmentation_ml: float | None = Field(None, description="Volume of its voxels between the same planes, mL.")
+    difference_percent: float | None = Field(None, description="Mesh less segmentation, per cent of the segmentation.")
+
+
+class RunManifest(Record):
+    """What ``run.json`` holds."""
+
+    femprep: str = Field(__version__, description="Version of femprep.")
+    python: str = Field(default_factory=platform.python_version, description="Version of Python.")
+    system: str = Field(default_factory=platform.platform, description="Operating system.")
+    libraries: dict[str, str] = Field(default_factory=lambda: library_versions(), description="Versions of libraries.")
+    length_unit: Literal["mm"] = Field("mm", description="Unit of all lengths.")
+    coordinates: Literal["LPS"] = Field("LPS", description="World coordinates: left, posterior, superior.")
+    input: InputRecord
+    options: Options = Field(description="All options of the run, defaults included.")
+    stages: list[StageRecord] = Field(description="Stages in order.")
+    volumes: list[VolumeRecord] = Field(default_factory=list, description="Volumes beside the segmentation's.")
+    details: dict[str, Any] = Field(
+        default_factory=dict, description="What each stage reports: parameters, residuals, thickness."
+    )
+    notices: list[str] = Field(
+        default_factory=list, description="What was repaired, guessed or extrapolated, a line each."
+    )
+    deterministic: bool = Field(description="Whether a second run gives the same bytes (fTetWild does not).")
+    files: list[str] = Field(default_factory=list, description="Files of the output folder.")
+
+
+def library_versions() -> dict[str, str]:
+    """Versions of the libraries that can change a result."""
+    found = {}
+    for name in LIBRARIES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def file_sha256(path: Path) -> str:
+    """SHA-256 of a file, hexadecimal."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def plain(value: Any) -> Any:
+    """The same value in plain JSON types: NumPy scalars and arrays, tuples and mappings unwrapped."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(item) for item in value]
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json")
+    if isinstance(value, str | int | float | bool) or value is None:
+        return value
+    return str(value)

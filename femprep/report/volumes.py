@@ -1,0 +1,78 @@
+"""Volumes of a mesh, and of the segmentation's voxels between the same planes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from femprep.image import LabelObject
+from femprep.model import FACET_TAGS, FloatArray, IntArray, Plane, VolumeMesh
+
+
+def enclosed_volume(points: FloatArray, triangles: IntArray) -> float:
+    """Volume enclosed by triangles whose open rims are flat, mm3, positive where they are wound outward.
+
+    Each rim is closed by a fan from its middle; for a rim that lies in a plane that is exact.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+    triangles : (m, 3) array
+    """
+    corner = points - points[triangles].reshape(-1, 3).mean(axis=0)
+    a, b, c = (corner[triangles[:, i]] for i in range(3))
+    volume = float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    _, inverse, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
+    rim = edges[count[inverse.ravel()] == 1]
+    for part in _pieces(rim):
+        start, end = corner[part[:, 0]], corner[part[:, 1]]
+        middle = start.mean(axis=0)
+        volume += float(np.einsum("ij,ij->", np.cross(end, start), np.broadcast_to(middle, start.shape))) / 6.0
+    return volume
+
+
+def _pieces(rim: IntArray) -> Iterable[IntArray]:
+    """The separate rings of a set of edges."""
+    if not len(rim):
+        return []
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    nodes, local = np.unique(rim, return_inverse=True)
+    local = local.reshape(rim.shape)
+    graph = coo_array((np.ones(len(rim)), (local[:, 0], local[:, 1])), shape=(len(nodes), len(nodes)))
+    count, label = connected_components(graph, directed=False)
+    return [rim[label[local[:, 0]] == i] for i in range(count)]
+
+
+def facet_triangles(mesh: VolumeMesh, name: str) -> IntArray:
+    """The facets of one tag as triangles; quadrilaterals are split, mid-side nodes left out."""
+    parts, first = [], 0
+    for kind, block in mesh.facets.items():
+        chosen = block[mesh.facet_tag[first : first + len(block)] == FACET_TAGS[name]]
+        first += len(block)
+        parts.append(chosen[:, [0, 1, 2]])
+        if kind.startswith("quad"):
+            parts.append(chosen[:, [0, 2, 3]])
+    return np.concatenate(parts) if parts else np.empty((0, 3), dtype=np.int64)
+
+
+def cavity_volume(mesh: VolumeMesh, name: str = "endo") -> float:
+    """Volume of a cavity up to the planes that cut it, mm3. Its facets look into the cavity, so they are turned."""
+    return enclosed_volume(mesh.points, facet_triangles(mesh, name)[:, ::-1])
+
+
+def voxel_volume(obj: LabelObject, planes: Iterable[Plane]) -> float:
+    """Volume of an object's voxels on the kept side of all planes, mm3.
+
+    A voxel that a plane cuts counts with the part below it: exact where the plane lies along the voxel's faces.
+    """
+    index = np.argwhere(obj.mask)
+    centre = obj.grid.to_world(index.astype(float))
+    part = np.ones(len(index))
+    for plane in planes:
+        extent = float(np.abs(plane.normal @ np.asarray(obj.grid.direction)) @ np.asarray(obj.grid.spacing))
+        part *= np.clip(0.5 - plane.signed_distance(centre) / extent, 0.0, 1.0)
+    return float(part.sum() * np.prod(obj.grid.spacing))
