@@ -1,0 +1,47 @@
+"""Enclosed volumes against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from femprep.report.slices import plane_cut
+from femprep.report.volumes import enclosed_volume
+
+
+def tube(n: int, radius: float, height: float) -> tuple[np.ndarray, np.ndarray]:
+    """Open side of a prism with n corners."""
+    angle = 2 * np.pi * np.arange(n) / n
+    ring = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+    points = np.concatenate([np.c_[ring, np.zeros(n)], np.c_[ring, np.full(n, height)]])
+    i, j = np.arange(n), (np.arange(n) + 1) % n
+    return points, np.concatenate([np.c_[i, j, j + n], np.c_[i, j + n, i + n]])
+
+
+@pytest.mark.parametrize("shift", [0.0, 1000.0])
+def test_two_open_rims_are_closed_flat(shift: float) -> None:
+    points, triangles = tube(7, 3.0, 5.0)
+    exact = 7 * 0.5 * 3.0**2 * np.sin(2 * np.pi / 7) * 5.0
+    assert_allclose(enclosed_volume(points + shift, triangles), exact, rtol=1e-12)
+    assert_allclose(enclosed_volume(points + shift, triangles[:, ::-1]), -exact, rtol=1e-12)
+
+
+def test_closed_surface_needs_no_fan() -> None:
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+    triangles = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    assert_allclose(enclosed_volume(points, triangles), 1 / 6, rtol=1e-14)
+
+
+def test_cut_of_a_tube_is_its_ring() -> None:
+    points, triangles = tube(12, 3.0, 5.0)
+    segments = plane_cut(points, triangles, points[:, 2] - 2.0)
+    assert len(segments) == 24
+    assert_allclose(segments[..., 2], 2.0, atol=1e-12)
+    length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum()
+    assert_allclose(length, 12 * 2 * 3.0 * np.sin(np.pi / 12), rtol=1e-12)
+
+
+def test_cut_beside_a_surface_is_empty() -> None:
+    points, triangles = tube(12, 3.0, 5.0)
+    assert plane_cut(points, triangles, points[:, 2] + 1.0).shape == (0, 2, 3)
