@@ -23,6 +23,12 @@ _HOMES = {
     "FACET_TAGS": "femprep.model",
     "REGION_TAGS": "femprep.model",
     "Options": "femprep.options",
+    "read_segmentation": "femprep.image",
+    "write_segmentation": "femprep.image",
+    "Segmentation": "femprep.image",
+    "LabelObject": "femprep.image",
+    "boundary_points": "femprep.image",
+    "BoundaryPoints": "femprep.image",
 }
 
 __all__ = ["__version__", *_HOMES]

@@ -1,1 +1,26 @@
-"""Label maps in: read, choose structures, repair with a report, boundary points."""
+"""Label maps in: read, choose structures, repair with a report, boundary points and slices out."""
+
+from __future__ import annotations
+
+from femprep.image.boundary import BoundaryPoints, boundary_points
+from femprep.image.grid import Grid
+from femprep.image.object import LabelObject, make_object
+from femprep.image.reader import read_segmentation, write_segmentation
+from femprep.image.segmentation import Segmentation
+from femprep.image.slices import SliceTable, slice_table
+from femprep.image.topology import Topology, topology
+
+__all__ = [
+    "BoundaryPoints",
+    "Grid",
+    "LabelObject",
+    "Segmentation",
+    "SliceTable",
+    "Topology",
+    "boundary_points",
+    "make_object",
+    "read_segmentation",
+    "slice_table",
+    "topology",
+    "write_segmentation",
+]

@@ -1,0 +1,96 @@
+"""What a NIfTI header says about voxel sizes, in two places, in; which of the two to take, and what to report, out.
+
+The sizes stand in ``pixdim`` and, as lengths of its columns, in the ``sform`` matrix. They should agree. In all files
+of the ACDC challenge the matrix is diag(-1, -1, 1) and only ``pixdim`` has the sizes: nibabel's affine then says 1 mm,
+ITK takes ``pixdim``. The reverse, sizes in the matrix only, occurs too. Here the place that carries a size is taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from femprep.model import FloatArray
+
+#: Relative difference from which two voxel sizes disagree (headers hold single precision, some are rounded).
+TOLERANCE = 1e-2
+
+
+@dataclass(frozen=True)
+class SpacingSource:
+    """Voxel sizes and where they come from.
+
+    Attributes
+    ----------
+    spacing : (3,) array
+        mm.
+    source : str
+        ``"header"`` (both places agree, or the format has one only), ``"pixdim"`` (the affine carries none),
+        ``"sform"`` (``pixdim`` carries none).
+    note : str or None
+        What was found, where it is out of the ordinary.
+    """
+
+    spacing: FloatArray
+    source: str
+    note: str | None = None
+
+
+def choose_spacing(spacing: FloatArray, header: Mapping[str, str]) -> SpacingSource:
+    """Decide between the sizes ITK read and those of the sform.
+
+    Parameters
+    ----------
+    spacing : (3,) array
+        What ITK says (from ``pixdim``), mm.
+    header : mapping of str to str
+        NIfTI fields as ITK gives them (``sform_code``, ``srow_x``, ...); empty for other formats.
+
+    Returns
+    -------
+    SpacingSource
+    """
+    lengths = _sform_lengths(header)
+    if lengths is None or np.allclose(lengths, spacing, rtol=TOLERANCE, atol=0.0):
+        return SpacingSource(spacing, "header")
+    found = f"sform says {_sizes(lengths)} mm, pixdim {_sizes(spacing)} mm"
+    if np.allclose(spacing, 1.0, rtol=TOLERANCE):
+        return SpacingSource(
+            lengths, "sform", f"pixdim carries no voxel sizes ({found}); those of the sform were taken"
+        )
+    if np.allclose(lengths, 1.0, rtol=TOLERANCE):
+        note = f"the affine carries no voxel sizes ({found}); those of pixdim were taken"
+        return SpacingSource(spacing, "pixdim", note)
+    return SpacingSource(
+        spacing, "pixdim", f"header contradicts itself ({found}); pixdim was taken: give spacing if that is wrong"
+    )
+
+
+def _sform_lengths(header: Mapping[str, str]) -> FloatArray | None:
+    """Column lengths of the sform in mm, or None where there is no usable one."""
+    if int(header.get("sform_code", "0") or 0) <= 0:
+        return None
+    try:
+        rows = [[float(x) for x in header[f"srow_{axis}"].split()[:3]] for axis in "xyz"]
+    except (KeyError, ValueError):
+        return None
+    # Lengths in metres (1) and micrometres (3) as well as mm (2, 0); the low three bits of the field are space.
+    unit = {1: 1e3, 3: 1e-3}.get(int(header.get("xyzt_units", "0") or 0) & 7, 1.0)
+    lengths = np.linalg.norm(np.array(rows), axis=0) * unit
+    return lengths if np.all(np.isfinite(lengths)) and np.all(lengths > 0.0) else None
+
+
+def spacing_warning(spacing: FloatArray, shape: tuple[int, ...]) -> str | None:
+    """A warning where voxel sizes look absent: 1 x 1 x 1 mm for a stack of few slices, which no scanner makes."""
+    stack = min(shape) <= 40 and max(shape) >= 3 * min(shape)
+    if np.allclose(spacing, 1.0, rtol=1e-6) and stack:
+        shown = " x ".join(map(str, shape))
+        return f"voxel sizes are 1 x 1 x 1 mm for {shown} voxels: they look absent; give spacing if they are wrong"
+    return None
+
+
+def _sizes(values: Any) -> str:
+    return " x ".join(f"{float(v):.4g}" for v in values)

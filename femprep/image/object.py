@@ -1,0 +1,224 @@
+"""LabelObject: a mask in, one solid object out: cropped, padded, one piece, voids filled, and a report of it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import InputError
+from femprep.image.grid import Grid
+from femprep.image.topology import BoolArray, euler_characteristic, label_pieces, label_voids
+from femprep.model import FloatArray
+from femprep.options import ImageOptions, choose
+
+log = logging.getLogger(__name__)
+
+#: Empty voxels on each side of an object's mask.
+PADDING = 2
+
+
+@dataclass(frozen=True, eq=False)
+class LabelObject:
+    """One solid object of a segmentation, on a grid of its own that reaches a little beyond it.
+
+    Attributes
+    ----------
+    mask : (ni, nj, nk) bool array
+        The object, with at least two empty voxels on each side.
+    grid : Grid
+        Grid of that mask.
+    name : str
+    report : mapping
+        What was found and repaired, in voxels: see :func:`make_object`. JSON-ready.
+    """
+
+    mask: BoolArray
+    grid: Grid
+    name: str = "object"
+    report: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        mask = np.asarray(self.mask)
+        if mask.dtype != bool or mask.shape != self.grid.shape:
+            raise InputError(
+                f"mask of {self.name!r} is {mask.dtype} {mask.shape}, expected bool {self.grid.shape} as its grid"
+            )
+        first, last = bounding_box(mask, self.name)
+        if min(first) < PADDING or any(n - 1 - b < PADDING for n, b in zip(mask.shape, last)):
+            raise InputError(f"mask of {self.name!r} is padded by fewer than {PADDING} voxels; use make_object")
+        if mask.flags.writeable:
+            mask = mask.copy()
+            mask.setflags(write=False)
+        object.__setattr__(self, "mask", mask)
+        object.__setattr__(self, "report", MappingProxyType(dict(self.report)))
+
+    @property
+    def voxels(self) -> int:
+        """Number of voxels."""
+        return int(np.count_nonzero(self.mask))
+
+    @property
+    def volume(self) -> float:
+        """Volume of the voxels, mm3."""
+        return self.voxels * self.grid.voxel_volume
+
+    @property
+    def barycentre(self) -> FloatArray:
+        """Mean of the voxel centres, ``(3,)`` mm LPS."""
+        total = self.voxels
+        centre = [
+            np.count_nonzero(self.mask, axis=tuple(a for a in range(3) if a != axis)) @ np.arange(n) / total
+            for axis, n in enumerate(self.mask.shape)
+        ]
+        return self.grid.to_world(np.array(centre))
+
+    @property
+    def stack_axis(self) -> int:
+        """Axis across the thick slices."""
+        return self.grid.stack_axis
+
+
+def bounding_box(mask: BoolArray, name: str = "object") -> tuple[tuple[int, int, int], tuple[int, int, int]]:
+    """First and last index of the voxels of a mask along each axis."""
+    first, last = [], []
+    for axis in range(3):
+        used = np.flatnonzero(mask.any(axis=tuple(a for a in range(3) if a != axis)))
+        if len(used) == 0:
+            raise InputError(f"object {name!r} has no voxels")
+        first.append(int(used[0]))
+        last.append(int(used[-1]))
+    return (first[0], first[1], first[2]), (last[0], last[1], last[2])
+
+
+def make_object(
+    mask: BoolArray,
+    grid: Grid,
+    name: str = "object",
+    options: ImageOptions | None = None,
+    labels: npt.NDArray[np.integer[Any]] | None = None,
+    **changes: Any,
+) -> LabelObject:
+    """Make a solid object from a mask: crop, pad, keep the largest piece, fill its voids, count its tunnels.
+
+    Parameters
+    ----------
+    mask : (ni, nj, nk) bool array
+        Voxels of the object; may touch the border.
+    grid : Grid
+        Where they lie.
+    name : str
+        For messages and for what is made of the object.
+    options : ImageOptions, optional
+        ``policy`` and ``minimum_voxels``.
+    labels : (ni, nj, nk) integer array, optional
+        The label map the mask was taken from, to say which labels lay in a filled void.
+    **changes
+        Options by name.
+
+    Returns
+    -------
+    LabelObject
+        Its ``report`` holds ``policy``, ``voxels_labelled``, ``voxels``, ``pieces``, ``piece_voxels`` (largest first),
+        ``removed_voxels``, ``voids``, ``filled_voxels``, ``filled_labels`` (voxels by label), ``tunnels`` (of the
+        object as it is now; they are counted, not mended), ``touches_border`` (it reached the image's border).
+
+    Raises
+    ------
+    InputError
+        There are too few voxels or they lie in one slice; or, with ``policy="strict"``, there is more than one piece,
+        a void or a tunnel.
+    """
+    chosen = choose(ImageOptions, options, changes)
+    strict = chosen.policy == "strict"
+    first, last = bounding_box(mask, name)
+    touches = min(first) == 0 or any(b == n - 1 for b, n in zip(last, mask.shape))
+    box = tuple(slice(a, b + 1) for a, b in zip(first, last))
+    solid = np.pad(mask[box], PADDING)
+    found = int(np.count_nonzero(solid))
+
+    pieces, sizes = label_pieces(solid)
+    if strict and len(sizes) > 1:
+        raise InputError(
+            f"object {name!r} is in {len(sizes)} pieces of {_list(sizes)} voxels; "
+            "mend the labels or use policy 'repair', which keeps the largest"
+        )
+    if len(sizes) > 1:
+        solid = pieces == 1
+        log.warning("object %r: kept the largest of %d pieces, %d of %d voxels", name, len(sizes), sizes[0], found)
+    del pieces
+
+    voids, void_sizes = label_voids(solid)
+    filled: dict[str, int] = {}
+    if len(void_sizes):
+        if strict:
+            raise InputError(
+                f"object {name!r} has {len(void_sizes)} voids of {_list(void_sizes)} voxels; "
+                "mend the labels or use policy 'repair', which fills them"
+            )
+        if labels is not None:
+            inner = tuple(slice(PADDING, n - PADDING) for n in solid.shape)
+            numbers, counts = np.unique(labels[box][voids[inner] > 0], return_counts=True)
+            filled = {str(int(n)): int(c) for n, c in zip(numbers, counts)}
+        solid |= voids > 0
+        log.warning("object %r: filled %d voids, %d voxels", name, len(void_sizes), int(void_sizes.sum()))
+    del voids
+
+    kept = int(np.count_nonzero(solid))
+    solid, first = _tight(solid, first, name)
+    _require_size(solid, name, kept, chosen.minimum_voxels)
+    tunnels = 1 - euler_characteristic(solid)
+    if strict and tunnels:
+        raise InputError(
+            f"object {name!r} has {tunnels} tunnels, so that it is not a ball; mend the labels or use policy 'repair', "
+            "which fits a surface across them"
+        )
+    if tunnels:
+        log.warning("object %r has %d tunnels: it is not a ball, its surface will bridge them", name, tunnels)
+    report = {
+        "policy": chosen.policy,
+        "voxels_labelled": found,
+        "voxels": kept,
+        "pieces": len(sizes),
+        "piece_voxels": [int(n) for n in sizes],
+        "removed_voxels": found - int(sizes[0]),
+        "voids": len(void_sizes),
+        "filled_voxels": int(void_sizes.sum()),
+        "filled_labels": filled,
+        "tunnels": tunnels,
+        "touches_border": touches,
+    }
+    solid.setflags(write=False)
+    start = (first[0] - PADDING, first[1] - PADDING, first[2] - PADDING)
+    return LabelObject(solid, grid.window(start, solid.shape), name, report)
+
+
+def _tight(solid: BoolArray, first: tuple[int, int, int], name: str) -> tuple[BoolArray, tuple[int, int, int]]:
+    """Crop the padded mask again after pieces were removed; ``first`` is the image index of its first object voxel."""
+    low, high = bounding_box(solid, name)
+    box = tuple(slice(a - PADDING, b + 1 + PADDING) for a, b in zip(low, high))
+    i, j, k = (f + a - PADDING for f, a in zip(first, low))
+    return np.ascontiguousarray(solid[box]), (i, j, k)
+
+
+def _require_size(solid: BoolArray, name: str, voxels: int, minimum: int) -> None:
+    """Refuse what no surface can be fitted to."""
+    if voxels < minimum:
+        raise InputError(
+            f"object {name!r} has {voxels} voxels, fewer than minimum_voxels = {minimum}; is this the right label?"
+        )
+    for axis, n in enumerate(solid.shape):
+        if n - 2 * PADDING == 1:
+            raise InputError(
+                f"object {name!r} lies in one slice only (axis {'ijk'[axis]}); a closed surface needs two or more"
+            )
+
+
+def _list(sizes: npt.NDArray[np.int64], most: int = 5) -> str:
+    """Sizes in a message, the first few only."""
+    return ", ".join(str(int(n)) for n in sizes[:most]) + (", ..." if len(sizes) > most else "")

@@ -1,0 +1,266 @@
+"""A label map file in, a Segmentation out, and back: NIfTI, NRRD, MetaImage through SimpleITK, world LPS in mm.
+
+The only file that imports SimpleITK, and late.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import FileError, InputError, OptionError
+from femprep.image.affine import choose_spacing, spacing_warning
+from femprep.image.files import format_of, require_file
+from femprep.image.grid import Grid
+from femprep.image.segmentation import Segmentation
+from femprep.options import PRESETS, ImageOptions, choose
+
+log = logging.getLogger(__name__)
+
+
+def read_segmentation(
+    path: str | os.PathLike[str],
+    structures: Mapping[str, int | Sequence[int]] | None = None,
+    preset: str | None = None,
+    options: ImageOptions | None = None,
+    **changes: Any,
+) -> Segmentation:
+    """Read a label map.
+
+    Parameters
+    ----------
+    path : path
+        ``.nii``, ``.nii.gz``, ``.nrrd``, ``.mha`` or ``.mhd``.
+    structures : mapping of str to int or several ints, optional
+        Label numbers by structure: ``{"lv": 3, "myo": 2, "rv": 1}``. Those of the preset are replaced name by name.
+    preset : str, optional
+        A known data set, see ``femprep.options.PRESETS``.
+    options : ImageOptions, optional
+        ``spacing`` replaces the file's voxel sizes.
+    **changes
+        Options by name.
+
+    Returns
+    -------
+    Segmentation
+        Its ``info`` holds ``file``, ``format``, ``shape``, ``spacing``, ``spacing_source``, ``labels`` (voxels by
+        label), ``absent`` (labels asked for that do not occur), ``right_handed`` and ``notes`` (what was guessed).
+
+    Raises
+    ------
+    FileError
+        The file is missing, damaged or of an unknown format.
+    InputError
+        It holds no 3-D label map: 2-D, several frames, several components, fractional, negative or no labels.
+    OptionError
+        The preset is unknown, or there is neither preset nor structures.
+    """
+    chosen = choose(ImageOptions, options, changes)
+    names = _names(structures, preset)
+    file = Path(path)
+    array, spacing, origin, direction, header, notes = _read(file)
+    labels = _labels(array, file)
+    found = choose_spacing(spacing, header)
+    source, spacing = found.source, found.spacing
+    if chosen.spacing is not None:
+        spacing, source = np.array(chosen.spacing), "given"
+        notes.append(f"voxel sizes {_sizes(found.spacing)} mm of the file replaced by {_sizes(spacing)} mm as given")
+    else:
+        notes.extend(note for note in (found.note, spacing_warning(spacing, labels.shape)) if note)
+    for note in notes:
+        log.warning("%s: %s", file.name, note)
+    try:
+        grid = Grid(labels.shape, spacing, origin, direction)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+    numbers, counts = np.unique(labels, return_counts=True)
+    count = {int(n): int(c) for n, c in zip(numbers, counts)}
+    if set(count) <= {0}:
+        raise InputError(f"{file}: holds no label, all {labels.size} voxels are 0; is it a label map?")
+    info = {
+        "file": str(file),
+        "format": format_of(file),
+        "shape": list(labels.shape),
+        "spacing": [float(s) for s in spacing],
+        "spacing_source": source,
+        "labels": {str(n): c for n, c in count.items()},
+        "absent": {n: gone for n, v in names.items() if (gone := [i for i in v if i not in count])},
+        "right_handed": grid.right_handed,
+        "notes": notes,
+    }
+    return Segmentation(labels, grid, names, info)
+
+
+def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
+    """Write the label map of a segmentation; the format follows from the ending of the file name.
+
+    Parameters
+    ----------
+    seg : Segmentation
+    path : path
+        ``.nii``, ``.nii.gz``, ``.nrrd``, ``.mha`` or ``.mhd``. NIfTI holds origin and directions in single precision.
+
+    Raises
+    ------
+    FileError
+        The ending is unknown, or the file cannot be written.
+    """
+    import SimpleITK as sitk
+
+    file = Path(path)
+    kind = format_of(file)
+    kept = np.min_scalar_type(int(seg.labels.max(initial=0)))
+    image = sitk.GetImageFromArray(np.ascontiguousarray(seg.labels.T, dtype=kept))
+    image.SetSpacing([float(s) for s in seg.grid.spacing])
+    image.SetOrigin([float(x) for x in seg.grid.origin])
+    image.SetDirection([float(x) for x in seg.grid.direction.ravel()])
+    writer = sitk.ImageFileWriter()
+    writer.SetImageIO(kind)
+    writer.SetFileName(str(file))
+    writer.SetUseCompression(True)
+    try:
+        with _quiet():
+            writer.Execute(image)
+    except RuntimeError as error:
+        raise FileError(f"{file}: cannot be written ({_reason(error)})") from None
+
+
+def _names(structures: Mapping[str, int | Sequence[int]] | None, preset: str | None) -> dict[str, tuple[int, ...]]:
+    """Labels by structure: the preset's, those given by hand in their place."""
+    if preset is not None and preset not in PRESETS:
+        raise OptionError(f"unknown preset {preset!r}; expected one of {', '.join(sorted(PRESETS))}")
+    names = dict(PRESETS[preset]) if preset else {}
+    for name, numbers in (structures or {}).items():
+        names[name] = (numbers,) if isinstance(numbers, int) else tuple(int(n) for n in numbers)
+    if not names:
+        raise OptionError(
+            f"no structures: give a preset ({', '.join(sorted(PRESETS))}) or labels by name, as in lv=3 and myo=2"
+        )
+    return names
+
+
+def _read(
+    file: Path,
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, str], list[str]]:
+    """Array ``[i, j, k]``, spacing, origin, direction, NIfTI header fields and notes of a file."""
+    import SimpleITK as sitk
+
+    reader = sitk.ImageFileReader()
+    reader.SetImageIO(require_file(file))
+    reader.SetFileName(str(file))
+    notes: list[str] = []
+    try:
+        with _quiet() as said:
+            reader.ReadImageInformation()
+            size = list(reader.GetSize())
+            _require_volume(file, size, reader.GetNumberOfComponents(), reader.GetPixelID() in _complex(sitk))
+            if len(size) > 3:
+                reader.SetExtractSize(size[:3] + [0] * (len(size) - 3))
+                notes.append(f"the image has {len(size)} dimensions with a single frame; that frame was taken")
+            image = reader.Execute()
+            header = {key: reader.GetMetaData(key) for key in reader.GetMetaDataKeys()}
+    except RuntimeError as error:
+        raise FileError(f"{file}: damaged or not readable ({_reason(error)})") from None
+    if "not read completely" in "".join(said):
+        raise FileError(f"{file}: cut short; copy or convert the file again")
+    array = sitk.GetArrayFromImage(image).T
+    return (
+        array,
+        np.array(image.GetSpacing()),
+        np.array(image.GetOrigin()),
+        np.array(image.GetDirection()).reshape(3, 3),
+        header,
+        notes,
+    )
+
+
+def _require_volume(file: Path, size: list[int], components: int, complex_values: bool) -> None:
+    """Refuse what is no single 3-D image of scalars."""
+    shown = " x ".join(map(str, size))
+    if components > 1 or complex_values:
+        raise InputError(f"{file}: has {max(components, 2)} values per voxel, expected one label")
+    if len(size) < 3 or min(size[:3]) < 2:
+        raise InputError(f"{file}: is a 2-D image ({shown}), expected a stack of at least two slices")
+    if any(n > 1 for n in size[3:]):
+        raise InputError(
+            f"{file}: is a {len(size)}-D image ({shown}), expected 3-D; write one frame to a file of its own"
+        )
+
+
+def _complex(sitk: Any) -> tuple[int, ...]:
+    return (sitk.sitkComplexFloat32, sitk.sitkComplexFloat64)
+
+
+def _labels(array: npt.NDArray[Any], file: Path) -> npt.NDArray[np.integer[Any]]:
+    """Label numbers in the smallest unsigned type, read-only; refuses fractions and negative numbers."""
+    if np.issubdtype(array.dtype, np.floating):
+        whole = np.isfinite(array) & (array == np.rint(array))
+        if not whole.all():
+            value = float(array[~whole][0])
+            wrong = int(array.size - np.count_nonzero(whole))
+            raise InputError(
+                f"{file}: {wrong} voxels are no integers (the first is {value:.6g}), so that it is no label map; "
+                "threshold it, or resample with nearest neighbour"
+            )
+    low, high = array.min(), array.max()
+    if low < 0:
+        raise InputError(f"{file}: has negative labels (the lowest is {int(low)}); labels are 0 and above")
+    if high > np.iinfo(np.uint32).max:
+        raise InputError(f"{file}: has label {high:.6g}, which is too large; is it a label map?")
+    labels = array.astype(np.min_scalar_type(int(high)), order="K", copy=False)
+    labels.setflags(write=False)
+    return labels
+
+
+@contextmanager
+def _quiet() -> Iterator[list[str]]:
+    """Catch what native code writes to the process's standard error, and hand it over as lines.
+
+    ITK's warnings can be switched off; those of the libraries below it (MetaIO, HDF5, nifti_io) cannot.
+    """
+    import SimpleITK as sitk
+
+    said: list[str] = []
+    shown = sitk.ProcessObject.GetGlobalWarningDisplay()
+    sitk.ProcessObject.SetGlobalWarningDisplay(False)
+    sys.stderr.flush()
+    with tempfile.TemporaryFile() as store:
+        try:
+            saved = os.dup(2)
+        except OSError:  # There is no standard error to catch.
+            saved = -1
+        try:
+            if saved >= 0:
+                os.dup2(store.fileno(), 2)
+            yield said
+        finally:
+            sitk.ProcessObject.SetGlobalWarningDisplay(shown)
+            if saved >= 0:
+                os.dup2(saved, 2)
+                os.close(saved)
+                store.seek(0)
+                said.extend(store.read().decode(errors="replace").splitlines())
+                if said:
+                    log.debug("SimpleITK: %s", " | ".join(said))
+
+
+def _reason(error: Exception) -> str:
+    """The last telling line of ITK's message, without the places in its source."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    text = next(
+        (line for line in reversed(lines) if line.startswith("Reason")), lines[-1] if lines else "no reason given"
+    )
+    return text.split("ERROR:", 1)[-1].strip()
+
+
+def _sizes(values: npt.ArrayLike) -> str:
+    return " x ".join(f"{float(v):.4g}" for v in np.asarray(values).ravel())

@@ -1,0 +1,149 @@
+"""Segmentation: a label map on its grid, with names for its labels; gives objects, masks and slice tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import InputError
+from femprep.image.grid import Grid
+from femprep.image.object import LabelObject, make_object
+from femprep.image.slices import SliceTable, slice_table
+from femprep.options import ImageOptions, choose
+
+BoolArray = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Segmentation:
+    """A label map with its place in the world and the names of its structures.
+
+    Attributes
+    ----------
+    labels : (ni, nj, nk) integer array
+        Label numbers, 0 is background.
+    grid : Grid
+        Where the voxels lie.
+    structures : mapping of str to tuple of int
+        Label numbers of each structure.
+    info : mapping
+        Where it comes from and what was guessed or repaired on the way. JSON-ready.
+    """
+
+    labels: npt.NDArray[np.integer[Any]]
+    grid: Grid
+    structures: Mapping[str, tuple[int, ...]]
+    info: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        labels = np.asarray(self.labels)
+        if labels.dtype == bool:
+            labels = labels.astype(np.uint8)
+        if not np.issubdtype(labels.dtype, np.integer):
+            raise InputError(f"labels have type {labels.dtype}, expected integers")
+        if labels.shape != self.grid.shape:
+            raise InputError(f"labels have shape {labels.shape}, their grid {self.grid.shape}")
+        if labels.flags.writeable:
+            labels = labels.copy(order="K")
+            labels.setflags(write=False)
+        structures = {
+            name: tuple(int(n) for n in np.atleast_1d(np.asarray(numbers))) for name, numbers in self.structures.items()
+        }
+        for name, numbers in structures.items():
+            if not numbers:
+                raise InputError(f"structure {name!r} has no label; give at least one number")
+            if min(numbers) < 1:
+                raise InputError(f"structure {name!r} has label {min(numbers)}; labels are positive, 0 is background")
+        object.__setattr__(self, "labels", labels)
+        object.__setattr__(self, "structures", MappingProxyType(structures))
+        object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
+
+    @property
+    def stack_axis(self) -> int:
+        """Axis across the thick slices (usually 2)."""
+        return self.grid.stack_axis
+
+    @cached_property
+    def present(self) -> tuple[int, ...]:
+        """Labels that occur in the map, in increasing order, without the background."""
+        return tuple(int(n) for n in np.unique(self.labels) if n != 0)
+
+    def numbers(self, *structures: str) -> tuple[int, ...]:
+        """Labels of one or several structures together, each checked to occur in the map.
+
+        Raises
+        ------
+        InputError
+            A structure has no name here, or one of its labels does not occur.
+        """
+        found: list[int] = []
+        for name in structures:
+            if name not in self.structures:
+                known = ", ".join(sorted(self.structures)) or "none"
+                raise InputError(
+                    f"structure {name!r} is not defined (defined: {known}); name its labels, for instance {name}=3"
+                )
+            for number in self.structures[name]:
+                if number not in self.present:
+                    raise InputError(
+                        f"label {number} of structure {name!r} does not occur in {self._source}; "
+                        f"labels there: {', '.join(map(str, self.present)) or 'none'}"
+                    )
+                found.append(number)
+        return tuple(dict.fromkeys(found))
+
+    def mask(self, *structures: str) -> BoolArray:
+        """Voxels of one or several structures together, ``(ni, nj, nk)`` bool on the whole grid, as labelled."""
+        return _is_any(self.labels, self.numbers(*structures))
+
+    def object(
+        self, *structures: str, name: str | None = None, options: ImageOptions | None = None, **changes: Any
+    ) -> LabelObject:
+        """One solid object out of one or several structures: padded, in one piece, without voids.
+
+        Parameters
+        ----------
+        *structures : str
+            Structures whose union is the object: ``"lv"`` for the endocardium, ``"lv", "myo"`` for the epicardium.
+        name : str, optional
+            Name of the object; the structures joined by ``+`` where not given.
+        options : ImageOptions, optional
+            ``policy`` and ``minimum_voxels`` are used; also by keyword, as in ``policy="strict"``.
+
+        Returns
+        -------
+        LabelObject
+
+        Raises
+        ------
+        InputError
+            A label does not occur, the object is too small or lies in one slice only, or, with
+            ``policy="strict"``, it is not one piece without voids and tunnels.
+        """
+        if not structures:
+            raise InputError("no structure given; name at least one, as in object('lv')")
+        chosen = choose(ImageOptions, options, changes)
+        mask = self.mask(*structures)
+        return make_object(mask, self.grid, name or "+".join(structures), options=chosen, labels=self.labels)
+
+    def slices(self, *structures: str) -> SliceTable:
+        """Area and centroid of one or several structures together in each slice across the stack."""
+        return slice_table(self.mask(*structures), self.grid, self.stack_axis)
+
+    @property
+    def _source(self) -> str:
+        return str(self.info.get("file", "the label map"))
+
+
+def _is_any(labels: npt.NDArray[np.integer[Any]], numbers: tuple[int, ...]) -> BoolArray:
+    """Where labels are any of some numbers; one byte per voxel, no sorting."""
+    out = labels == numbers[0]
+    for number in numbers[1:]:
+        out |= labels == number
+    return np.asarray(out, dtype=bool)
