@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal, get_args, get_origin
 
 import typer
 
@@ -19,4 +19,8 @@ def option(group: type[StageOptions], field: str, *names: str, panel: str, defau
     if shown is None and info.default is not None:
         shown = f"{info.default:g}" if isinstance(info.default, float) else str(info.default)
     text = (info.description or "") + (f" [dim]\\[default: {shown}][/dim]" if shown else "")
-    return typer.Option(*(names or (f"--{field.replace('_', '-')}",)), help=text, rich_help_panel=panel)
+    choices = [str(value) for value in get_args(info.annotation)] if get_origin(info.annotation) is Literal else []
+    metavar = "|".join(choices) or None
+    return typer.Option(
+        *(names or (f"--{field.replace('_', '-')}",)), help=text, metavar=metavar, rich_help_panel=panel
+    )

@@ -13,7 +13,10 @@ def check(
     json: Annotated[bool, typer.Option("--json", help="Print the quality record as JSON.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing; only the exit status tells.")] = False,
 ) -> int:
-    """Judge a mesh: element quality, orientation, boundary, tags. Exit status 1 where a limit is not met."""
+    """Judge a mesh: element quality, orientation, boundary, tags.
+
+    The exit status is 1 where a limit is not met.
+    """
     from femprep.export import read_mesh
     from femprep.volume import check as judge
 

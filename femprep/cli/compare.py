@@ -16,7 +16,10 @@ def compare(
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the record as JSON.")] = False,
 ) -> None:
-    """Distances between two surfaces: mean, rms, 95 %, greatest; in-slice; normals; volumes; triangle quality."""
+    """Distances between two surfaces, in space and in the slices of an image.
+
+    Mean, rms, 95 % and greatest distance, in-slice distance, normals, volumes, triangle quality.
+    """
     from femprep.output import compare_files
 
     record = compare_files(a, b, slices)

@@ -16,7 +16,10 @@ def convert(
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Write a mesh in another format, with its regions, facet tags and fibres where the format holds them."""
+    """Write a mesh in another format.
+
+    Regions, facet tags and fibres go along where the format holds them.
+    """
     from femprep.export import read_mesh, write_mesh
 
     paths = write_mesh(read_mesh(mesh), out, format=format)

@@ -15,7 +15,7 @@ INPUT, SURFACES, WALL, VOLUME, OUTPUT = "Input", "Surfaces", "Wall", "Volume mes
 
 
 def mesh(
-    segmentation: Annotated[Path, typer.Argument(help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd.")],
+    segmentation: Annotated[Path, typer.Argument(metavar="SEG", help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder to make.", rich_help_panel=OUTPUT)],
     preset: Annotated[str | None, option(Options, "preset", panel=INPUT)] = None,
     structure: Annotated[

@@ -15,7 +15,7 @@ INPUT, SURFACES, OUTPUT = "Input", "Surfaces", "Output"
 
 
 def surface(
-    segmentation: Annotated[Path, typer.Argument(help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd.")],
+    segmentation: Annotated[Path, typer.Argument(metavar="SEG", help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder to make.", rich_help_panel=OUTPUT)],
     preset: Annotated[str | None, option(Options, "preset", panel=INPUT)] = None,
     structure: Annotated[
@@ -47,7 +47,10 @@ def surface(
     ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print the run record as JSON.", rich_help_panel=OUTPUT)] = False,
 ) -> int:
-    """Fit closed, smooth surfaces of a chosen number of vertices: OUT/surfaces/NAME.vtp and OUT/run.json."""
+    """Fit closed, smooth surfaces of a chosen number of vertices.
+
+    Makes the folder OUT: surfaces/NAME.vtp, one for each object, and run.json.
+    """
     options = read_options(
         config,
         preset=preset,
