@@ -76,8 +76,56 @@ class VolumeOptions(StageOptions):
 
     mesher: Literal["tetwild"] = Field("tetwild", description="Which mesher fills the wall.")
     edge_length: float = Field(2.5, gt=0, description="Edge length of the elements, mm.")
+    envelope: float | None = Field(
+        None,
+        gt=0,
+        description="How far the mesher may leave the wall's surface, mm; a twentieth of the edge length if not given.",
+    )
+    stop_energy: float = Field(
+        8.0,
+        ge=4,
+        le=1000,
+        description="Shape energy at which the mesher stops improving elements: 3 is a regular tetrahedron, lower is "
+        "better and slower; below 6 it may never be reached.",
+    )
+    optimise: bool = Field(
+        True, description="Move points of the worst elements afterwards, surface points along their surface."
+    )
+    minimum_dihedral: float = Field(
+        10.0, ge=0, lt=70, description="Smallest dihedral angle asked of the mesh, degrees; below it the mesher retries."
+    )
+    mean_ratio: float = Field(
+        0.82, ge=0, lt=1, description="Mean of the mean ratio asked of the mesh; below it the mesher retries."
+    )
+    retries: int = Field(
+        2, ge=0, le=10, description="Further runs of the mesher, with other parameters, where one fails."
+    )
     time_limit: float = Field(600.0, gt=0, description="Longest time one run of the mesher may take, s.")
     memory_limit: float = Field(8.0, gt=0, description="Largest memory the mesher may need, GB.")
+
+
+class CheckOptions(StageOptions):
+    """Limits a mesh is judged by; None leaves a limit out."""
+
+    minimum_dihedral: float | None = Field(
+        10.0, gt=0, lt=90, description="Smallest dihedral angle of tetrahedra, degrees."
+    )
+    maximum_dihedral: float | None = Field(
+        170.0, gt=60, lt=180, description="Largest dihedral angle of tetrahedra, degrees."
+    )
+    minimum_mean_ratio: float | None = Field(
+        None, gt=0, lt=1, description="Smallest mean ratio an element may have; 1 is the ideal shape."
+    )
+    mean_of_mean_ratio: float | None = Field(
+        0.82, gt=0, lt=1, description="Mean over all tetrahedra of the mean ratio; 1 is the ideal shape."
+    )
+    minimum_scaled_jacobian: float | None = Field(
+        0.1, gt=0, lt=1, description="Smallest scaled Jacobian of any element; 1 is the ideal shape."
+    )
+    plane_tolerance: float = Field(
+        1e-9, gt=0, description="How far points of base and apex facets may lie from their plane, mm."
+    )
+    worst: int = Field(10, ge=0, le=1000, description="How many of the worst elements are listed, per measure.")
 
 
 class ExportOptions(StageOptions):

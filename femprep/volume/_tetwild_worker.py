@@ -1,0 +1,61 @@
+"""A folder with ``input.npz`` in, ``output.npz`` in the same folder out: one run of fTetWild, in a process of its own.
+
+Run as a script, never imported: ``python -P _tetwild_worker.py FOLDER PARENT TIME_LIMIT``. fTetWild may crash, holds
+the interpreter's lock for the whole run, keeps static state and writes into the current folder.
+
+This process must not outlive its parent. On Linux the kernel kills it when the parent ends, however that happens;
+elsewhere the parent starts a watchdog (see ``guard``). Besides, a native timer ends it everywhere after the time limit.
+"""
+
+import ctypes
+import faulthandler
+import json
+import os
+import signal
+import sys
+from pathlib import Path
+
+_PR_SET_PDEATHSIG = 1
+_GRACE = 10.0
+
+
+def follow_parent(parent: int) -> None:
+    """Ask the kernel to kill this process when the thread that started it ends (Linux)."""
+    if sys.platform != "linux":
+        return
+    # The thread that started this process waits for it, so that its end is the end of the call.
+    ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+    if os.getppid() != parent:  # it ended before the kernel was asked
+        os._exit(1)
+
+
+def main(folder: Path, parent: int, time_limit: float) -> None:
+    """Read the input, run fTetWild, write its result."""
+    follow_parent(parent)
+    # Ctrl-C and faults act at once, without the interpreter, whose lock fTetWild holds.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    faulthandler.dump_traceback_later(time_limit + _GRACE, exit=True)
+    os.chdir(folder)
+
+    import numpy as np
+    import pytetwild
+
+    with np.load("input.npz") as data:
+        given = {name: data[name] for name in data.files}
+    settings = json.loads(str(given.pop("settings")))
+    points, cells = pytetwild.tetrahedralize(
+        given.pop("points"), given.pop("triangles").astype(np.uint32), vtk_ordering=True, **settings, **given
+    )
+    record = {}
+    if sys.platform != "win32":
+        import resource
+
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        record["peak_bytes"] = peak if sys.platform == "darwin" else 1024 * peak
+    # Written whole or not at all: the parent never sees half of it.
+    np.savez("part.npz", points=points, cells=cells, record=json.dumps(record))
+    Path("part.npz").replace("output.npz")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]))

@@ -1,0 +1,218 @@
+"""A surface and parameters in, fTetWild's tetrahedra out: run in a child process with limits of time and memory.
+
+Whatever happens to the child (crash, hang, too much memory) becomes one line; whatever happens to this process, the
+child does not outlive it.
+
+- An exception in this thread, Ctrl-C and one raised by ``progress`` included, kills the child and removes its folder.
+- When this process is killed outright: on Linux the kernel kills the child (``PR_SET_PDEATHSIG``). Elsewhere a
+  watchdog process, which waits for the end of a pipe that this process holds open, kills it. Both hold for SIGKILL.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from multiprocessing.spawn import get_executable
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import MissingDependencyError, ResourceError, StageError
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+_log = logging.getLogger(__name__)
+
+#: The script the child runs.
+WORKER: Final = Path(__file__).with_name("_tetwild_worker.py")
+
+#: Seconds between two looks at the child.
+PULSE: Final = 0.2
+
+_WATCHDOG = """
+import os, signal, sys
+sys.stdin.buffer.read()
+try:
+    os.kill(int(sys.argv[1]), getattr(signal, "SIGKILL", signal.SIGTERM))
+except OSError:
+    pass
+"""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one run of the mesher gave.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        mm.
+    cells : (m, 4) array
+        Tetrahedra in VTK's order.
+    seconds : float
+        Wall-clock time of the child.
+    peak_bytes : int or None
+        Its peak memory, where the system tells.
+    """
+
+    points: FloatArray
+    cells: IntArray
+    seconds: float
+    peak_bytes: int | None
+
+
+def run_tetwild(
+    points: FloatArray,
+    triangles: IntArray,
+    settings: Mapping[str, Any],
+    *,
+    time_limit: float,
+    memory_limit: float,
+    pulse: Callable[[float], None] | None = None,
+) -> Run:
+    """Run fTetWild once, in a child process.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+    triangles : (m, 3) array
+        A surface that has been validated: fTetWild checks nothing.
+    settings : mapping
+        Further arguments of ``pytetwild.tetrahedralize``.
+    time_limit : float
+        s.
+    memory_limit : float
+        GB; watched while it runs on Linux.
+    pulse : callable, optional
+        Called with the seconds gone, about five times a second; what it raises ends the run.
+
+    Raises
+    ------
+    StageError
+        The mesher crashed, failed, or ran into the time limit.
+    ResourceError
+        It took more memory than the limit.
+    MissingDependencyError
+        pytetwild cannot be imported.
+    """
+    start = time.perf_counter()
+    with tempfile.TemporaryDirectory(prefix="femprep-tetwild-", ignore_cleanup_errors=True) as name:
+        folder = Path(name)
+        np.savez(folder / "input.npz", points=points, triangles=triangles, settings=json.dumps(dict(settings)))
+        with (folder / "log.txt").open("wb") as log:
+            # -P keeps the script's own folder off the import path; this process' path goes to the child as it is.
+            child = subprocess.Popen(
+                [os.fsdecode(get_executable()), "-P", str(WORKER), name, str(os.getpid()), str(time_limit)],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                cwd=name,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
+            )
+            watchdog = None
+            try:
+                watchdog = None if sys.platform == "linux" else start_watchdog(child.pid)
+                _wait(child, start, time_limit, memory_limit, pulse)
+            finally:
+                child.kill()
+                child.wait()
+                if watchdog is not None:
+                    watchdog.kill()
+                    watchdog.wait()
+        seconds = time.perf_counter() - start
+        _judge_exit(child.returncode, seconds, _last_line(folder / "log.txt"))
+        with np.load(folder / "output.npz") as data:
+            record = json.loads(str(data["record"]))
+            return Run(
+                np.asarray(data["points"], dtype=np.float64),
+                np.asarray(data["cells"], dtype=np.int64),
+                seconds,
+                record.get("peak_bytes"),
+            )
+
+
+def start_watchdog(pid: int) -> subprocess.Popen[bytes]:
+    """Start a process that kills ``pid`` when this process ends: it reads a pipe that only this process holds open."""
+    return subprocess.Popen(
+        [os.fsdecode(get_executable()), "-I", "-S", "-c", _WATCHDOG, str(pid)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+
+
+def _wait(
+    child: subprocess.Popen[bytes],
+    start: float,
+    time_limit: float,
+    memory_limit: float,
+    pulse: Callable[[float], None] | None,
+) -> None:
+    """Wait for the child, watching its time and memory."""
+    while True:
+        try:
+            child.wait(timeout=PULSE)
+            return
+        except subprocess.TimeoutExpired:
+            pass
+        gone = time.perf_counter() - start
+        if gone > time_limit:
+            raise StageError(
+                f"the mesher did not finish within {time_limit:g} s (option time_limit); "
+                "choose a larger edge_length, a larger stop_energy or a longer time_limit"
+            )
+        used = _resident_gigabytes(child.pid)
+        if used is not None and used > memory_limit:
+            raise ResourceError(
+                f"the mesher took {used:.1f} GB, more than {memory_limit:g} GB (option memory_limit); "
+                "choose a larger edge_length or a larger memory_limit"
+            )
+        if pulse is not None:
+            pulse(gone)
+
+
+def _resident_gigabytes(pid: int) -> float | None:
+    """Memory a process holds, where the system tells (Linux)."""
+    try:
+        pages = int(Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[1])
+    except (OSError, IndexError, ValueError):
+        return None
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e9
+
+
+def _judge_exit(status: int, seconds: float, last: str) -> None:
+    """Turn the child's exit status into an error, if it is one."""
+    if status == 0:
+        return
+    if status < 0:
+        try:
+            cause = f"was ended by {signal.Signals(-status).name}"
+        except ValueError:
+            cause = f"was ended by signal {-status}"
+    elif status > 0xFFFF:
+        cause = f"crashed with status {status:#x}"
+    elif "pytetwild" in last and ("ModuleNotFoundError" in last or "ImportError" in last):
+        raise MissingDependencyError(f"pytetwild cannot be imported ({last}); install it with pip install pytetwild")
+    else:
+        cause = f"failed with status {status}"
+    detail = f": {last}" if last else ""
+    raise StageError(
+        f"the mesher {cause} after {seconds:.1f} s{detail}; choose another edge_length or envelope, or remesh the wall"
+    )
+
+
+def _last_line(path: Path) -> str:
+    """Last line that is not empty of what the child printed, cut to 200 characters."""
+    lines = [line.strip() for line in path.read_text(encoding="utf-8", errors="replace").splitlines() if line.strip()]
+    return lines[-1][:200] if lines else ""
