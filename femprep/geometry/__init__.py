@@ -1,0 +1,1 @@
+"""Geometry of triangle meshes, arrays in and arrays out: quality, topology, intersections, closest points."""
