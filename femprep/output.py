@@ -13,6 +13,7 @@ from femprep.export import write_facets, write_format, write_mesh, write_surface
 from femprep.pipeline import Run, Surfaces
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, plain
+from femprep.report.notices import gather, object_notices
 from femprep.report.page import histogram, report_page
 from femprep.report.picture import finish_picture, start_picture
 from femprep.report.slices import STROKES, slice_pictures
@@ -132,13 +133,13 @@ def _manifest(
             shape=tuple(seg.labels.shape),
             spacing_mm=tuple(float(s) for s in seg.grid.spacing),
             structures={name: list(labels) for name, labels in seg.structures.items()},
-            notes=plain(seg.info),
+            notes={key: value for key, value in plain(seg.info).items() if key != "file"},
         ),
         options=run.options,
         stages=[StageRecord(name=name, seconds=round(value, 3)) for name, value in seconds.items()],
         volumes=volumes,
         details=details,
-        notices=_notices(details, seg.info),
+        notices=gather(seg.info, details),
         deterministic=not (isinstance(run, Run) and run.options.volume.mesher == "tetwild"),
         files=sorted(files),
     )
@@ -157,7 +158,10 @@ def _surface_details(run: Run | Surfaces) -> dict[str, Any]:
             "quality_min": float(quality.min()),
             **plain(surface.info),
         }
-    return {"objects": {name: plain(obj.report) for name, obj in run.objects.items()}, "surfaces": found}
+    objects = {
+        name: {**plain(obj.report), "notices": object_notices(name, obj.report)} for name, obj in run.objects.items()
+    }
+    return {"objects": objects, "surfaces": found}
 
 
 def _details(run: Run) -> dict[str, Any]:
@@ -166,23 +170,6 @@ def _details(run: Run) -> dict[str, Any]:
         for name, plane in run.wall.planes.items()
     }
     return {**_surface_details(run), "planes": planes, "wall": plain(run.wall.info), "volume": plain(run.mesh.info)}
-
-
-def _notices(details: Mapping[str, Any], notes: Mapping[str, Any]) -> list[str]:
-    """Every ``notices`` list found in what the reader and the stages report, once each, in order."""
-    found: list[str] = []
-
-    def visit(value: Any) -> None:
-        if isinstance(value, Mapping):
-            for key, item in value.items():
-                if key == "notices":
-                    found.extend(str(line) for line in item)
-                else:
-                    visit(item)
-
-    visit(notes)
-    visit(details)
-    return list(dict.fromkeys(found))
 
 
 def _beside(name: str, mesh_mm3: float, voxels_mm3: float) -> VolumeRecord:

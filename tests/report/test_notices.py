@@ -1,0 +1,19 @@
+"""What was repaired is said, once."""
+
+from __future__ import annotations
+
+from femprep.report.notices import gather, object_notices
+
+
+def test_lines_are_gathered_from_all_depths_once() -> None:
+    report = {"a": {"notices": ["one", "two"]}, "b": {"c": {"notes": ["two", "three"]}}, "notes": "no list"}
+    assert gather({"notes": ["zero"]}, report) == ["zero", "one", "two", "three"]
+
+
+def test_object_repairs_are_said_with_their_counts() -> None:
+    report = {"removed_voxels": 12, "pieces": 3, "filled_voxels": 5, "voids": 1, "tunnels": 2}
+    lines = object_notices("rv", report)
+    assert lines[0] == "object rv: 12 voxels in 2 smaller pieces were left out"
+    assert lines[1] == "object rv: 5 voxels in 1 voids were filled"
+    assert "2 tunnels" in lines[2]
+    assert object_notices("lv", {"removed_voxels": 0, "filled_voxels": 0, "tunnels": 0}) == []
