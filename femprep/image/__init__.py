@@ -6,6 +6,7 @@ from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.grid import Grid
 from femprep.image.object import LabelObject, make_object
 from femprep.image.reader import read_segmentation, write_segmentation
+from femprep.image.resample import isotropic
 from femprep.image.segmentation import Segmentation
 from femprep.image.slices import SliceTable, slice_table
 from femprep.image.topology import Topology, topology
@@ -18,6 +19,7 @@ __all__ = [
     "SliceTable",
     "Topology",
     "boundary_points",
+    "isotropic",
     "make_object",
     "read_segmentation",
     "slice_table",

@@ -1,0 +1,124 @@
+"""A LabelObject with thick slices in, the same on isotropic voxels out, its shape interpolated between slices."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import OptionError
+from femprep.image.grid import Grid
+from femprep.image.object import PADDING, LabelObject, bounding_box
+from femprep.image.topology import BoolArray, label_pieces
+from femprep.model import FloatArray
+
+
+def isotropic(obj: LabelObject, spacing: float | None = None) -> LabelObject:
+    """Resample an object to isotropic voxels (the paper's section 2.6 needs them to erode it evenly).
+
+    Each slice becomes a map of signed in-plane distances to the object's edge; these are interpolated linearly between
+    slices and cut at zero, so that contours move steadily from one slice to the next instead of jumping half-way. The
+    first and the last slice keep their half thickness outward.
+
+    Parameters
+    ----------
+    obj : LabelObject
+    spacing : float, optional
+        New voxel size, mm; the smallest of the object's where not given.
+
+    Returns
+    -------
+    LabelObject
+        On a grid with the same directions; the object's own voxel centres are kept where the size does not change.
+        ``report`` gains ``resampled_spacing`` and ``resampled_by`` (``"shape"``, or ``"nearest"`` where neighbouring
+        slices overlap so little that interpolated shapes would come apart).
+
+    Raises
+    ------
+    OptionError
+        The new voxel size is not positive.
+
+    References
+    ----------
+    Raya & Udupa 1990, Shape-based interpolation of multidimensional objects, doi 10.1109/42.52980.
+    """
+    size = float(obj.grid.spacing.min()) if spacing is None else float(spacing)
+    if not np.isfinite(size) or size <= 0.0:
+        raise OptionError(f"spacing is {spacing!r} mm, expected a positive number")
+    axis = obj.stack_axis
+    first, last = bounding_box(obj.mask)
+    centres = [_centres(first[a], last[a], float(obj.grid.spacing[a]), size) for a in range(3)]
+    mask, method = _by_shape(obj, axis, (first[axis], last[axis]), centres), "shape"
+    if len(label_pieces(mask)[1]) != len(label_pieces(obj.mask)[1]):
+        nearest = [np.clip(np.rint(c).astype(int), 0, n - 1) for c, n in zip(centres, obj.mask.shape)]
+        mask, method = obj.mask[np.ix_(*nearest)], "nearest"
+    low, high = bounding_box(mask)
+    # Shapes may reach the border of the new grid less or more than the voxels did: cut to what is used, pad anew.
+    mask = np.pad(mask[tuple(slice(a, b + 1) for a, b in zip(low, high))], PADDING)
+    mask.setflags(write=False)
+    step = np.array([c[1] - c[0] for c in centres])
+    start = np.array([c[0] for c in centres]) + (np.array(low) - PADDING) * step
+    grid = Grid(mask.shape, np.full(3, size), obj.grid.to_world(start), obj.grid.direction)
+    return LabelObject(mask, grid, obj.name, {**obj.report, "resampled_spacing": size, "resampled_by": method})
+
+
+def _centres(first: int, last: int, old: float, new: float) -> FloatArray:
+    """New voxel centres, as old indices, that cover the object with some room; centred on the object."""
+    middle = 0.5 * (first + last)
+    length = (last - first + 1) * old
+    # An equal size keeps the old centres: an odd count has one in the middle, an even count none.
+    count = int(np.ceil(length / new - 1e-9)) + 2
+    return np.asarray(middle + (np.arange(count) - 0.5 * (count - 1)) * (new / old), dtype=np.float64)
+
+
+def _by_shape(obj: LabelObject, axis: int, ends: tuple[int, int], centres: list[FloatArray]) -> BoolArray:
+    """Interpolate signed distances; holds two slices at a time at the new resolution."""
+    flat = [a for a in range(3) if a != axis]
+    spacing = obj.grid.spacing[flat]
+    slices: dict[int, npt.NDArray[np.float64]] = {}
+
+    def distance(k: int) -> npt.NDArray[np.float64]:
+        if k not in slices:
+            signed = _signed_distance(np.take(obj.mask, k, axis=axis), spacing)
+            for direction, a in enumerate(flat):
+                signed = _linear(signed, centres[a], direction)
+            for old in [n for n in slices if n < k - 1]:
+                del slices[old]
+            slices[k] = signed
+        return slices[k]
+
+    out = np.zeros([len(c) for c in centres], dtype=bool)
+    stacked = np.moveaxis(out, axis, 0)
+    for row, position in enumerate(centres[axis]):
+        if not ends[0] - 0.5 - 1e-9 <= position <= ends[1] + 0.5 + 1e-9:
+            continue
+        inside = float(np.clip(position, *ends))
+        below = min(int(np.floor(inside)), max(ends[1] - 1, ends[0]))
+        weight = inside - below
+        values = distance(below)
+        if weight > 0.0:
+            values = (1.0 - weight) * values + weight * distance(below + 1)
+        stacked[row] = values > 0.0
+    return out
+
+
+def _signed_distance(plane: BoolArray, spacing: FloatArray) -> npt.NDArray[np.float64]:
+    """Distance of pixel centres of a slice from the edge (half-way between centres), mm, positive inside."""
+    from scipy import ndimage
+
+    within = np.asarray(ndimage.distance_transform_edt(plane, sampling=spacing))
+    without = np.asarray(ndimage.distance_transform_edt(~plane, sampling=spacing))
+    half = 0.5 * float(spacing.min())
+    return np.where(plane, within - half, half - without)
+
+
+def _linear(values: npt.NDArray[np.float64], positions: FloatArray, axis: int) -> npt.NDArray[np.float64]:
+    """Linear interpolation along an axis, constant beyond its ends."""
+    inside = np.clip(positions, 0, values.shape[axis] - 1)
+    low = np.minimum(np.floor(inside).astype(int), values.shape[axis] - 2)
+    weight = inside - low
+    if not weight.any():
+        return np.asarray(np.take(values, low, axis=axis))
+    shape = [1, 1]
+    shape[axis] = -1
+    w = weight.reshape(shape)
+    return np.asarray((1.0 - w) * np.take(values, low, axis=axis) + w * np.take(values, low + 1, axis=axis))
