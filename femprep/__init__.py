@@ -29,6 +29,11 @@ _HOMES = {
     "LabelObject": "femprep.image",
     "boundary_points": "femprep.image",
     "BoundaryPoints": "femprep.image",
+    "write_mesh": "femprep.export",
+    "read_mesh": "femprep.export",
+    "write_facets": "femprep.export",
+    "write_wall": "femprep.export",
+    "write_surface": "femprep.export",
 }
 
 __all__ = ["__version__", *_HOMES]

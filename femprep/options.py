@@ -49,6 +49,9 @@ class SurfaceOptions(StageOptions):
         None, ge=4, description="Number of spline control points K; from the object where not given."
     )
     spline_order: int = Field(4, ge=2, le=10, description="Order m of Wahba's spline.")
+    sphere_ratio: float = Field(
+        1.25, gt=1.0, le=4.0, description="Radius of the sphere over the object's greatest distance from its barycentre."
+    )
     steps: int = Field(40, ge=4, le=1000, description="Runge-Kutta steps from sphere to surface.")
     memory_limit: float = Field(4.0, gt=0, description="Largest memory a solve may need, GB.")
 
@@ -69,6 +72,9 @@ class WallOptions(StageOptions):
         "closed", description="Whether the wall is closed at the apex or cut there by a plane."
     )
     minimum_thickness: float = Field(1.0, ge=0, description="Least wall thickness, mm.")
+    maximum_push: float = Field(
+        8.0, ge=0, description="Farthest the epicardium may be pushed outwards to reach the least thickness, mm."
+    )
 
 
 class VolumeOptions(StageOptions):

@@ -1,1 +1,19 @@
-"""One file per solver format, one table."""
+"""Meshes, walls and surfaces in, files for solvers out, and back: one table, one file per format."""
+
+from __future__ import annotations
+
+from femprep.export.reading import read_mesh
+from femprep.export.table import FORMATS, Format, require_formats
+from femprep.export.writing import write_facets, write_format, write_mesh, write_surface, write_wall
+
+__all__ = [
+    "FORMATS",
+    "Format",
+    "read_mesh",
+    "require_formats",
+    "write_facets",
+    "write_format",
+    "write_mesh",
+    "write_surface",
+    "write_wall",
+]

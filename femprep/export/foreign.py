@@ -1,0 +1,157 @@
+"""A mesh of meshio's in, a tagged volume mesh out: blocks gathered by type, tags and names found."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from femprep.elements import ELEMENTS, FACET_CORNERS, FACET_TYPES
+from femprep.errors import InputError
+from femprep.export.names import Numbers
+from femprep.model import VolumeMesh
+
+log = logging.getLogger(__name__)
+
+#: Cell arrays that hold tags, by the programs that write them, in the order they are looked for.
+TAG_ARRAYS: Final = (
+    *("region", "facet_tag", "gmsh:physical", "medit:ref", "cell_tags", "Cell tags", "Facet tags"),
+    *("elemTag", "ModelRegionID", "ModelFaceID", "material", "MaterialID", "ID"),
+)
+#: Arrays that say nothing about the mesh, only about the file.
+_BOOKKEEPING: Final = ("gmsh:geometrical", "gmsh:dim_tags")
+_SIZES: Final = {name: size for size, name in FACET_TYPES.items()}
+
+
+@dataclass(frozen=True)
+class Block:
+    """Cells of one type: what ``meshio.CellBlock`` is, without its check, which does not know ``wedge15``."""
+
+    type: str
+    data: Any
+
+
+@dataclass(frozen=True)
+class ForeignMesh:
+    """The parts of a ``meshio.Mesh`` that are read here."""
+
+    points: Any
+    cells: list[Block]
+    point_data: Mapping[str, Any] = field(default_factory=dict)
+    cell_data: Mapping[str, list[Any]] = field(default_factory=dict)
+    field_data: Mapping[str, Any] = field(default_factory=dict)
+    cell_sets: Mapping[str, list[Any]] = field(default_factory=dict)
+
+
+def from_meshio(mesh: Any) -> VolumeMesh:
+    """Tagged volume mesh of a ``meshio.Mesh``, or of a :class:`ForeignMesh`.
+
+    Raises
+    ------
+    InputError
+        It holds no volume element that femprep knows.
+    """
+    numbers = Numbers()
+    own_names = _names_by_dimension(mesh.field_data)
+    kept: dict[str, list[int]] = {}
+    for i, block in enumerate(mesh.cells):
+        kept.setdefault(block.type, []).append(i)
+    left_out = sorted(set(kept) - set(ELEMENTS) - set(FACET_CORNERS))
+    volume = [i for kind, where in kept.items() if kind in ELEMENTS for i in where]
+    surface = [i for kind, where in kept.items() if kind in FACET_CORNERS for i in where]
+    if not volume:
+        types = ", ".join(kept) or "none at all"
+        raise InputError(f"holds no volume elements (found {types}); give a mesh of {', '.join(ELEMENTS)}")
+    if left_out:
+        log.warning("elements of types %s are left out", ", ".join(left_out))
+    region, region_from = _tags(mesh, volume, numbers, own_names.get(3, {}), facet=False)
+    facet_tag, facet_from = _tags(mesh, surface, numbers, own_names.get(2, {}), facet=True)
+    taken = {region_from, facet_from, *_BOOKKEEPING}
+    points = np.asarray(mesh.points, dtype=np.float64)
+    if points.ndim == 2 and points.shape[1] == 2:
+        points = np.column_stack([points, np.zeros(len(points))])
+    return VolumeMesh(
+        points=points,
+        cells=_gather(mesh, kept, ELEMENTS),
+        region=region,
+        facets=_gather(mesh, kept, FACET_CORNERS),
+        facet_tag=facet_tag,
+        cell_data=_data(mesh.cell_data, volume, taken),
+        point_data={name: v for name, v in mesh.point_data.items() if name not in _BOOKKEEPING},
+        facet_data=_data(mesh.cell_data, surface, taken) if surface else {},
+        info={
+            "source": {"region": region_from, "facet_tag": facet_from, "left_out": left_out},
+            **numbers.info,
+        },
+    )
+
+
+def _gather(mesh: Any, kept: Mapping[str, list[int]], kinds: Any) -> dict[str, np.ndarray]:
+    return {
+        kind: np.concatenate([np.asarray(mesh.cells[i].data, dtype=np.int64) for i in kept[kind]])
+        for kind in kept
+        if kind in kinds
+    }
+
+
+def _names_by_dimension(field_data: Mapping[str, Any]) -> dict[int, dict[int, str]]:
+    """Names that a file gives to tags, by the dimension of what they name."""
+    found: dict[int, dict[int, str]] = {}
+    for name, value in field_data.items():
+        entry = np.asarray(value).ravel()
+        if entry.size == 2 and entry.dtype.kind in "iu":
+            found.setdefault(int(entry[1]), {})[int(entry[0])] = name
+    return found
+
+
+def _tags(
+    mesh: Any, blocks: list[int], numbers: Numbers, names: Mapping[int, str], *, facet: bool
+) -> tuple[np.ndarray, str]:
+    """Tags over some blocks, and the name of the array or the word ``sets`` they come from."""
+    total = sum(len(mesh.cells[i].data) for i in blocks)
+    if not blocks:
+        return np.empty(0, dtype=np.int32), "none"
+    for array in TAG_ARRAYS:
+        if array not in mesh.cell_data:
+            continue
+        values = [np.asarray(mesh.cell_data[array][i]) for i in blocks]
+        if all(v.ndim == 1 and (v.dtype.kind in "iu" or np.array_equal(v, np.round(v))) for v in values):
+            tags = np.concatenate(values).astype(np.int64)
+            out = tags.copy()
+            for own in np.unique(tags):
+                label = names.get(int(own)) or _family(mesh, int(own))
+                if label:
+                    out[tags == own] = numbers.of(label, int(own), facet=facet)
+            return out.astype(np.int32), array
+    out = np.zeros(total, dtype=np.int64)
+    named = False
+    for name, sets in getattr(mesh, "cell_sets", {}).items():
+        if name.startswith("gmsh:"):
+            continue
+        first = 0
+        for i in blocks:
+            chosen = np.asarray(sets[i] if sets[i] is not None else [], dtype=np.int64)
+            if chosen.size:
+                out[first + chosen] = numbers.of(name, facet=facet)
+                named = True
+            first += len(mesh.cells[i].data)
+    return out.astype(np.int32), "sets" if named else "none"
+
+
+def _family(mesh: Any, tag: int) -> str | None:
+    """Name of a MED family, which meshio keeps beside the tags."""
+    names = getattr(mesh, "cell_tags", {}).get(tag)
+    return names[0] if names else None
+
+
+def _data(cell_data: Mapping[str, list[Any]], blocks: list[int], taken: set[str]) -> dict[str, np.ndarray]:
+    """Cell arrays over some blocks; an array that differs in shape between them is left out."""
+    found = {}
+    for name, values in cell_data.items():
+        parts = [np.asarray(values[i]) for i in blocks]
+        if name not in taken and len({part.shape[1:] for part in parts}) == 1:
+            found[name] = np.concatenate(parts)
+    return found

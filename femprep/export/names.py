@@ -1,0 +1,80 @@
+"""Tag numbers in, names out, and back: the names under which sets, groups and surfaces stand in files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+import numpy as np
+
+from femprep.elements import FACET_CORNERS
+from femprep.model import FACET_TAGS, REGION_TAGS, IntArray, VolumeMesh, tag_name
+
+#: Key of ``VolumeMesh.info`` for the names of tags that a foreign file brought along: ``{name: number}``.
+FOREIGN = "tag_names"
+
+
+def region_names(mesh: VolumeMesh) -> dict[str, int]:
+    """Tags of the regions of a mesh by name, in order of their numbers."""
+    return _named(mesh, np.unique(mesh.region))
+
+
+def facet_names(mesh: VolumeMesh) -> dict[str, int]:
+    """Tags of the facets of a mesh by name, in order of their numbers."""
+    return _named(mesh, np.unique(mesh.facet_tag))
+
+
+def _named(mesh: VolumeMesh, tags: Iterable[int]) -> dict[str, int]:
+    foreign = {int(number): name for name, number in mesh.info.get(FOREIGN, {}).items()}
+    return {foreign.get(int(tag), tag_name(int(tag))): int(tag) for tag in tags}
+
+
+def tag_number(name: str) -> int | None:
+    """Number of a tag by its name in any case, ``None`` for a name that is not ours."""
+    for table in (REGION_TAGS, FACET_TAGS):
+        if name.lower() in table:
+            return table[name.lower()]
+    match = re.fullmatch(r"tag_(-?\d+)", name.lower())
+    return int(match[1]) if match else None
+
+
+class Numbers:
+    """Numbers for the names a file brings: ours where we know the name, the file's or a free one where not."""
+
+    def __init__(self) -> None:
+        self.foreign: dict[str, int] = {}
+
+    def of(self, name: str, own: int | None = None, *, facet: bool = False) -> int:
+        """The number of a set called ``name``, to which the file itself gave the number ``own`` (or none)."""
+        known = tag_number(name)
+        if known is not None:
+            return known
+        if name not in self.foreign:
+            used = set(self.foreign.values()) | set(REGION_TAGS.values()) | set(FACET_TAGS.values())
+            free = next(n for n in range(201 if facet else 51, 100_000) if n not in used)
+            self.foreign[name] = own if own is not None else free
+        return self.foreign[name]
+
+    @property
+    def info(self) -> dict[str, dict[str, int]]:
+        """What a mesh's ``info`` has to hold so that the names are kept."""
+        return {FOREIGN: dict(self.foreign)} if self.foreign else {}
+
+
+def facet_nodes(mesh: VolumeMesh, tag: int, *, corners: bool = False) -> IntArray:
+    """Numbers of the points of all facets with a tag, ascending."""
+    found, first = [np.empty(0, dtype=np.int64)], 0
+    for kind, block in mesh.facets.items():
+        chosen = block[mesh.facet_tag[first : first + len(block)] == tag]
+        found.append((chosen[:, : FACET_CORNERS[kind]] if corners else chosen).ravel())
+        first += len(block)
+    return np.unique(np.concatenate(found))
+
+
+def region_nodes(mesh: VolumeMesh, tag: int) -> IntArray:
+    """Numbers of the points of all elements of a region, ascending."""
+    found, first = [np.empty(0, dtype=np.int64)], 0
+    for block in mesh.cells.values():
+        found.append(block[mesh.region[first : first + len(block)] == tag].ravel())
+        first += len(block)
+    return np.unique(np.concatenate(found))

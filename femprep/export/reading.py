@@ -1,0 +1,100 @@
+"""Anyone's mesh file in, a tagged volume mesh out."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+from femprep.errors import FemprepError, FileError
+from femprep.export.foreign import from_meshio
+from femprep.model import VolumeMesh
+
+
+def read_mesh(path: str | Path) -> VolumeMesh:
+    """Read a volume mesh.
+
+    Parameters
+    ----------
+    path : path
+        ``.vtu``, ``.vtk``, ``.inp`` (Abaqus, CalculiX), ``.xdmf``, ``.msh`` (Gmsh), and everything else that
+        meshio reads (``.med``, ``.mesh``, ``.exo``...).
+
+    Returns
+    -------
+    VolumeMesh
+        Files of ours give every region, facet tag, name and fibre back. Of others', regions and facet tags are taken
+        from the tag arrays, physical groups and sets that the file holds; elements keep their orientation, so that a
+        check finds inverted ones. ``info["source"]`` says what was taken from where, and what was left out. Lengths
+        are those of the file: femprep takes them as mm, except where a file of ours names another unit.
+
+    Raises
+    ------
+    FileError
+        The file is missing, damaged, of an unknown format, or holds no volume elements.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise FileError(f"mesh file {str(path)!r} does not exist")
+    read = _READERS.get(path.suffix.lower(), _meshio)
+    try:
+        return read(path)
+    except FemprepError as error:
+        raise FileError(f"{str(path)!r}: {error}" if str(path) not in str(error) else str(error)) from error
+    except (OSError, ValueError, KeyError, IndexError, AssertionError, TypeError, AttributeError) as error:
+        # A parser that meets what it does not expect: the file is at fault, not the program.
+        raise FileError(f"{str(path)!r} is damaged or no mesh: {type(error).__name__}: {error}") from error
+
+
+def _vtk(path: Path) -> VolumeMesh:
+    from femprep.export.vtu import read_foreign, read_own
+
+    own = read_own(path)
+    return own if own is not None else from_meshio(read_foreign(path))
+
+
+def _abaqus(path: Path) -> VolumeMesh:
+    from femprep.export.abaqus_reader import read
+
+    return read(path)
+
+
+def _xdmf(path: Path) -> VolumeMesh:
+    from femprep.export.xdmf import read_own
+
+    own = read_own(path)
+    return own if own is not None else _meshio(path)
+
+
+def _meshio(path: Path) -> VolumeMesh:
+    return from_meshio(meshio_mesh(path))
+
+
+def meshio_mesh(path: Path) -> Any:
+    """What meshio reads from a file; what it prints is kept off the terminal, and its exits become errors.
+
+    Raises
+    ------
+    FileError
+        meshio does not know the format, or cannot read the file.
+    """
+    import meshio
+
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            return meshio.read(path)
+    except (Exception, SystemExit) as error:
+        reason = str(error) if not isinstance(error, SystemExit) else said.getvalue()
+        reason = " ".join(reason.split()) or type(error).__name__
+        raise FileError(f"{str(path)!r} is damaged or of an unknown format: {reason}") from error
+
+
+_READERS: Final[dict[str, Callable[[Path], VolumeMesh]]] = {
+    ".vtu": _vtk,
+    ".vtk": _vtk,
+    ".inp": _abaqus,
+    ".xdmf": _xdmf,
+}

@@ -1,0 +1,125 @@
+"""The one table of file formats: names, endings, where each is written, what it carries, who has read it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final
+
+from femprep.errors import OptionError
+from femprep.model import VolumeMesh
+from femprep.options import ExportOptions
+
+#: Writes a mesh as files into a folder that exists: ``writer(mesh, folder, stem, options)``.
+Writer = Callable[[VolumeMesh, Path, str, ExportOptions], None]
+
+
+@dataclass(frozen=True)
+class Format:
+    """One file format.
+
+    Attributes
+    ----------
+    name : str
+        Its name on the command line.
+    endings : tuple of str
+        File endings that mean this format; empty where the name has to be given.
+    filename : str
+        Where it goes in an output folder; the ending is the one ``write_mesh`` takes.
+    module : str
+        The module of ``femprep.export`` that writes it.
+    program : str
+        For whom it is.
+    carries : str
+        What of a mesh it holds.
+    read_by : str
+        The programs that read it in our tests.
+    unread_by : str
+        The programs it is meant for that our tests do not run.
+    folder : bool
+        Whether the path names a folder of files instead of one file.
+    """
+
+    name: str
+    endings: tuple[str, ...]
+    filename: str
+    module: str
+    program: str
+    carries: str
+    read_by: str
+    unread_by: str = ""
+    folder: bool = False
+
+    @property
+    def writer(self) -> Writer:
+        """The function that writes it."""
+        writer: Writer = import_module(f"femprep.export.{self.module}").write
+        return writer
+
+
+FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
+    {
+        entry.name: entry
+        for entry in (
+            Format(
+                "vtu",
+                (".vtu",),
+                "mesh.vtu",
+                "vtu",
+                "VTK, ParaView",
+                "regions, facet tags, all cell and point data, names, planes (facets as field data)",
+                "VTK, meshio",
+            ),
+            Format(
+                "abaqus",
+                (".inp",),
+                "mesh.inp",
+                "abaqus",
+                "Abaqus, CalculiX",
+                "regions (ELSET, NSET), facet tags (NSET, element SURFACE), inflation step on request",
+                "CalculiX",
+                "Abaqus",
+            ),
+        )
+    }
+)
+
+
+def require_formats(names: Iterable[str]) -> tuple[Format, ...]:
+    """The formats of those names.
+
+    Raises
+    ------
+    OptionError
+        A name is unknown; the message lists those that exist.
+    """
+    found = []
+    for name in names:
+        if name not in FORMATS:
+            raise OptionError(f"unknown format {name!r}; choose from {', '.join(FORMATS)}")
+        found.append(FORMATS[name])
+    return tuple(found)
+
+
+def format_of(path: Path) -> Format:
+    """The format a file's ending means.
+
+    Raises
+    ------
+    OptionError
+        No format, or more than one, has that ending.
+    """
+    ending = path.suffix.lower()
+    known = [entry for entry in FORMATS.values() if ending in entry.endings]
+    if len(known) == 1:
+        return known[0]
+    if known:
+        names = " or ".join(entry.name for entry in known)
+        raise OptionError(f"the ending {ending!r} of {str(path)!r} may be {names}; name the format")
+    listed = ", ".join(
+        f"{entry.name} ({' '.join(entry.endings)})" if entry.endings else entry.name for entry in FORMATS.values()
+    )
+    raise OptionError(f"{str(path)!r} has no ending of a known format; name one of {listed}")

@@ -1,0 +1,151 @@
+"""VTK data sets to and from XML files, with numpy arrays as their data. The only file that imports VTK's readers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from femprep.errors import FileError, InputError
+
+#: Name of the field array (UTF-8 bytes of JSON) that keeps what VTK has no place for.
+RECORD = "femprep_json"
+
+
+def add_arrays(data: Any, arrays: Mapping[str, Any], what: str) -> None:
+    """Add numpy arrays to point, cell or field data of a VTK data set.
+
+    Raises
+    ------
+    InputError
+        An array is not numeric, or has more than two axes.
+    """
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+
+    for name, values in arrays.items():
+        array = np.ascontiguousarray(values)
+        if array.dtype.kind not in "biuf" or array.ndim not in (1, 2):
+            raise InputError(
+                f"{what} {name!r} is {array.dtype} with {array.ndim} axes; VTK files hold numbers with one or two axes"
+            )
+        vtk = numpy_to_vtk(array.astype(np.uint8) if array.dtype == bool else array, deep=True)
+        vtk.SetName(name)
+        data.AddArray(vtk)
+
+
+def arrays_of(data: Any) -> dict[str, np.ndarray]:
+    """Numeric arrays of point, cell or field data by name, as copies."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    found = {}
+    for i in range(data.GetNumberOfArrays()):
+        array = data.GetArray(i)
+        if array is not None:  # strings are no data arrays
+            found[array.GetName() or f"array_{i}"] = np.array(vtk_to_numpy(array))
+    return found
+
+
+def vtk_points(points: np.ndarray) -> Any:
+    """VTK points of an ``(n, 3)`` array, in double precision."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonCore import vtkPoints
+
+    out = vtkPoints()
+    out.SetDataTypeToDouble()
+    out.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=np.float64), deep=True))
+    return out
+
+
+def vtk_cells(blocks: list[np.ndarray]) -> Any:
+    """VTK cells of several blocks of node numbers, in their order."""
+    from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray
+    from vtkmodules.vtkCommonDataModel import vtkCellArray
+
+    sizes = np.concatenate([[0], *(np.full(len(block), block.shape[1]) for block in blocks)])
+    nodes = np.concatenate([np.empty(0, dtype=np.int64), *(block.ravel() for block in blocks)])
+    out = vtkCellArray()
+    out.SetData(
+        numpy_to_vtkIdTypeArray(np.cumsum(sizes).astype(np.int64), deep=True),
+        numpy_to_vtkIdTypeArray(nodes.astype(np.int64), deep=True),
+    )
+    return out
+
+
+def add_record(dataset: Any, record: Mapping[str, Any]) -> None:
+    """Keep a JSON-ready record in the field data of a data set."""
+    text = json.dumps(record, sort_keys=True, ensure_ascii=True, default=_plain)
+    add_arrays(dataset.GetFieldData(), {RECORD: np.frombuffer(text.encode(), dtype=np.uint8)}, "field data")
+
+
+def _plain(value: Any) -> Any:
+    """Read-only mappings and numpy values as what JSON knows."""
+    return dict(value) if isinstance(value, Mapping) else value.tolist()
+
+
+def record_of(fields: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """The record in the field data of a file of ours; empty for anyone else's."""
+    if RECORD not in fields:
+        return {}
+    found: dict[str, Any] = json.loads(fields[RECORD].astype(np.uint8).tobytes().decode())
+    return found
+
+
+def save(dataset: Any, path: Path) -> None:
+    """Write a VTK data set as binary XML, byte for byte the same each time.
+
+    Raises
+    ------
+    FileError
+        VTK could not write it.
+    """
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
+
+    writer = vtkXMLPolyDataWriter() if dataset.IsA("vtkPolyData") else vtkXMLUnstructuredGridWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputData(dataset)
+    writer.SetDataModeToBinary()
+    writer.SetCompressorTypeToZLib()
+    writer.SetCompressionLevel(1)
+    if not writer.Write():
+        raise FileError(f"{str(path)!r} could not be written by VTK; is the disk full?")
+
+
+def load(path: Path) -> Any:
+    """Read a VTK data set from a ``.vtu``, ``.vtp`` or legacy ``.vtk`` file.
+
+    Raises
+    ------
+    FileError
+        The file is damaged or holds another kind of data.
+    """
+    from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
+    from vtkmodules.vtkIOLegacy import vtkDataSetReader
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
+
+    kinds: dict[str, Any] = {
+        ".vtu": vtkXMLUnstructuredGridReader,
+        ".vtp": vtkXMLPolyDataReader,
+        ".vtk": vtkDataSetReader,
+    }
+    reader = kinds[path.suffix.lower()]()
+    if path.suffix.lower() == ".vtk":
+        reader.ReadAllScalarsOn()
+        reader.ReadAllVectorsOn()
+        reader.ReadAllFieldsOn()
+    # VTK reports a damaged file to its output window alone and returns an empty data set.
+    window, before = vtkStringOutputWindow(), vtkOutputWindow.GetInstance()
+    vtkOutputWindow.SetInstance(window)
+    try:
+        reader.SetFileName(str(path))
+        reader.Update()
+        dataset = reader.GetOutput()
+    finally:
+        vtkOutputWindow.SetInstance(before)
+    said = window.GetOutput()
+    if "ERR" in said or dataset is None:
+        reason = next((line.split("):", 1)[-1].strip() for line in said.splitlines() if "):" in line), "unreadable")
+        raise FileError(f"{str(path)!r} is damaged: {reason}")
+    return dataset

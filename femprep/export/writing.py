@@ -1,0 +1,147 @@
+"""A mesh, wall or surface in, files out: the format chosen from the table, each file whole or not at all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from femprep.export.files import whole_files
+from femprep.export.table import FORMATS, format_of, require_formats
+from femprep.model import Surface, VolumeMesh, Wall
+from femprep.options import ExportOptions, choose
+
+
+def write_mesh(
+    mesh: VolumeMesh,
+    path: str | Path,
+    *,
+    format: str | None = None,
+    options: ExportOptions | None = None,
+    **changes: Any,
+) -> list[Path]:
+    """Write a volume mesh for a solver.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+    path : path
+        File to write (a folder, for a format that is one). Its folder must exist; an earlier file is replaced when
+        the new one is whole.
+    format : str, optional
+        A name of ``FORMATS``; from the ending where it is unambiguous.
+    options : ExportOptions, optional
+        Units, and the analysis step of a deck.
+    **changes
+        Options by name in place of those given.
+
+    Returns
+    -------
+    list of Path
+        The files and folders written.
+
+    Raises
+    ------
+    OptionError
+        The format is unknown, or an option wrong.
+    FileError
+        The folder cannot be written.
+    InputError
+        The format cannot hold the mesh.
+    """
+    path = Path(path)
+    kind = format_of(path) if format is None else require_formats([format])[0]
+    options = choose(ExportOptions, options, changes)
+    path = path.absolute()
+    with whole_files(path.parent) as (partial, moved):
+        if kind.folder:
+            (partial / path.name).mkdir()
+            kind.writer(mesh, partial / path.name, path.name, options)
+        else:
+            kind.writer(mesh, partial, path.stem, options)
+    return moved
+
+
+def write_format(
+    mesh: VolumeMesh, folder: str | Path, format: str, *, options: ExportOptions | None = None, **changes: Any
+) -> list[Path]:
+    """Write a volume mesh into an output folder under the name that its format has there.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+    folder : path
+        An existing folder; ``FORMATS[format].filename`` is made in it, with its own subfolder where it has one.
+    format : str
+        A name of ``FORMATS``.
+    options, **changes
+        As for :func:`write_mesh`.
+
+    Returns
+    -------
+    list of Path
+
+    Raises
+    ------
+    OptionError, FileError, InputError
+        As for :func:`write_mesh`.
+    """
+    require_formats([format])
+    path = Path(folder) / FORMATS[format].filename
+    if Path(folder).is_dir():
+        path.parent.mkdir(exist_ok=True)
+    return write_mesh(mesh, path, format=format, options=options, **changes)
+
+
+def write_facets(mesh: VolumeMesh, path: str | Path) -> Path:
+    """Write the tagged facets of a mesh as VTK polygons (``.vtp``).
+
+    Point data ``GlobalNodeID`` and cell data ``GlobalElementID`` count the mesh's points and the owning elements
+    **from 1**, as SimVascular does; cell data ``facet_tag`` and all facet data come along. Of a quadratic facet only
+    the corners are written: VTK polygons have no mid-side nodes.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written.
+    """
+    from femprep.export.polydata import facets_polydata
+    from femprep.export.vtk_xml import save
+
+    return _one(path, lambda target: save(facets_polydata(mesh), target))
+
+
+def write_wall(wall: Wall, path: str | Path) -> Path:
+    """Write a wall as VTK polygons (``.vtp``): cell data ``facet_tag``, point data ``template``.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written.
+    """
+    from femprep.export.polydata import wall_polydata
+    from femprep.export.vtk_xml import save
+
+    return _one(path, lambda target: save(wall_polydata(wall), target))
+
+
+def write_surface(surface: Surface, path: str | Path) -> Path:
+    """Write a closed surface as VTK polygons (``.vtp``), vertex numbering kept, with all its point data.
+
+    The unit vectors on the template sphere become point data ``direction``.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written.
+    """
+    from femprep.export.polydata import surface_polydata
+    from femprep.export.vtk_xml import save
+
+    return _one(path, lambda target: save(surface_polydata(surface), target))
+
+
+def _one(path: str | Path, write: Any) -> Path:
+    path = Path(path).absolute()
+    with whole_files(path.parent) as (partial, _):
+        write(partial / path.name)
+    return path
