@@ -34,6 +34,11 @@ _HOMES = {
     "write_facets": "femprep.export",
     "write_wall": "femprep.export",
     "write_surface": "femprep.export",
+    "mesh_segmentation": "femprep.pipeline",
+    "fit_surfaces": "femprep.pipeline",
+    "Run": "femprep.pipeline",
+    "write_run": "femprep.output",
+    "write_surfaces": "femprep.output",
 }
 
 __all__ = ["__version__", *_HOMES]

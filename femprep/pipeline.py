@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from femprep.image import LabelObject, Segmentation
 from femprep.model import Surface, VolumeMesh, Wall
@@ -124,7 +124,8 @@ def mesh_segmentation(
         mesh = tetrahedralize(wall, options=options.volume, progress=report)
     with stages("quality"):
         quality = check(mesh)
-    return Run(seg, options, objects, {"lv": endo, "epi": epi}, wall, mesh, quality, stages.seconds)
+    surfaces = {"lv": replace(endo, name="lv"), "epi": replace(epi, name="epi")}
+    return Run(seg, options, objects, surfaces, wall, mesh, quality, stages.seconds)
 
 
 def fit_surfaces(
@@ -154,5 +155,6 @@ def fit_surfaces(
     for name, parts in objects.items():
         with stages(f"surface {name}") as report:
             found[name] = seg.object(*parts, policy=options.image.policy)
-            surfaces[name] = fit_surface(found[name], options=options.surface, name=name, progress=report)
+            fitted = fit_surface(found[name], options=options.surface, progress=report)
+            surfaces[name] = replace(fitted, name=name)
     return Surfaces(seg, options, found, surfaces, stages.seconds)

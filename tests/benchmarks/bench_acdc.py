@@ -1,0 +1,169 @@
+"""ACDC through femprep: every map through the surfaces, a choice of maps through the whole way; prints tables.
+
+    python tests/benchmarks/bench_acdc.py surfaces             all maps: LV cavity and LV + myocardium
+    python tests/benchmarks/bench_acdc.py meshes --edge 2.5    24 maps (ED and ES, each group, the awkward ones)
+
+Needs FEMPREP_DATA. A line per case in CSV goes to --csv; the summary to standard output.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import tempfile
+import time
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+#: Maps that the data's own description calls awkward, and the clean ones it begins with.
+CHOSEN = (
+    *("patient007_frame01", "patient007_frame07", "patient009_frame01", "patient009_frame13"),
+    *("patient021_frame01", "patient021_frame13", "patient041_frame01", "patient041_frame11"),
+    *("patient084_frame01", "patient084_frame10", "patient029_frame01", "patient029_frame12"),
+    *("patient012_frame01", "patient012_frame13"),
+)
+EXTRA = {
+    "pig ED": ("pig/ep_pig_E774_SAX_ED_phase00_slices6-19_label.nii.gz", {"lv": 1, "myo": 2}),
+    "pig ES": ("pig/ep_pig_E774_SAX_ES_phase11_slices6-19_label.nii.gz", {"lv": 1, "myo": 2}),
+    "rodero01 vent": ("rodero01/rodero01_sax_vent_1.5x1.5x10_label.nii.gz", {"lv": 3, "myo": 2}),
+}
+
+
+def cases(data: Path) -> list[dict[str, str]]:
+    """Rows of cases.csv whose file is there."""
+    with (data / "acdc" / "cases.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    return [row for row in rows if (data / "acdc" / row["file"]).is_file()]
+
+
+def choose(rows: list[dict[str, str]], count: int) -> list[dict[str, str]]:
+    """The named maps, then ED and ES of further patients of each group in turn, up to ``count``."""
+    picked = [row for row in rows if row["id"] in CHOSEN]
+    groups = sorted({row["group"] for row in rows})
+    pools = {(g, p): [r for r in rows if (r["group"], r["phase"]) == (g, p)] for g in groups for p in ("ED", "ES")}
+    step = 0
+    while len(picked) < min(count, len(rows)):
+        for pool in pools.values():
+            row = pool[(7 * step + 3) % len(pool)]
+            if row not in picked and len(picked) < count:
+                picked.append(row)
+        step += 1
+    return picked
+
+
+def one_surface(job: tuple[str, str, str]) -> dict[str, Any]:
+    """Fit the LV cavity and LV + myocardium of one map; measure them."""
+    import femprep as fp
+    from femprep.geometry.intersection import self_intersections
+    from femprep.geometry.triangles import triangle_quality
+
+    name, path, group = job
+    row: dict[str, Any] = {"case": name, "group": group}
+    try:
+        start = time.perf_counter()
+        seg = fp.read_segmentation(path, preset="acdc")
+        fitted = fp.fit_surfaces(seg, {"lv": ("lv",), "epi": ("lv", "myo")})
+        row["seconds"] = time.perf_counter() - start
+        for key, surface in fitted.surfaces.items():
+            quality = triangle_quality(surface.points, surface.triangles)
+            row[f"{key}_q_mean"], row[f"{key}_q_min"] = float(quality.mean()), float(quality.min())
+            row[f"{key}_crossings"] = len(self_intersections(surface.points, surface.triangles))
+            voxels = fitted.objects[key].volume
+            row[f"{key}_volume_percent"] = 100.0 * (surface.volume / voxels - 1.0)
+        row["outcome"] = "done"
+    except fp.FemprepError as error:
+        row["outcome"] = f"refused: {error}" if error.exit_status == 2 else f"failed: {error}"
+    return row
+
+
+def one_mesh(job: tuple[str, str, dict[str, int] | None, float]) -> dict[str, Any]:
+    """Mesh one map the whole way into a temporary folder; measure it."""
+    import femprep as fp
+
+    name, path, structures, edge = job
+    row: dict[str, Any] = {"case": name}
+    try:
+        start = time.perf_counter()
+        seg = fp.read_segmentation(path, structures=structures, preset=None if structures else "acdc")
+        run = fp.mesh_segmentation(seg, volume={"edge_length": edge}, formats=("abaqus", "dolfinx", "gmsh"))
+        with tempfile.TemporaryDirectory() as folder:
+            manifest = fp.write_run(run, Path(folder) / "out", source=path)
+        row["seconds"] = time.perf_counter() - start
+        row["seconds_volume"] = run.seconds["volume"]
+        measures = run.quality.measures
+        row["cells"] = run.mesh.n_cells
+        row["dihedral_min"] = measures["dihedral_min"].min
+        row["mean_ratio_mean"] = measures["mean_ratio"].mean
+        row["cavity_percent"] = manifest.volumes[0].difference_percent
+        row["wall_percent"] = manifest.volumes[1].difference_percent
+        base = run.mesh.planes["base"]
+        first = 0
+        for block in run.mesh.facets.values():
+            on_base = block[run.mesh.facet_tag[first : first + len(block)] == run.mesh.facet_names["base"]]
+            first += len(block)
+            row["base_error_mm"] = float(np.abs(base.signed_distance(run.mesh.points[np.unique(on_base)])).max())
+        row["thickness_min_mm"] = run.wall.info.get("thickness", {}).get("minimum_mm")
+        row["passed"] = run.quality.passed
+        row["outcome"] = "done" if run.quality.passed else "done, check failed: " + "; ".join(run.quality.failures)
+    except fp.FemprepError as error:
+        row["outcome"] = f"refused: {error}" if error.exit_status == 2 else f"failed: {error}"
+    return row
+
+
+def summary(rows: list[dict[str, Any]]) -> None:
+    """Outcomes, then least, mean and greatest of every figure."""
+    for outcome, count in Counter(row["outcome"] for row in rows).most_common():
+        print(f"{count:4d}  {outcome}")
+    keys = [key for key in rows[0] if key not in ("case", "group", "outcome", "passed")]
+    print(f"\n{'':24s}{'min':>12s}{'mean':>12s}{'max':>12s}")
+    for key in keys:
+        values = [row[key] for row in rows if isinstance(row.get(key), int | float)]
+        if values:
+            print(f"{key:24s}{min(values):12.4g}{np.mean(values):12.4g}{max(values):12.4g}")
+
+
+def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
+    """Run the chosen benchmark."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=("surfaces", "meshes"))
+    parser.add_argument("--count", type=int, default=None, help="maps to run [surfaces: all, meshes: 24]")
+    parser.add_argument("--edge", type=float, default=2.5, help="edge length of the meshes, mm")
+    parser.add_argument("--jobs", type=int, default=2, help="processes")
+    parser.add_argument("--csv", type=Path, help="file for a line per case")
+    given = parser.parse_args(arguments)
+    data = Path(os.environ["FEMPREP_DATA"])
+    rows = cases(data)
+    if given.what == "surfaces":
+        rows = rows if given.count is None else choose(rows, given.count)
+        jobs: list[Any] = [(row["id"], str(data / "acdc" / row["file"]), row["group"]) for row in rows]
+        work: Any = one_surface
+    else:
+        chosen = choose(rows, given.count or 24)
+        jobs = [(row["id"], str(data / "acdc" / row["file"]), None, given.edge) for row in chosen]
+        jobs += [(name, str(data / path), labels, given.edge) for name, (path, labels) in EXTRA.items()]
+        work = one_mesh
+    with ProcessPoolExecutor(given.jobs) as pool:
+        results = []
+        for result in pool.map(work, jobs):
+            results.append(result)
+            print(
+                " ".join(f"{k}={v:.4g}" if isinstance(v, float) else f"{k}={v}" for k, v in result.items()), flush=True
+            )
+    print()
+    summary(results)
+    if given.csv:
+        names = list(dict.fromkeys(key for row in results for key in row))
+        with given.csv.open("w", newline="") as stream:
+            writer = csv.DictWriter(stream, names)
+            writer.writeheader()
+            writer.writerows(results)
+    return results
+
+
+if __name__ == "__main__":
+    main()
