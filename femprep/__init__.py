@@ -23,6 +23,7 @@ _HOMES = {
     "FACET_TAGS": "femprep.model",
     "REGION_TAGS": "femprep.model",
     "Options": "femprep.options",
+    "fit_surface": "femprep.surface.fit",
     "read_segmentation": "femprep.image",
     "write_segmentation": "femprep.image",
     "Segmentation": "femprep.image",

@@ -1,0 +1,40 @@
+"""A decorator in, a compiled kernel out: numba's ``njit``, kept on disk wherever a folder can be written."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any, Final
+
+import numba
+
+_log = logging.getLogger(__name__)
+
+#: Liberties the compiler may take with sums: enough to use vector units, none with NaN or infinity. They are taken
+#: once, at compile time, so that results do not depend on the number of threads.
+FAST_SUMS: Final = frozenset({"reassoc", "contract", "nsz", "arcp"})
+
+
+def compiled(parallel: bool = False, fast_sums: bool = False) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a kernel with numba and keep the machine code for the next process.
+
+    numba keeps it beside the source, in the user's cache folder, or in ``NUMBA_CACHE_DIR``. Where none of them can
+    be written (a read-only installation without a home folder) the kernel is compiled anew by each process.
+
+    Parameters
+    ----------
+    parallel : bool
+        Spread ``prange`` loops over threads.
+    fast_sums : bool
+        Let sums be reordered, so that they are vectorised.
+    """
+    settings: dict[str, Any] = {"parallel": parallel, "fastmath": set(FAST_SUMS) if fast_sums else False}
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        try:
+            return numba.njit(cache=True, **settings)(function)
+        except RuntimeError as error:
+            _log.info("compiled code of %s is not kept: %s", function.__name__, error)
+            return numba.njit(**settings)(function)
+
+    return decorate

@@ -1,0 +1,145 @@
+"""Basis, directions and values in, coefficients out: weighted, smoothed least squares, a block of rows at a time."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import numpy as np
+from numba import prange
+
+from femprep.compiled import compiled
+from femprep.errors import InputError
+from femprep.harmonic.spline import Basis, Spline
+from femprep.model import FloatArray
+
+_log = logging.getLogger(__name__)
+
+#: Rows of G in memory at a time.
+BLOCK = 2048
+
+
+@compiled(fast_sums=True)
+def _dot(a: Any, b: Any, length: int) -> float:
+    total = 0.0
+    for k in range(length):
+        total += a[k] * b[k]
+    return total
+
+
+@compiled(parallel=True)
+def _add_gram(columns: Any, gram: Any) -> None:
+    """Add the products of all pairs of rows of ``columns`` to the lower half of ``gram``."""
+    size, length = columns.shape
+    for row in prange(size):
+        # Long rows first: the threads end together.
+        i = size - 1 - row
+        for j in range(i + 1):
+            gram[i, j] += _dot(columns[i], columns[j], length)
+
+
+@compiled()
+def _cholesky(matrix: Any) -> int:
+    """Lower Cholesky factor in place; the number of the first pivot that is not positive, or -1.
+
+    LAPACK's own is not used because its rounding depends on the number of threads.
+    """
+    size = matrix.shape[0]
+    for i in range(size):
+        for j in range(i):
+            matrix[i, j] = (matrix[i, j] - _dot(matrix[i], matrix[j], j)) / matrix[j, j]
+        pivot = matrix[i, i] - _dot(matrix[i], matrix[i], i)
+        if not pivot > 1e-15:
+            return i
+        matrix[i, i] = np.sqrt(pivot)
+    return -1
+
+
+@compiled()
+def _substitute(lower: Any, value: Any) -> None:
+    """Solve L L' x = value in place."""
+    size = lower.shape[0]
+    for i in range(size):
+        value[i] = (value[i] - _dot(lower[i], value, i)) / lower[i, i]
+    for i in range(size - 1, -1, -1):
+        value[i] /= lower[i, i]
+        for j in range(i):
+            value[j] -= lower[i, j] * value[i]
+
+
+def fit_spline(
+    basis: Basis,
+    directions: FloatArray,
+    values: FloatArray,
+    weights: FloatArray | None = None,
+    smoothing: float = 0.0,
+) -> tuple[Spline, dict[str, Any]]:
+    """Fit a spline on the sphere to values at directions (Eqs. 9 to 11).
+
+    G'WG is gathered from blocks of rows, scaled to a unit diagonal and factorised; its ill-conditioning is made good
+    by refining the solution with residuals taken from G itself. No array of N x K is held.
+
+    Parameters
+    ----------
+    basis : Basis
+        Control points and order.
+    directions : (N, 3) array
+        Unit vectors.
+    values : (N,) array
+        Values to approximate.
+    weights : (N,) array, optional
+        Weight of each squared residual, positive; all 1 by default.
+    smoothing : float
+        Weight of the bending energy alpha' S alpha, relative: it is multiplied by trace(G'WG) / trace(S).
+
+    Returns
+    -------
+    spline : Spline
+        The fitted function.
+    info : dict
+        ``smoothing`` used, ``underdetermined``, ``rms`` residual.
+
+    Raises
+    ------
+    InputError
+        There are no values, or they are not finite.
+    """
+    count, size = len(values), basis.size
+    if count == 0 or not (np.all(np.isfinite(values)) and np.all(np.isfinite(directions))):
+        raise InputError(f"a spline cannot be fitted to {count} values, some of them not finite")
+    weight = np.ones(count) if weights is None else np.asarray(weights, dtype=np.float64)
+    blocks = [slice(first, min(first + BLOCK, count)) for first in range(0, count, BLOCK)]
+
+    gram = np.zeros((size, size))
+    for block in blocks:
+        rows = basis.rows(directions[block]) * np.sqrt(weight[block])[:, None]
+        _add_gram(np.ascontiguousarray(rows.T), gram)
+    penalty = basis.penalty
+    underdetermined = count < size
+    if underdetermined:
+        _log.warning("%d control points for %d boundary points: the stopping function is smoothed", size - 1, count)
+    trace = float(np.trace(gram))
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    used = max(smoothing, 1e-9) if underdetermined else smoothing
+    while True:
+        weightless = used * trace / float(np.trace(penalty))
+        lower = (np.tril(gram) + weightless * np.tril(penalty)) * scale[:, None] * scale[None, :]
+        if _cholesky(lower) < 0:
+            break
+        used = max(10.0 * used, 1e-14)
+        _log.info("normal equations of %d control points are singular; smoothing raised to %g", size - 1, used)
+
+    coefficients = np.zeros(size)
+    # Two refinements: the error falls by the condition number of G'WG times the rounding unit each time.
+    for _ in range(3):
+        slope = -weightless * (penalty * coefficients).sum(axis=1)
+        for block in blocks:
+            rows = basis.rows(directions[block])
+            residual = values[block] - (rows * coefficients).sum(axis=1)
+            slope += (rows * (weight[block] * residual)[:, None]).sum(axis=0)
+        step = slope * scale
+        _substitute(lower, step)
+        coefficients = coefficients + step * scale
+    spline = Spline(basis, coefficients)
+    rms = float(np.sqrt(np.mean((spline(directions) - values) ** 2)))
+    return spline, {"smoothing": float(used), "underdetermined": underdetermined, "rms": rms}

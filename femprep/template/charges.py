@@ -1,0 +1,202 @@
+"""A number of vertices in, evenly spread points and triangles on the unit sphere out: equal charges at rest (2.2)."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numba import prange
+
+from femprep.compiled import compiled
+from femprep.errors import InputError
+from femprep.model import FloatArray
+from femprep.template import store
+from femprep.template.sphere import Template, fibonacci, triangulate
+
+_log = logging.getLogger(__name__)
+
+#: Bounds of the number of vertices: an icosahedron, and what a solver can still use of one surface.
+LEAST, MOST = 12, 20_000
+#: Up to this many charges all pairs repel each other; beyond, a charge only feels those within the reach.
+_ALL_PAIRS = 3000
+#: Iterations of L-BFGS. The energy is flat: further ones only move rows of charges about.
+_ITERATIONS = 300
+_ROUNDS = 4
+
+
+def sphere_points(count: int) -> FloatArray:
+    """Evenly spread unit vectors ``(count, 3)``, at least 4: equal charges at rest. Kept on disk."""
+    if count < 4:
+        raise InputError(f"{count} points asked for on a sphere, at least 4 are needed")
+    return _kept(count).directions
+
+
+def charge_template(vertices: int) -> Template:
+    """Triangulated unit sphere with a given number of vertices, made once and kept on disk.
+
+    Equal charges on a sphere are moved to a minimum of their electrostatic energy (Thomson's problem) by L-BFGS
+    from a golden spiral, and triangulated by their convex hull. Above 3000 charges the energy is cut off beyond the
+    fourth ring of neighbours: the spiral already is even over long distances, and what is left is local order.
+
+    Parameters
+    ----------
+    vertices : int
+        Number of vertices V, 12 to 20,000. There are 2 V - 4 triangles.
+
+    Raises
+    ------
+    InputError
+        The number is out of range.
+
+    References
+    ----------
+    L. Glasser, A. G. Every, "Energies and spacings of point charges on a sphere", 1992,
+    doi 10.1088/0305-4470/25/9/020.
+    """
+    if not LEAST <= vertices <= MOST:
+        raise InputError(f"template with {vertices} vertices asked for, expected {LEAST} to {MOST}")
+    return _kept(vertices)
+
+
+def _kept(count: int) -> Template:
+    """The template of the store, made where it is not there yet."""
+    template = store.load("charges", count, 2 * count - 4)
+    if template is None:
+        template = _make(count)
+        store.save("charges", count, template)
+    return template
+
+
+def _make(count: int) -> Template:
+    points = relax(fibonacci(count))
+    # From north to south, as the spiral: neighbours in number are near each other.
+    points = points[np.lexsort((points[:, 1], points[:, 0], -points[:, 2]))]
+    return Template(points, triangulate(points))
+
+
+def relax(directions: FloatArray) -> FloatArray:
+    """Move equal charges on the unit sphere towards a minimum of their energy; unit vectors ``(n, 3)`` in and out."""
+    if len(directions) <= _ALL_PAIRS:
+        return _descend(directions, _coulomb, _ITERATIONS)
+    # Charges move by much less than a spacing in one round, so that lists of neighbours hold for it.
+    for _ in range(_ROUNDS):
+        directions = _descend(directions, partial(_screened, *_neighbours(directions)), _ITERATIONS // _ROUNDS)
+    return directions
+
+
+def _descend(directions: FloatArray, repel: Callable[..., None], iterations: int) -> FloatArray:
+    """L-BFGS on the sphere; ``repel(points, share, force)`` gives each charge's energy and its gradient."""
+    from scipy.optimize import minimize
+
+    count = len(directions)
+    force = np.empty((count, 3))
+    share = np.empty(count)
+    # Lengths in spacings: the first step of L-BFGS is then one spacing, shared by all charges.
+    spacing = _spacing(count)
+
+    def energy(flat: FloatArray) -> tuple[float, FloatArray]:
+        free = flat.reshape(-1, 3)
+        length = np.sqrt((free * free).sum(axis=1))[:, None]
+        unit = np.ascontiguousarray(free / length)
+        repel(unit, share, force)
+        # Chain rule of the normalisation: only the tangential part counts.
+        slope = (force - (force * unit).sum(axis=1)[:, None] * unit) / length
+        return float(share.sum()), slope.ravel()
+
+    result = minimize(
+        energy,
+        (directions / spacing).ravel(),
+        jac=True,
+        method="L-BFGS-B",
+        options={"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": 12, "ftol": 1e-15, "gtol": 1e-9 * count},
+    )
+    _log.debug("%d charges relaxed: %d steps, energy %.12g", count, result.nit, result.fun)
+    points = result.x.reshape(-1, 3)
+    return np.asarray(points / np.sqrt((points * points).sum(axis=1))[:, None], dtype=np.float64)
+
+
+def _spacing(count: int) -> float:
+    """Distance of neighbours when ``count`` points cover the unit sphere with equilateral triangles."""
+    return float(np.sqrt(8.0 * np.pi / (np.sqrt(3.0) * count)))
+
+
+@compiled(fast_sums=True)
+def _push(points: Any, i: int, others: Any) -> tuple[float, float, float, float]:
+    """Sum of 1/d and its gradient over all other charges."""
+    x, y, z = points[i, 0], points[i, 1], points[i, 2]
+    total = 0.0
+    fx = 0.0
+    fy = 0.0
+    fz = 0.0
+    for j in range(others.shape[1]):
+        dx = others[0, j] - x
+        dy = others[1, j] - y
+        dz = others[2, j] - z
+        squared = dx * dx + dy * dy + dz * dz
+        # The charge itself: no distance, no force.
+        near = 1.0 / np.sqrt(squared) if squared > 0.0 else 0.0
+        cube = near * near * near
+        total += near
+        fx += dx * cube
+        fy += dy * cube
+        fz += dz * cube
+    return total, fx, fy, fz
+
+
+@compiled(parallel=True)
+def _coulomb(points: Any, share: Any, force: Any) -> None:
+    """Half the potential at each charge, and the gradient of the whole energy."""
+    others = points.T.copy()
+    for i in prange(points.shape[0]):
+        total, fx, fy, fz = _push(points, i, others)
+        share[i] = 0.5 * total
+        force[i, 0] = fx
+        force[i, 1] = fy
+        force[i, 2] = fz
+
+
+def _neighbours(directions: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Neighbour lists of the start positions (row starts, columns) and the reach of the cut-off force."""
+    from scipy.spatial import cKDTree
+
+    spacing = _spacing(len(directions))
+    reach = 4.0 * spacing
+    tree = cKDTree(directions)
+    # A little wider than the reach: charges move by less than half a spacing.
+    pairs = tree.query_pairs(reach + 1.5 * spacing, output_type="ndarray")
+    both = np.concatenate([pairs, pairs[:, ::-1]])
+    both = both[np.lexsort((both[:, 1], both[:, 0]))]
+    starts = np.searchsorted(both[:, 0], np.arange(len(directions) + 1))
+    return starts.astype(np.int64), np.ascontiguousarray(both[:, 1]), float(reach)
+
+
+@compiled(parallel=True)
+def _screened(starts: Any, columns: Any, reach: float, points: Any, share: Any, force: Any) -> None:
+    """As _coulomb, with 1/d smoothly brought to zero at the reach: (1 - d^2/reach^2)^3 / d."""
+    inverse = 1.0 / (reach * reach)
+    for i in prange(points.shape[0]):
+        total = 0.0
+        fx = 0.0
+        fy = 0.0
+        fz = 0.0
+        for k in range(starts[i], starts[i + 1]):
+            j = columns[k]
+            dx = points[j, 0] - points[i, 0]
+            dy = points[j, 1] - points[i, 1]
+            dz = points[j, 2] - points[i, 2]
+            squared = dx * dx + dy * dy + dz * dz
+            rest = 1.0 - squared * inverse
+            if rest > 0.0 and squared > 0.0:
+                near = 1.0 / np.sqrt(squared)
+                total += rest * rest * rest * near
+                pull = rest * rest * (rest * near * near * near + 6.0 * inverse * near)
+                fx += dx * pull
+                fy += dy * pull
+                fz += dz * pull
+        share[i] = 0.5 * total
+        force[i, 0] = fx
+        force[i, 1] = fy
+        force[i, 2] = fz
