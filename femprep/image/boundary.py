@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +29,8 @@ class BoundaryPoints:
         Voxel size across the face, mm: how far apart the two voxel centres are, hence how well the point is known.
     voxel : (N, 3) array
         Index of the inside voxel on the object's grid.
+    info : mapping
+        What was changed of the points as the labels give them. JSON-ready; a surface fitted to them repeats it.
     """
 
     points: FloatArray
@@ -33,6 +38,7 @@ class BoundaryPoints:
     axis: IntArray
     spacing: FloatArray
     voxel: IntArray
+    info: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         count = len(self.points)
@@ -44,6 +50,7 @@ class BoundaryPoints:
             ("voxel", np.int64, (count, 3)),
         ):
             object.__setattr__(self, name, readonly(getattr(self, name), dtype, shape, f"boundary {name}"))
+        object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
 
     def __len__(self) -> int:
         return len(self.points)

@@ -1,0 +1,232 @@
+"""Closed surfaces and planes in, the closed and tagged Wall out."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from femprep.errors import InputError, OptionError, StageError
+from femprep.geometry.topology import volume
+from femprep.geometry.triangles import triangle_quality
+from femprep.model import FACET_TAGS, FloatArray, IntArray, Plane, Surface, Wall
+from femprep.options import WallOptions, choose
+from femprep.wall.checks import check_sheet, check_surface, check_wall
+from femprep.wall.clip import clip, rim_loops
+from femprep.wall.improve import improve
+from femprep.wall.planar import fill_rings
+from femprep.wall.sheet import Sheet
+from femprep.wall.solid import join, plane_frame
+from femprep.wall.thickness import push_apart, require_nested, summary
+
+logger = logging.getLogger(__name__)
+
+
+def build_wall(
+    *,
+    epi: Surface,
+    endo: Mapping[str, Surface],
+    base: Plane,
+    apex: Plane | None = None,
+    options: WallOptions | None = None,
+    progress: Callable[[str, float], None] | None = None,
+    **changes: Any,
+) -> Wall:
+    """Clip the surfaces and join them to the closed boundary of the wall.
+
+    Parameters
+    ----------
+    epi : Surface
+        Epicardium, closed, a template surface.
+    endo : mapping of str to Surface
+        Endocardium of each cavity by name, with as many vertices as the epicardium. The facets of a single one are
+        tagged ``endo``, of several ``endo_<name>``.
+    base, apex : Plane
+        Where the surfaces are cut; what lies on the side of the normal is cut away. Without an apex plane the wall is
+        closed at the apex.
+    options, **changes
+        :class:`~femprep.options.WallOptions`.
+    progress : callable, optional
+        Called with ``("wall", fraction)``.
+
+    Returns
+    -------
+    Wall
+        Tagged ``endo`` (or ``endo_<name>``), ``epi``, ``base`` and, where clipped, ``apex``. ``template`` numbers the
+        vertices of each surface as its template does. ``info`` holds ``thickness``, ``quality``, ``volumes_mm3``,
+        ``apex``, ``repaired``.
+
+    Raises
+    ------
+    InputError
+        A surface is open, wound inward or crosses itself, a plane misses it, the endocardium is not inside the
+        epicardium, or the wall is thinner than ``minimum_thickness`` (with ``policy="strict"``, or beyond repair).
+    OptionError
+        ``apex="clipped"`` without an apex plane.
+    StageError
+        The surfaces could not be joined.
+
+    References
+    ----------
+    Skrinjar & Bistoquet 2009, section 4 (open surfaces), doi 10.1155/2009/313517.
+    """
+    chosen = choose(WallOptions, options, changes)
+    report = progress or (lambda stage, fraction: None)
+    if chosen.apex == "clipped" and apex is None:
+        raise OptionError("apex is 'clipped', but no apex plane was given; find one with find_apex")
+    tags = _endo_tags(endo)
+    _check_together(epi, endo)
+    planes = {"base": base} if apex is None else {"base": base, "apex": apex}
+    outer = _sheet(epi, planes)
+    report("wall", 0.3)
+    inner = {name: _sheet(surface, planes) for name, surface in endo.items()}
+    report("wall", 0.6)
+    repaired = [step for sheet in inner.values() if (step := _thicken(outer, sheet, chosen)) is not None]
+    report("wall", 0.7)
+    triangles, source = join(outer, inner)
+    sheets = [outer, *inner.values()]
+    numbers = np.array([FACET_TAGS["epi"], *(FACET_TAGS[tag] for tag in tags.values())], dtype=np.int32)
+    wall = _with_caps(sheets, triangles, numbers[source], planes)
+    report("wall", 0.9)
+    info = {
+        "vertices": len(epi.points),
+        "apex": _apex_info(epi, apex),
+        "thickness": summary(outer, list(inner.values())),
+        "repaired": repaired,
+        "quality": _quality_info(wall),
+        "volumes_mm3": _volumes(sheets, wall),
+        "planes": {
+            name: {"point_mm": plane.point.tolist(), "normal": plane.normal.tolist(), "source": plane.source}
+            for name, plane in planes.items()
+        },
+    }
+    wall = Wall(wall.points, wall.triangles, wall.facet_tag, wall.template, planes, info)
+    check_wall(wall)
+    report("wall", 1.0)
+    return wall
+
+
+def _endo_tags(endo: Mapping[str, Surface]) -> dict[str, str]:
+    """Facet name of each endocardium."""
+    if not endo:
+        raise InputError('no endocardium was given; give at least one, as {"lv": surface}')
+    if len(endo) == 1:
+        return {next(iter(endo)): "endo"}
+    tags = {name: f"endo_{name}" for name in endo}
+    unknown = [name for name, tag in tags.items() if tag not in FACET_TAGS]
+    if unknown:
+        known = ", ".join(tag.removeprefix("endo_") for tag in FACET_TAGS if tag.startswith("endo_"))
+        raise InputError(f"there is no facet tag for an endocardium named {unknown[0]!r}; known names: {known}")
+    return tags
+
+
+def _check_together(epi: Surface, endo: Mapping[str, Surface]) -> None:
+    """Each surface on its own, and that they are of one template."""
+    for surface in (epi, *endo.values()):
+        check_surface(surface)
+    for name, surface in endo.items():
+        if len(surface.points) != len(epi.points):
+            raise InputError(
+                f"the endocardium {name!r} has {len(surface.points)} vertices and the epicardium {len(epi.points)}; "
+                "fit both with the same number of vertices"
+            )
+
+
+def _sheet(surface: Surface, planes: Mapping[str, Plane]) -> Sheet:
+    """Clip one surface, without slivers."""
+    sheet = clip(surface, planes)
+    improve(sheet)
+    check_sheet(sheet)
+    return sheet
+
+
+def _thicken(epi: Sheet, endo: Sheet, options: WallOptions) -> dict[str, Any] | None:
+    """Bring the wall beside one endocardium to the least thickness, by policy."""
+    require_nested(epi, endo)
+    if options.policy == "strict":
+        found = summary(epi, [endo])
+        if found["minimum_mm"] < options.minimum_thickness:
+            x, y, z = found["minimum_at_mm"]
+            raise InputError(
+                f"the wall is {found['minimum_mm']:.2f} mm thick at ({x:.1f}, {y:.1f}, {z:.1f}), beside {endo.name!r}, "
+                f"below minimum_thickness = {options.minimum_thickness:g} mm; mend the labels or use policy 'repair'"
+            )
+        return None
+    step = push_apart(epi, endo, options.minimum_thickness, options.maximum_push)
+    if step is not None:
+        # The push stretches triangles; sliding along the pushed surface evens them out.
+        improve(epi)
+        further = push_apart(epi, endo, options.minimum_thickness, options.maximum_push)
+        if further is not None:
+            step["thickness_after_mm"] = further["thickness_after_mm"]
+            step["farthest_push_mm"] += further["farthest_push_mm"]
+        check_sheet(epi)
+    return step
+
+
+def _with_caps(sheets: list[Sheet], triangles: IntArray, tag: FloatArray, planes: Mapping[str, Plane]) -> Wall:
+    """Close the joined sheets by well-shaped caps between their rims."""
+    points = [sheet.points for sheet in sheets]
+    starts = np.cumsum([0, *(len(sheet.points) for sheet in sheets)])
+    count = int(starts[-1])
+    cells, tags = [triangles], [tag]
+    for number, (name, plane) in enumerate(planes.items()):
+        frame = plane_frame(plane)
+        rims = [np.concatenate(rim_loops(sheet, number)) for sheet in sheets]
+        flat = [(sheet.points[rim] - plane.point) @ frame[:2].T for sheet, rim in zip(sheets, rims)]
+        at, cap = fill_rings(flat)
+        vertex = np.concatenate([rim + start for rim, start in zip(rims, starts)])
+        added = at[len(vertex) :] @ frame[:2] + plane.point
+        added -= plane.signed_distance(added)[:, None] * plane.normal
+        vertex = np.concatenate([vertex, count + np.arange(len(added))])
+        points.append(added)
+        count += len(added)
+        cells.append(vertex[cap])
+        tags.append(np.full(len(cap), FACET_TAGS[name], dtype=np.int32))
+    template = np.concatenate([*(sheet.template for sheet in sheets), np.full(count - starts[-1], -1)])
+    return Wall(np.concatenate(points), np.concatenate(cells), np.concatenate(tags), template, planes)
+
+
+def _apex_info(epi: Surface, apex: Plane | None) -> dict[str, Any]:
+    """How the wall ends at the apex, and by how much the epicardium was extrapolated there."""
+    if apex is not None:
+        return {"mode": "clipped", "extrapolated": False, "extrapolated_mm": 0.0}
+    boundary = epi.info.get("boundary", {}).get("apex", {})
+    length = float(boundary.get("extrapolated_mm", 0.0))
+    return {**boundary, "mode": "closed", "extrapolated": length > 0.0, "extrapolated_mm": length}
+
+
+def _quality_info(wall: Wall) -> dict[str, Any]:
+    """Least and mean Q (the paper's Eq. 12), and where the worst triangle lies."""
+    quality = triangle_quality(wall.points, wall.triangles)
+    worst = int(quality.argmin())
+    return {
+        "triangles": len(wall.triangles),
+        "minimum": float(quality.min()),
+        "mean": float(quality.mean()),
+        "minimum_at_mm": [round(float(x), 3) for x in wall.points[wall.triangles[worst]].mean(axis=0)],
+    }
+
+
+def _volumes(sheets: list[Sheet], wall: Wall) -> dict[str, float]:
+    """Volumes within the planes, which have to add up: epicardium = cavities + wall."""
+    inside = {sheet.name: sheet_volume(sheet) for sheet in sheets}
+    outer, *cavities = inside.values()
+    if abs(outer - sum(cavities) - wall.volume) > 1e-9 * outer:
+        raise StageError(
+            f"volumes do not add up: epicardium {outer:.6f}, cavities {sum(cavities):.6f}, wall {wall.volume:.6f} mm3"
+        )
+    return {**inside, "wall": wall.volume}
+
+
+def sheet_volume(sheet: Sheet) -> float:
+    """Volume between a sheet and the planes it is clipped by, mm3."""
+    points, cells = [sheet.points], [sheet.triangles]
+    for number in range(len(sheet.planes)):
+        for loop in rim_loops(sheet, number):
+            centre = len(sheet.points) + len(points) - 1
+            points.append(sheet.points[loop].mean(axis=0, keepdims=True))
+            cells.append(np.stack([np.roll(loop, -1), loop, np.full(len(loop), centre)], axis=1))
+    return volume(np.concatenate(points), np.concatenate(cells))

@@ -1,0 +1,153 @@
+"""Sheets in, the joined wall out: the only file that knows manifold3d.
+
+The epicardial sheet is closed by flat caps, each endocardial one by a plug that reaches out through the caps, and the
+wall is the difference of the solids. manifold3d keeps the origin of every triangle, so the tags are exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from femprep.errors import InputError, StageError
+from femprep.model import FloatArray, IntArray, Plane
+from femprep.wall.clip import rim_loops
+from femprep.wall.sheet import Sheet
+
+#: A vertex of the result is one of the sheets' where it lies this near to it, mm.
+_SAME = 1e-6
+
+
+def triangulate_rings(points: FloatArray, loops: Sequence[IntArray]) -> IntArray:
+    """Triangles ``(m, 3)`` that fill polygons in the plane, without further points; holes run clockwise."""
+    import manifold3d
+
+    order = np.concatenate(loops)
+    found = manifold3d.triangulate([np.ascontiguousarray(points[loop]) for loop in loops], allow_convex=False)
+    return np.asarray(order[np.asarray(found, dtype=np.int64)])
+
+
+def plane_frame(plane: Plane) -> FloatArray:
+    """Rotation ``(3, 3)`` whose rows are two directions of a plane and its normal, right-handed."""
+    axis = np.eye(3)[int(np.argmin(np.abs(plane.normal)))]
+    first = np.cross(axis, plane.normal)
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(plane.normal, first), plane.normal])
+
+
+def join(epi: Sheet, endo: Mapping[str, Sheet]) -> tuple[IntArray, IntArray]:
+    """Subtract the endocardial solids from the epicardial one.
+
+    Parameters
+    ----------
+    epi : Sheet
+    endo : mapping of str to Sheet
+        By facet name.
+
+    Returns
+    -------
+    triangles : (m, 3) array
+        The facets of the sheets that bound the wall, wound out of it; vertices are numbered over all sheets, ``epi``
+        first, then ``endo`` in its order. The caps are left out.
+    sheet : (m,) array
+        Number of the sheet each comes from, in the same order.
+
+    Raises
+    ------
+    InputError
+        An endocardium reaches the epicardium or another endocardium: the message says where.
+    StageError
+        A solid is not accepted, or the volumes do not add up.
+    """
+    import manifold3d
+
+    sheets = [epi, *endo.values()]
+    frame_plane = next(iter(epi.planes.values()))
+    rotation, origin = plane_frame(frame_plane), frame_plane.point
+    size = float(np.ptp(epi.points, axis=0).max())
+    first_id = manifold3d.Manifold.reserve_ids(len(sheets))
+    solids = []
+    for number, sheet in enumerate(sheets):
+        points, triangles = _close(sheet, plug=0.1 * size if number else 0.0)
+        turned = (points - origin) @ rotation.T
+        # In this frame the base is exactly z = 0: what the vertices on it were projected to.
+        turned[: len(sheet.points)][sheet.on_plane == 0, 2] = 0.0
+        # Triangles that close a sheet get an identity of their own, so that they can be told apart.
+        own = len(sheet.triangles)
+        closing = manifold3d.Manifold.reserve_ids(1)
+        mesh = manifold3d.Mesh64(
+            np.ascontiguousarray(turned),
+            np.ascontiguousarray(triangles, dtype=np.uint64),
+            run_index=np.array([0, 3 * own, 3 * len(triangles)], dtype=np.uint64),
+            run_original_id=np.array([first_id + number, closing], dtype=np.uint32),
+        )
+        solid = manifold3d.Manifold(mesh)
+        if solid.status() != manifold3d.Error.NoError:
+            raise StageError(f"surface {sheet.name!r}, clipped and closed, is no solid: {solid.status().name}")
+        if solid.volume() <= 0:
+            raise InputError(
+                f"surface {sheet.name!r} is wound inward (volume {solid.volume():.1f} mm3); reverse its triangles"
+            )
+        solids.append(solid)
+    wall = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Subtract)
+    if wall.status() != manifold3d.Error.NoError:
+        raise StageError(f"the boolean difference of the surfaces failed: {wall.status().name}")
+    return _sheet_facets(wall.to_mesh64(), sheets, first_id, rotation, origin)
+
+
+def _close(sheet: Sheet, plug: float) -> tuple[FloatArray, IntArray]:
+    """Close a sheet by flat caps, or by prisms of a length that stand out of its planes, mm."""
+    points, triangles = [sheet.points], [sheet.triangles]
+    count = len(sheet.points)
+    for number in range(len(sheet.planes)):
+        plane = sheet.plane_of(number)
+        rotation = plane_frame(plane)
+        for loop in rim_loops(sheet, number):
+            back = loop[::-1]
+            top = back
+            if plug:
+                top = count + np.arange(len(back))
+                points.append(sheet.points[back] + plug * plane.normal)
+                count += len(back)
+                u, v = back, np.roll(back, -1)
+                tu, tv = top, np.roll(top, -1)
+                triangles += [np.stack([u, v, tv], axis=1), np.stack([u, tv, tu], axis=1)]
+            flat = (sheet.points[back] - plane.point) @ rotation[:2].T
+            triangles.append(top[triangulate_rings(flat, [np.arange(len(back))])])
+    return np.concatenate(points), np.concatenate(triangles)
+
+
+def _sheet_facets(
+    mesh: Any, sheets: Sequence[Sheet], first_id: int, rotation: FloatArray, origin: FloatArray
+) -> tuple[IntArray, IntArray]:
+    """The facets that come from sheets, in the sheets' numbering."""
+    points = np.asarray(mesh.vert_properties)[:, :3] @ rotation + origin
+    triangles = np.asarray(mesh.tri_verts, dtype=np.int64)
+    runs = np.asarray(mesh.run_index, dtype=np.int64) // 3
+    origin_id = np.repeat(np.asarray(mesh.run_original_id, dtype=np.int64), np.diff(runs))
+    all_points = np.concatenate([sheet.points for sheet in sheets])
+    away, number = cKDTree(all_points).query(points)
+    found, source = [], []
+    for k, sheet in enumerate(sheets):
+        own = triangles[origin_id == first_id + k]
+        strange = np.unique(own[away[own] > _SAME])
+        if len(strange):
+            others = ", ".join(repr(other.name) for other in sheets if other is not sheet)
+            raise InputError(
+                f"surface {sheet.name!r} meets {others}: {len(strange)} crossings, the first near "
+                "({:.1f}, {:.1f}, {:.1f}); the endocardium must lie inside the epicardium".format(*points[strange[0]])
+            )
+        mapped = number[own]
+        sides = mapped != np.roll(mapped, 1, axis=1)
+        mapped = mapped[sides.all(axis=1)]
+        if len(mapped) != len(sheet.triangles):
+            raise InputError(
+                f"of {len(sheet.triangles)} facets of surface {sheet.name!r} {len(mapped)} bound the wall; "
+                "the endocardium must lie inside the epicardium"
+            )
+        found.append(mapped)
+        source.append(np.full(len(mapped), k))
+    return np.concatenate(found), np.concatenate(source)
