@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, field_validator
 
 from femprep.errors import OptionError
 
@@ -31,7 +31,7 @@ class ImageOptions(StageOptions):
     """Reading a label map and choosing its structures."""
 
     policy: Policy = Field("repair", description="What to do with pieces, voids and holes: mend and report, or refuse.")
-    spacing: tuple[float, float, float] | None = Field(
+    spacing: tuple[PositiveFloat, PositiveFloat, PositiveFloat] | None = Field(
         None, description="Voxel sizes in mm that replace the file's, for a file that carries none."
     )
     minimum_voxels: int = Field(8, ge=1, description="Smallest number of voxels an object may have.")
@@ -88,7 +88,7 @@ class VolumeOptions(StageOptions):
         description="How far the mesher may leave the wall's surface, mm; a twentieth of the edge length if not given.",
     )
     stop_energy: float = Field(
-        8.0,
+        6.0,
         ge=4,
         le=1000,
         description="Shape energy at which the mesher stops improving elements: 3 is a regular tetrahedron, lower is "
@@ -149,6 +149,37 @@ class ExportOptions(StageOptions):
     young_modulus: float = Field(30.0, gt=0, description="Young's modulus of the material of the step, kPa.")
     poisson_ratio: float = Field(0.4, gt=-1, lt=0.5, description="Poisson's ratio of the material of the step.")
     pressure: float = Field(1.0, description="Pressure on the endocardium in the step, kPa.")
+
+
+class FibreOptions(StageOptions):
+    """Fibre and sheet directions; all angles in degrees, their signs drawn in femprep/anatomy/fibres.py."""
+
+    endo_angle: float = Field(60.0, ge=-90, le=90, description="Helix angle at the endocardium, degrees.")
+    epi_angle: float = Field(-60.0, ge=-90, le=90, description="Helix angle at the epicardium, degrees.")
+    rv_endo_angle: float | None = Field(
+        None, ge=-90, le=90, description="Helix angle at the RV endocardium, degrees; as the LV's where not given."
+    )
+    rv_epi_angle: float | None = Field(
+        None, ge=-90, le=90, description="Helix angle at the RV epicardium, degrees; as the LV's where not given."
+    )
+    endo_sheet_angle: float = Field(
+        0.0, ge=-180, le=180, description="Sheet angle at the endocardium, degrees from the transmural direction."
+    )
+    epi_sheet_angle: float = Field(
+        0.0, ge=-180, le=180, description="Sheet angle at the epicardium, degrees from the transmural direction."
+    )
+    rule: Literal["linear", "bayer"] = Field(
+        "linear",
+        description="Interpolate frames and then rotate them by an angle linear in depth, "
+        "or rotate first and then interpolate, as Bayer et al. 2012 print it.",
+    )
+    depth: Literal["distance", "laplace"] = Field(
+        "distance", description="Depth in the wall by distance, or the harmonic field itself as in Bayer et al. 2012."
+    )
+    mirrored: Literal["auto", "yes", "no"] = Field(
+        "auto", description="Whether the heart is a mirror image, whose fibres are mirrored: found, or said."
+    )
+    nodes: bool = Field(False, description="Fibres at the nodes too, beside those of the elements.")
 
 
 class Options(StageOptions):

@@ -32,11 +32,14 @@ class SpacingSource:
         ``"sform"`` (``pixdim`` carries none).
     note : str or None
         What was found, where it is out of the ordinary.
+    doubtful : bool
+        Whether the user should look at it.
     """
 
     spacing: FloatArray
     source: str
     note: str | None = None
+    doubtful: bool = False
 
 
 def choose_spacing(spacing: FloatArray, header: Mapping[str, str]) -> SpacingSource:
@@ -58,15 +61,13 @@ def choose_spacing(spacing: FloatArray, header: Mapping[str, str]) -> SpacingSou
         return SpacingSource(spacing, "header")
     found = f"sform says {_sizes(lengths)} mm, pixdim {_sizes(spacing)} mm"
     if np.allclose(spacing, 1.0, rtol=TOLERANCE):
-        return SpacingSource(
-            lengths, "sform", f"pixdim carries no voxel sizes ({found}); those of the sform were taken"
-        )
+        note = f"pixdim carries no voxel sizes ({found}); those of the sform were taken"
+        return SpacingSource(lengths, "sform", note, doubtful=True)
     if np.allclose(lengths, 1.0, rtol=TOLERANCE):
         note = f"the affine carries no voxel sizes ({found}); those of pixdim were taken"
         return SpacingSource(spacing, "pixdim", note)
-    return SpacingSource(
-        spacing, "pixdim", f"header contradicts itself ({found}); pixdim was taken: give spacing if that is wrong"
-    )
+    note = f"the header contradicts itself ({found}); pixdim was taken: give spacing if that is wrong"
+    return SpacingSource(spacing, "pixdim", note, doubtful=True)
 
 
 def _sform_lengths(header: Mapping[str, str]) -> FloatArray | None:
@@ -84,11 +85,15 @@ def _sform_lengths(header: Mapping[str, str]) -> FloatArray | None:
 
 
 def spacing_warning(spacing: FloatArray, shape: tuple[int, ...]) -> str | None:
-    """A warning where voxel sizes look absent: 1 x 1 x 1 mm for a stack of few slices, which no scanner makes."""
-    stack = min(shape) <= 40 and max(shape) >= 3 * min(shape)
-    if np.allclose(spacing, 1.0, rtol=1e-6) and stack:
+    """A warning where voxel sizes look absent or are in another unit; None where nothing speaks against them.
+
+    A heart does not fit into 40 mm: a thinner stack at exactly 1 x 1 x 1 mm has lost its sizes.
+    """
+    if np.allclose(spacing, 1.0, rtol=1e-6) and min(shape) < 40:
         shown = " x ".join(map(str, shape))
         return f"voxel sizes are 1 x 1 x 1 mm for {shown} voxels: they look absent; give spacing if they are wrong"
+    if spacing.max() > 50.0 or spacing.min() < 0.02:
+        return f"voxel sizes are {_sizes(spacing)} mm, unlike any heart image; give spacing if they are wrong"
     return None
 
 

@@ -19,9 +19,9 @@ import numpy.typing as npt
 
 from femprep.errors import FileError, InputError, OptionError
 from femprep.image.affine import choose_spacing, spacing_warning
-from femprep.image.files import format_of, require_file
+from femprep.image.files import format_of, require_whole
 from femprep.image.grid import Grid
-from femprep.image.segmentation import Segmentation
+from femprep.image.segmentation import Segmentation, count_labels
 from femprep.options import PRESETS, ImageOptions, choose
 
 log = logging.getLogger(__name__)
@@ -52,8 +52,9 @@ def read_segmentation(
     Returns
     -------
     Segmentation
-        Its ``info`` holds ``file``, ``format``, ``shape``, ``spacing``, ``spacing_source``, ``labels`` (voxels by
-        label), ``absent`` (labels asked for that do not occur), ``right_handed`` and ``notes`` (what was guessed).
+        Its ``info`` holds ``file``, ``format``, ``shape``, ``spacing``, ``spacing_source``, ``origin``, ``direction``,
+        ``labels`` (voxels by label), ``absent`` (labels asked for that do not occur), ``right_handed`` and ``notes``
+        (what was guessed, in words).
 
     Raises
     ------
@@ -71,19 +72,23 @@ def read_segmentation(
     labels = _labels(array, file)
     found = choose_spacing(spacing, header)
     source, spacing = found.source, found.spacing
+    doubts: list[str] = []
     if chosen.spacing is not None:
         spacing, source = np.array(chosen.spacing), "given"
         notes.append(f"voxel sizes {_sizes(found.spacing)} mm of the file replaced by {_sizes(spacing)} mm as given")
     else:
-        notes.extend(note for note in (found.note, spacing_warning(spacing, labels.shape)) if note)
-    for note in notes:
-        log.warning("%s: %s", file.name, note)
+        if found.note:
+            (doubts if found.doubtful else notes).append(found.note)
+        if unlikely := spacing_warning(spacing, labels.shape):
+            doubts.append(unlikely)
+    for level, lines in ((logging.INFO, notes), (logging.WARNING, doubts)):
+        for line in lines:
+            log.log(level, "%s: %s", file.name, line)
     try:
         grid = Grid(labels.shape, spacing, origin, direction)
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
-    numbers, counts = np.unique(labels, return_counts=True)
-    count = {int(n): int(c) for n, c in zip(numbers, counts)}
+    count = count_labels(labels)
     if set(count) <= {0}:
         raise InputError(f"{file}: holds no label, all {labels.size} voxels are 0; is it a label map?")
     info = {
@@ -92,10 +97,12 @@ def read_segmentation(
         "shape": list(labels.shape),
         "spacing": [float(s) for s in spacing],
         "spacing_source": source,
+        "origin": [float(x) for x in origin],
+        "direction": [[float(x) for x in row] for row in direction],
         "labels": {str(n): c for n, c in count.items()},
         "absent": {n: gone for n, v in names.items() if (gone := [i for i in v if i not in count])},
         "right_handed": grid.right_handed,
-        "notes": notes,
+        "notes": notes + doubts,
     }
     return Segmentation(labels, grid, names, info)
 
@@ -128,10 +135,10 @@ def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
     writer.SetFileName(str(file))
     writer.SetUseCompression(True)
     try:
-        with _quiet():
+        with _quiet() as said:
             writer.Execute(image)
     except RuntimeError as error:
-        raise FileError(f"{file}: cannot be written ({_reason(error)})") from None
+        raise FileError(f"{file}: cannot be written ({_reason(error, said)})") from None
 
 
 def _names(structures: Mapping[str, int | Sequence[int]] | None, preset: str | None) -> dict[str, tuple[int, ...]]:
@@ -155,9 +162,10 @@ def _read(
     import SimpleITK as sitk
 
     reader = sitk.ImageFileReader()
-    reader.SetImageIO(require_file(file))
+    reader.SetImageIO(require_whole(file))
     reader.SetFileName(str(file))
     notes: list[str] = []
+    said: list[str] = []
     try:
         with _quiet() as said:
             reader.ReadImageInformation()
@@ -169,9 +177,12 @@ def _read(
             image = reader.Execute()
             header = {key: reader.GetMetaData(key) for key in reader.GetMetaDataKeys()}
     except RuntimeError as error:
-        raise FileError(f"{file}: damaged or not readable ({_reason(error)})") from None
-    if "not read completely" in "".join(said):
-        raise FileError(f"{file}: cut short; copy or convert the file again")
+        if "orthonormal" in str(error):
+            raise InputError(
+                f"{file}: the axes of its affine are not at right angles, or not finite; resample the image onto a "
+                "rectangular grid, or mend the header"
+            ) from None
+        raise FileError(f"{file}: damaged or not readable ({_reason(error, said)})") from None
     array = sitk.GetArrayFromImage(image).T
     return (
         array,
@@ -253,13 +264,16 @@ def _quiet() -> Iterator[list[str]]:
                     log.debug("SimpleITK: %s", " | ".join(said))
 
 
-def _reason(error: Exception) -> str:
-    """The last telling line of ITK's message, without the places in its source."""
+def _reason(error: Exception, said: list[str]) -> str:
+    """The telling line of ITK's message, without the places in its source.
+
+    MetaImage's own reason is whatever ``errno`` happened to be; what it wrote to standard error is to the point.
+    """
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    text = next(
-        (line for line in reversed(lines) if line.startswith("Reason")), lines[-1] if lines else "no reason given"
-    )
-    return text.split("ERROR:", 1)[-1].strip()
+    if not lines or lines[-1].startswith("Reason:"):
+        lines = [line.strip() for line in said if line.strip()] or ["no reason given"]
+        return lines[0].split("Read: ", 1)[-1].rstrip(".")
+    return lines[-1].split("ERROR:", 1)[-1].strip()
 
 
 def _sizes(values: npt.ArrayLike) -> str:
