@@ -28,7 +28,13 @@ def compiled(parallel: bool = False, fast_sums: bool = False) -> Callable[[Calla
     fast_sums : bool
         Let sums be reordered, so that they are vectorised.
     """
-    settings: dict[str, Any] = {"parallel": parallel, "fastmath": set(FAST_SUMS) if fast_sums else False}
+    # numpy's error model: x / 0 is infinite. Python's would test each divisor, and a loop with a test in it is not
+    # vectorised.
+    settings: dict[str, Any] = {
+        "parallel": parallel,
+        "fastmath": set(FAST_SUMS) if fast_sums else False,
+        "error_model": "numpy",
+    }
 
     def decorate(function: Callable[..., Any]) -> Any:
         try:

@@ -37,7 +37,10 @@ def _potential(x: float, y: float, z: float, sx: Any, sy: Any, sz: Any, gap: Any
         dz = sz[m] - z
         a = dx * dx + dy * dy + dz * dz + _SOFT
         b = a + gap[m] * outside
-        total += weight[m] * (1.0 / np.sqrt(a) - 1.0 / np.sqrt(b))
+        ra = np.sqrt(a)
+        rb = np.sqrt(b)
+        # 1/ra - 1/rb with one division.
+        total += weight[m] * (rb - ra) / (ra * rb)
     return total
 
 
@@ -57,9 +60,12 @@ def _gradient(
         dz = sz[m] - z
         a = dx * dx + dy * dy + dz * dz + _SOFT
         b = a + gap[m] * outside
-        pa = weight[m] / (a * np.sqrt(a))
-        pb = weight[m] / (b * np.sqrt(b))
-        p = pa - pb
+        ca = a * np.sqrt(a)
+        cb = b * np.sqrt(b)
+        # w/ca and w/cb with one division: divisions are what this loop waits for.
+        q = weight[m] / (ca * cb)
+        pb = q * ca
+        p = q * cb - pb
         gx += dx * p
         gy += dy * p
         gz += dz * p

@@ -6,6 +6,7 @@ import logging
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from numba import prange
 
 from femprep.compiled import compiled
@@ -24,18 +25,19 @@ _MOVE = 0.25
 
 
 @compiled()
-def _corner_weights(x: float, y: float, z: float, n: int) -> tuple[int, int, int, float, float, float]:
+def _cell(value: Any, x: float, y: float, z: float) -> tuple[int, int, int, float, float, float]:
     """Lowest corner of the cell a point lies in, and where in it the point lies."""
-    i = min(max(int(np.floor(x)), 0), n - 2)
-    j = min(max(int(np.floor(y)), 0), n - 2)
-    k = min(max(int(np.floor(z)), 0), n - 2)
+    ni, nj, nk = value.shape
+    i = min(max(int(np.floor(x)), 0), ni - 2)
+    j = min(max(int(np.floor(y)), 0), nj - 2)
+    k = min(max(int(np.floor(z)), 0), nk - 2)
     return i, j, k, x - i, y - j, z - k
 
 
 @compiled()
 def _uphill(value: Any, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Gradient of the trilinear interpolation at a point in index coordinates."""
-    i, j, k, a, b, c = _corner_weights(x, y, z, value.shape[0])
+    i, j, k, a, b, c = _cell(value, x, y, z)
     v000 = value[i, j, k]
     v001 = value[i, j, k + 1]
     v010 = value[i, j + 1, k]
@@ -68,7 +70,7 @@ def _uphill(value: Any, x: float, y: float, z: float) -> tuple[float, float, flo
 @compiled(parallel=True)
 def _climb(value: Any, inner: Any, points: Any, moves: int, arrived: Any) -> None:
     """Move points (index coordinates, in place) uphill until their voxel is an inner one."""
-    last = value.shape[0] - 1
+    ni, nj, nk = value.shape
     for p in prange(points.shape[0]):
         for _ in range(moves):
             x = points[p, 0]
@@ -89,9 +91,9 @@ def _climb(value: Any, inner: Any, points: Any, moves: int, arrived: Any) -> Non
             second = np.sqrt(hx * hx + hy * hy + hz * hz)
             if second > 0.0:
                 gx, gy, gz, length = hx, hy, hz, second
-            points[p, 0] = min(max(x + _MOVE * gx / length, 0.0), last)
-            points[p, 1] = min(max(y + _MOVE * gy / length, 0.0), last)
-            points[p, 2] = min(max(z + _MOVE * gz / length, 0.0), last)
+            points[p, 0] = min(max(x + _MOVE * gx / length, 0.0), ni - 1.0)
+            points[p, 1] = min(max(y + _MOVE * gy / length, 0.0), nj - 1.0)
+            points[p, 2] = min(max(z + _MOVE * gz / length, 0.0), nk - 1.0)
 
 
 def erode(solid: BoolArray) -> tuple[BoolArray, float]:
@@ -103,12 +105,12 @@ def erode(solid: BoolArray) -> tuple[BoolArray, float]:
 
     Parameters
     ----------
-    solid : (n, n, n) bool array
+    solid : (ni, nj, nk) bool array
         The object on isotropic voxels.
 
     Returns
     -------
-    eroded : (n, n, n) bool array
+    eroded : (ni, nj, nk) bool array
         The eroded object, not empty.
     thin : float
         Share of the object's voxels at which the depth was reduced.
@@ -137,7 +139,7 @@ def erode(solid: BoolArray) -> tuple[BoolArray, float]:
 
 
 def place_sources(
-    directions: FloatArray, solid: BoolArray, voxel: float, radius: float
+    directions: FloatArray, solid: BoolArray, middle: FloatArray, voxel: float, radius: float
 ) -> tuple[FloatArray, dict[str, Any]]:
     """Place singularities inside an object, near its surface, by flow in from the sphere (section 2.6).
 
@@ -147,18 +149,20 @@ def place_sources(
     Parameters
     ----------
     directions : (M, 3) array
-        Unit vectors, evenly spread.
-    solid : (n, n, n) bool array
-        The object on isotropic voxels, n odd; the sphere's centre is the centre of the middle voxel.
+        Unit vectors, evenly spread, along the grid's axes.
+    solid : (ni, nj, nk) bool array
+        The object on isotropic voxels.
+    middle : (3,) array
+        Centre of the sphere as a (fractional) index of that grid.
     voxel : float
         Edge of a voxel, mm.
     radius : float
-        Radius of the sphere, mm; the sphere has to lie within the grid.
+        Radius of the sphere, mm.
 
     Returns
     -------
     sources : (M, 3) array
-        Singularities, mm from the sphere's centre.
+        Singularities, mm from the sphere's centre along the grid's axes.
     info : dict
         ``voxel`` (mm), ``thin_share`` (of the object, where the depth departs from two erosions), ``stray`` (points
         that did not arrive and were put on the nearest eroded voxel).
@@ -170,20 +174,32 @@ def place_sources(
     """
     from scipy.spatial import cKDTree
 
-    size = solid.shape[0]
-    middle = size // 2
+    # A grid that holds the sphere and a layer of voxels around it.
+    reach = radius / voxel
+    low = np.floor(middle - reach).astype(int) - 1
+    high = np.ceil(middle + reach).astype(int) + 1
+    solid = _window(solid, low, high)
+    middle = middle - low
     eroded, thin = erode(solid)
-    axis = (np.arange(size) - middle) * voxel
-    squared = axis * axis
-    outer = squared[:, None, None] + squared[None, :, None] + squared[None, None, :] >= radius * radius
+    x, y, z = ((np.arange(n) - m) ** 2 for n, m in zip(solid.shape, middle))
+    outer = x[:, None, None] + y[None, :, None] + z[None, None, :] >= reach * reach
     value = solve_laplace(eroded, outer)
     # From just inside the sphere: its voxels are steps, and nothing leads away from them.
-    points = np.ascontiguousarray(middle + directions * (radius / voxel - 1.5))
+    points = np.ascontiguousarray(middle + directions * (reach - 1.5))
     arrived = np.zeros(len(points), dtype=np.bool_)
-    _climb(value, eroded, points, int(np.ceil(4 * size / _MOVE)), arrived)
+    _climb(value, eroded, points, int(np.ceil(8.0 * reach / _MOVE)), arrived)
     stray = np.flatnonzero(~arrived)
     if len(stray):
         _log.info("%d singularities did not arrive and were put on the nearest eroded voxel", len(stray))
         inside = np.argwhere(eroded)
         points[stray] = inside[cKDTree(inside).query(points[stray])[1]]
-    return (points - middle) * voxel, {"voxel": float(voxel), "thin_share": thin, "stray": len(stray)}
+    return np.asarray((points - middle) * voxel), {"voxel": float(voxel), "thin_share": thin, "stray": len(stray)}
+
+
+def _window(solid: BoolArray, low: npt.NDArray[np.int64], high: npt.NDArray[np.int64]) -> BoolArray:
+    """The part of a mask from index ``low`` to ``high``, both included; what lies beyond the mask is empty."""
+    out = np.zeros(high - low + 1, dtype=np.bool_)
+    first, last = np.maximum(low, 0), np.minimum(high + 1, solid.shape)
+    target = tuple(slice(a - b, c - b) for a, b, c in zip(first, low, last))
+    out[target] = solid[tuple(slice(a, b) for a, b in zip(first, last))]
+    return out

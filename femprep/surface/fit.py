@@ -16,6 +16,7 @@ from femprep.harmonic.sources import place_sources
 from femprep.harmonic.spline import Basis
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.object import LabelObject
+from femprep.image.resample import isotropic
 from femprep.model import FloatArray, Surface
 from femprep.options import SurfaceOptions, choose
 from femprep.surface.shape import HarmonicShape
@@ -32,7 +33,7 @@ TABLE_1: Final = {
     "epi": {"singularities": 422, "control_points": 406, "vertices": 2472},
 }
 #: Default M and K lie between these.
-_FEWEST, _MOST = 48, 450
+_FEWEST, _MOST = 50, 450
 #: Voxels of the isotropic grid along the sphere's radius, at least and at most.
 _COARSEST, _FINEST = 16.0, 64.0
 
@@ -58,7 +59,7 @@ def fit_surface(
         Points its surface should pass; by default the midpoints between its voxels and their neighbours outside.
     options : SurfaceOptions, optional
         Numbers of vertices V, singularities M, control points K, and others. Without M and K there is one of each for
-        every four voxel faces of the object's lateral surface, 48 to 450.
+        every four voxel faces of the object's lateral surface, 50 to 450.
     progress : callable, optional
         Told the stage and the fraction done.
     **changes
@@ -95,24 +96,26 @@ def fit_surface(
     singularities = number if chosen.singularities is None else chosen.singularities
     control_points = number if chosen.control_points is None else chosen.control_points
 
-    frame = _frame(obj)
+    axes, frame = _axes(obj)
     centre = obj.barycentre
     radius = float(chosen.sphere_ratio * np.linalg.norm(boundary.points - centre, axis=1).max())
     voxel = float(np.clip(obj.grid.spacing.min(), radius / _FINEST, radius / _COARSEST))
     memory = required_memory(len(boundary), singularities, control_points, chosen.vertices, radius / voxel)
     if memory > chosen.memory_limit:
         raise ResourceError(
-            f"fitting {obj.name!r} with {control_points} control points to {len(boundary)} boundary points needs "
-            f"about {memory:.1f} GB, the limit is {chosen.memory_limit:g} GB; lower control_points or raise memory_limit"
+            f"fitting {obj.name!r} with {control_points} control points to {len(boundary)} boundary points needs about "
+            f"{memory:.1f} GB, the limit is {chosen.memory_limit:g} GB; lower control_points, or raise memory_limit"
         )
 
     template = charge_template(chosen.vertices)
     directions = template.directions @ frame.T
     tell("surface", 0.1)
-    solid = isotropic(obj, centre, frame, voxel, int(np.ceil(radius / voxel)) + 2)
-    sources, placement = place_sources(sphere_points(singularities), solid, voxel, radius)
+    even = isotropic(obj, voxel)
+    sources, placement = place_sources(
+        sphere_points(singularities) @ frame.T @ axes, even.mask, even.grid.to_index(centre[None, :])[0], voxel, radius
+    )
     tell("surface", 0.3)
-    field = fit_strength(Field(centre, radius, centre + sources @ frame.T, np.ones(1)), boundary.points)
+    field = fit_strength(Field(centre, radius, centre + sources @ axes.T, np.ones(1)), boundary.points)
     level = field.potential(boundary.points)
     feet = field.directions(field.flow(boundary.points, level, 0.0, chosen.steps))
     tell("surface", 0.7)
@@ -135,6 +138,7 @@ def fit_surface(
         "control_points": control_points,
         "vertices": chosen.vertices,
         "boundary_points": len(boundary),
+        "boundary": dict(boundary.info),
         "centre": centre.tolist(),
         "radius": radius,
         "level_mean": float(level.mean()),
@@ -171,48 +175,17 @@ def required_memory(boundary: int, singularities: int, control_points: int, vert
     return float((points + max(solve, grid)) / 1e9)
 
 
-def isotropic(obj: LabelObject, centre: FloatArray, frame: FloatArray, voxel: float, half: int) -> Any:
-    """Resample an object on a cube of isotropic voxels about a point, along the image's axes (nearest voxel).
+def _axes(obj: LabelObject) -> tuple[FloatArray, FloatArray]:
+    """The image's axes as columns, made exactly orthogonal, and the same as a rotation.
 
-    Parameters
-    ----------
-    obj : LabelObject
-        The object.
-    centre : (3,) array
-        Centre of the middle voxel, mm LPS.
-    frame : (3, 3) array
-        The cube's axes as columns: the image's, up to signs.
-    voxel : float
-        Edge of a voxel, mm.
-    half : int
-        Voxels to each side of the middle one.
-
-    Returns
-    -------
-    (2 half + 1,) * 3 bool array
-        Whether the voxel's centre lies in the object.
+    All is done along them, so that a turned image gives the same surface, turned.
     """
-    offsets = np.arange(-half, half + 1) * voxel
-    middle = obj.grid.to_index(centre[None, :])[0]
-    indices, inside = [], []
-    for axis in range(3):
-        sign = float(np.sign(frame[:, axis] @ obj.grid.direction[:, axis]))
-        index = np.rint(middle[axis] + sign * offsets / obj.grid.spacing[axis]).astype(np.int64)
-        inside.append((index >= 0) & (index < obj.mask.shape[axis]))
-        indices.append(np.clip(index, 0, obj.mask.shape[axis] - 1))
-    solid = obj.mask[np.ix_(*indices)]
-    for axis in range(3):
-        solid &= inside[axis].reshape([-1 if a == axis else 1 for a in range(3)])
-    return np.ascontiguousarray(solid)
-
-
-def _frame(obj: LabelObject) -> FloatArray:
-    """The image's axes as a rotation. All is done along them, so that a turned image gives the same surface, turned."""
     left, _, right = np.linalg.svd(obj.grid.direction)
-    frame = np.asarray(left @ right, dtype=np.float64)
+    axes = np.asarray(left @ right, dtype=np.float64)
+    frame = axes.copy()
     if np.linalg.det(frame) < 0.0:
         frame[:, 2] *= -1.0
-    return frame
+    return axes, frame
 
 
 def _default_number(obj: LabelObject, boundary: BoundaryPoints) -> int:
@@ -220,4 +193,5 @@ def _default_number(obj: LabelObject, boundary: BoundaryPoints) -> int:
     # A smooth surface has two thirds of the area of its voxel faces, all orientations being equally likely.
     area = float((obj.grid.voxel_volume / boundary.spacing).sum() / 1.5)
     face = obj.grid.voxel_volume / float(obj.grid.spacing.min())
-    return int(np.clip(round(area / (4.0 * face)), _FEWEST, _MOST))
+    # In tens: objects of about one size share their points on the sphere, which are made once.
+    return int(np.clip(10 * round(area / (40.0 * face)), _FEWEST, _MOST))
