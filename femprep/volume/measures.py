@@ -34,9 +34,6 @@ MEASURES: Final[Mapping[str, str]] = {
     "aspect_ratio": "longest edge by inscribed radius, 1 for the regular tetrahedron",
 }
 
-#: Measures that are better when smaller.
-SMALLER_IS_BETTER: Final = frozenset({"maximum_dihedral", "edge_ratio", "aspect_ratio"})
-
 _CHUNK: Final = 50_000
 
 

@@ -1,0 +1,204 @@
+"""Anyone's volume mesh and limits in, a quality report out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.elements import ELEMENTS, FACET_CORNERS
+from femprep.errors import InputError
+from femprep.geometry.topology import pieces
+from femprep.geometry.triangles import areas
+from femprep.model import VolumeMesh, tag_name
+from femprep.options import CheckOptions, choose
+from femprep.volume.limits import judge
+from femprep.volume.measures import MEASURES, centroids, element_measures
+from femprep.volume.report import FacetRecord, Histogram, QualityReport, RegionRecord, Statistics, WorstElement
+from femprep.volume.transmural import elements_through_wall, mesh_edges
+from femprep.volume.validity import validity
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+#: Measures whose worst elements are listed; the smallest value is the worst.
+_LISTED = ("scaled_jacobian", "mean_ratio", "minimum_dihedral")
+#: Range of the histogram of measures that have one; the others' goes from the smallest to the largest value.
+_RANGES = {
+    "scaled_jacobian": (0.0, 1.0),
+    "relative_jacobian": (0.0, 1.0),
+    "mean_ratio": (0.0, 1.0),
+    "radius_ratio": (0.0, 1.0),
+    "minimum_dihedral": (0.0, 90.0),
+    "maximum_dihedral": (60.0, 180.0),
+}
+_BINS = 20
+
+
+def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: Any) -> QualityReport:
+    """Judge a mesh: element quality, orientation, boundary, points, tags.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        Elements of any types of ``femprep.elements.ELEMENTS``, mixed too; with or without tags.
+    options : CheckOptions, optional
+        Limits.
+    **changes
+        Limits by name in place of those given; None leaves a limit out.
+
+    Returns
+    -------
+    QualityReport
+        ``report.passed`` tells the verdict, ``report.failures`` why, ``report.raise_if_failed()`` raises.
+
+    Raises
+    ------
+    InputError
+        The mesh has no elements, an element type is not known, or points are not finite.
+    OptionError
+        A limit is out of range.
+    """
+    limits = choose(CheckOptions, options, changes)
+    _check_input(mesh)
+    measures = {name: element_measures(mesh.points, block, name) for name, block in mesh.cells.items() if len(block)}
+    overall = {
+        key: np.concatenate([values[key] for values in measures.values() if key in values])
+        for key in MEASURES
+        if any(key in values for values in measures.values())
+    }
+    edges = mesh_edges(mesh)
+    length = np.linalg.norm(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], axis=1)
+    through = elements_through_wall(mesh)
+    through = through[through >= 0]
+    found = validity(mesh, overall["relative_jacobian"])
+    facet_tags, notes = _facet_records(mesh), []
+    if mesh.n_facets == 0:
+        notes.append("no facet tags: boundary conditions have nothing to name")
+    elif len(through) == 0:
+        notes.append("elements through the wall are not counted: no facets tagged endo and epi")
+    verdicts, failures = judge(measures, found, facet_tags, limits)
+    used = mesh.points[np.unique(np.concatenate([block.ravel() for block in mesh.cells.values()]))]
+    low, high = used.min(axis=0).tolist(), used.max(axis=0).tolist()
+    return QualityReport(
+        n_points=len(mesh.points),
+        cells={name: len(block) for name, block in mesh.cells.items()},
+        facets={name: len(block) for name, block in mesh.facets.items()},
+        volume=float(overall["volume"].sum()),
+        bounds=((low[0], low[1], low[2]), (high[0], high[1], high[2])),
+        regions={
+            tag_name(int(tag)): RegionRecord(
+                tag=int(tag),
+                elements=int((mesh.region == tag).sum()),
+                volume=float(overall["volume"][mesh.region == tag].sum()),
+            )
+            for tag in np.unique(mesh.region)
+        },
+        facet_tags=facet_tags,
+        measures={key: statistics(values, MEASURES[key], _RANGES.get(key)) for key, values in overall.items()},
+        measures_by_type={
+            name: {key: statistics(value, MEASURES[key], _RANGES.get(key)) for key, value in values.items()}
+            for name, values in measures.items()
+        },
+        edge_length=statistics(length, "mm"),
+        elements_through_wall=_count_statistics(through) if len(through) else None,
+        worst=_worst(mesh, measures, limits.worst),
+        validity=found,
+        options=limits,
+        limits=verdicts,
+        failures=failures,
+        notes=tuple(notes),
+    )
+
+
+def statistics(
+    values: FloatArray, unit: str, bounds: tuple[float, float] | None = None, bins: int = _BINS
+) -> Statistics:
+    """Distribution of values ``(n,)``, n at least 1; those out of bounds count into the outermost bins."""
+    low, high = bounds or (float(values.min()), float(values.max()))
+    counts, edges = np.histogram(np.clip(values, low, high), bins=bins, range=(low, high))
+    shares = (1, 5, 25, 75, 95, 99)
+    return Statistics(
+        unit=unit,
+        count=len(values),
+        min=float(values.min()),
+        mean=float(values.mean()),
+        median=float(np.median(values)),
+        max=float(values.max()),
+        standard_deviation=float(values.std()),
+        percentiles=dict(zip(map(str, shares), np.percentile(values, shares).tolist())),
+        histogram=Histogram(edges=tuple(edges.tolist()), counts=tuple(counts.tolist())),
+    )
+
+
+def _count_statistics(values: IntArray) -> Statistics:
+    """Distribution of whole numbers, a bin of the histogram for each of them."""
+    low, high = int(values.min()), int(values.max())
+    return statistics(values.astype(np.float64), "elements", (low - 0.5, high + 0.5), high - low + 1)
+
+
+def _check_input(mesh: VolumeMesh) -> None:
+    if mesh.n_cells == 0:
+        raise InputError("the mesh has no volume elements; check takes tetrahedra, wedges and hexahedra")
+    for name, block in mesh.cells.items():
+        if name not in ELEMENTS:
+            raise InputError(f"element type {name!r} is not known; known are {', '.join(ELEMENTS)}")
+        if block.shape[1] != ELEMENTS[name].nodes:
+            raise InputError(f"{name} elements have {block.shape[1]} nodes, expected {ELEMENTS[name].nodes}")
+    for name in mesh.facets:
+        if name not in FACET_CORNERS:
+            raise InputError(f"facet type {name!r} is not known; known are {', '.join(FACET_CORNERS)}")
+    if not np.isfinite(mesh.points).all():
+        row = int(np.argmin(np.isfinite(mesh.points).all(axis=1)))
+        raise InputError(f"point {row} of the mesh is {mesh.points[row].tolist()}; every coordinate must be finite")
+
+
+def _worst(mesh: VolumeMesh, measures: dict[str, dict[str, FloatArray]], count: int) -> tuple[WorstElement, ...]:
+    """The worst elements by each of the listed measures."""
+    names = np.concatenate([np.full(len(mesh.cells[name]), i) for i, name in enumerate(measures)])
+    middle = np.concatenate([centroids(mesh.points, mesh.cells[name], name) for name in measures])
+    out = []
+    for measure in _LISTED:
+        values = np.concatenate([table[measure] for table in measures.values()])
+        order = np.argsort(values, kind="stable")[:count]
+        for element in order.tolist():
+            x, y, z = middle[element].tolist()
+            kind = list(measures)[names[element]]
+            out.append(
+                WorstElement(
+                    measure=measure,
+                    value=float(values[element]),
+                    element=element,
+                    type=kind,
+                    region=tag_name(int(mesh.region[element])),
+                    centroid=(x, y, z),
+                )
+            )
+    return tuple(out)
+
+
+def _facet_records(mesh: VolumeMesh) -> dict[str, FacetRecord]:
+    """Counts, areas, pieces and flatness of the facets of each tag."""
+    records = {}
+    tags = np.split(mesh.facet_tag, np.cumsum([len(block) for block in mesh.facets.values()])[:-1])
+    for tag in np.unique(mesh.facet_tag):
+        name = tag_name(int(tag))
+        triangles, nodes, count = [], [], 0
+        for (kind, block), own in zip(mesh.facets.items(), tags):
+            chosen = block[own == tag]
+            count += len(chosen)
+            nodes.append(chosen.ravel())
+            triangles.append(chosen[:, :3])
+            if FACET_CORNERS[kind] == 4:
+                triangles.append(chosen[:, [0, 2, 3]])
+        split, points = np.concatenate(triangles), np.unique(np.concatenate(nodes))
+        plane = mesh.planes.get(name)
+        records[name] = FacetRecord(
+            tag=int(tag),
+            facets=count,
+            area=float(areas(mesh.points, split).sum()),
+            pieces=int(pieces(split).max()) + 1,
+            off_plane=None if plane is None else float(np.abs(plane.signed_distance(mesh.points[points])).max()),
+        )
+    return records

@@ -1,0 +1,95 @@
+"""Element measures, validity and limits in, verdicts and one line for each failure out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.options import CheckOptions
+from femprep.volume.report import FacetRecord, LimitRecord, Validity
+from femprep.volume.shapes import family
+
+FloatArray = npt.NDArray[np.float64]
+
+#: Counts that have to be zero, and how a failure is told.
+_FAULTS: Final[Mapping[str, str]] = {
+    "inverted_elements": "inverted element(s)",
+    "duplicate_elements": "element(s) doubled",
+    "non_manifold_faces": "face(s) shared by more than two elements",
+    "open_boundary_edges": "boundary edge(s) with one face only",
+    "non_manifold_boundary_edges": "boundary edge(s) with more than two faces",
+    "non_manifold_boundary_points": "point(s) where the boundary touches itself",
+    "duplicate_points": "pair(s) of points in the same place",
+    "orphan_points": "point(s) that no element uses",
+    "untagged_boundary_facets": "boundary facet(s) without a tag",
+    "stray_facets": "tagged facet(s) that are no face of any element",
+    "inward_facets": "tagged facet(s) wound into the mesh",
+}
+
+
+def judge(
+    measures: Mapping[str, Mapping[str, FloatArray]],
+    validity: Validity,
+    facet_tags: Mapping[str, FacetRecord],
+    options: CheckOptions,
+) -> tuple[tuple[LimitRecord, ...], tuple[str, ...]]:
+    """Compare what was found with the limits.
+
+    Parameters
+    ----------
+    measures : mapping
+        Measures by element type.
+    validity : Validity
+    facet_tags : mapping
+        Facets by tag name.
+    options : CheckOptions
+        The limits; those on angles and mean ratio concern tetrahedra.
+
+    Returns
+    -------
+    verdicts : tuple of LimitRecord
+    failures : tuple of str
+    """
+    tets = [table for name, table in measures.items() if family(name) == "tetra"]
+    verdicts: list[LimitRecord] = []
+    failures: list[str] = []
+
+    def compare(name: str, kind: Literal["at least", "at most"], limit: float | None, value: float, what: str) -> None:
+        if limit is None:
+            return
+        passed = value >= limit if kind == "at least" else value <= limit
+        verdicts.append(LimitRecord(name=name, kind=kind, limit=limit, value=value, passed=passed))
+        if not passed:
+            failures.append(f"{what} is {value:.4g}, asked for is {kind} {limit:g}")
+
+    for name, what in _FAULTS.items():
+        value = getattr(validity, name)
+        if value is None:
+            continue
+        verdicts.append(LimitRecord(name=name, kind="exactly", limit=0.0, value=float(value), passed=value == 0))
+        if value:
+            failures.append(f"{value} {what}")
+    for name, record in facet_tags.items():
+        if record.off_plane is not None:
+            compare(
+                *(f"{name}_off_plane", "at most", options.plane_tolerance, record.off_plane),
+                f"greatest distance of {name} points from their plane in mm",
+            )
+    scaled = min(float(table["scaled_jacobian"].min()) for table in measures.values())
+    compare(
+        *("minimum_scaled_jacobian", "at least", options.minimum_scaled_jacobian, scaled), "smallest scaled Jacobian"
+    )
+    shapes = min(float(table["mean_ratio"].min()) for table in measures.values())
+    compare("minimum_mean_ratio", "at least", options.minimum_mean_ratio, shapes, "smallest mean ratio")
+    if tets:
+        smallest = min(float(table["minimum_dihedral"].min()) for table in tets)
+        largest = max(float(table["maximum_dihedral"].max()) for table in tets)
+        mean = float(np.concatenate([table["mean_ratio"] for table in tets]).mean())
+        degrees = "dihedral angle in degrees"
+        compare("minimum_dihedral", "at least", options.minimum_dihedral, smallest, f"smallest {degrees}")
+        compare("maximum_dihedral", "at most", options.maximum_dihedral, largest, f"largest {degrees}")
+        compare("mean_of_mean_ratio", "at least", options.mean_of_mean_ratio, mean, "mean of the mean ratio")
+    return tuple(verdicts), tuple(failures)

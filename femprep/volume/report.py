@@ -1,0 +1,138 @@
+"""The record a mesh check gives: counts, volumes, element measures, worst elements, validity, limits. JSON-ready."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, computed_field
+
+from femprep.errors import QualityError
+from femprep.options import CheckOptions
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Histogram(_Record):
+    """Counts between edges: ``counts[i]`` values lie from ``edges[i]`` to ``edges[i + 1]``."""
+
+    edges: tuple[float, ...]
+    counts: tuple[int, ...]
+
+
+class Statistics(_Record):
+    """Distribution of one measure over elements."""
+
+    unit: str = Field(description="Unit of the measure, or what 1 means.")
+    count: int = Field(description="Number of elements (or nodes) it was taken on.")
+    min: float
+    mean: float
+    median: float
+    max: float
+    standard_deviation: float
+    percentiles: dict[str, float] = Field(description="Values that 1, 5, 25, 75, 95, 99 % of the elements stay below.")
+    histogram: Histogram
+
+
+class RegionRecord(_Record):
+    """Elements of one region tag."""
+
+    tag: int
+    elements: int
+    volume: float = Field(description="mm3")
+
+
+class FacetRecord(_Record):
+    """Facets of one facet tag."""
+
+    tag: int
+    facets: int
+    area: float = Field(description="mm2; curved facets are taken as straight between their corners.")
+    pieces: int = Field(description="Connected pieces the facets are in.")
+    off_plane: float | None = Field(None, description="Greatest distance of their points from their plane, mm.")
+
+
+class WorstElement(_Record):
+    """One of the worst elements by one measure."""
+
+    measure: str
+    value: float
+    element: int = Field(description="Number of the element over all blocks in their order, from 0.")
+    type: str
+    region: str
+    centroid: tuple[float, float, float] = Field(description="Mean of its corners, mm LPS.")
+
+
+class Validity(_Record):
+    """What makes a mesh unfit whatever its element shapes."""
+
+    inverted_elements: int = Field(description="Elements whose Jacobian is not positive at a corner or inside.")
+    duplicate_elements: int = Field(description="Elements with the same corners as another one.")
+    non_manifold_faces: int = Field(description="Faces that belong to more than two elements.")
+    open_boundary_edges: int = Field(description="Edges of the boundary with one boundary face only.")
+    non_manifold_boundary_edges: int = Field(description="Edges of the boundary with more than two boundary faces.")
+    non_manifold_boundary_points: int = Field(description="Points at which the boundary touches itself.")
+    duplicate_points: int = Field(description="Points in use that lie on another one.")
+    orphan_points: int = Field(description="Points that no element uses.")
+    pieces: int = Field(description="Connected pieces of the mesh; elements are connected through faces.")
+    boundary_shells: int = Field(description="Closed surfaces the boundary consists of.")
+    euler_characteristic: int = Field(description="Of the boundary: 2 for a ball or a wall that is open at its base.")
+    boundary_facets: int = Field(description="Faces that belong to one element only.")
+    untagged_boundary_facets: int | None = Field(description="Boundary faces without a tag; null without any tags.")
+    stray_facets: int = Field(description="Tagged facets that are no face of any element.")
+    inward_facets: int = Field(description="Tagged boundary facets that are wound into the mesh.")
+
+
+class LimitRecord(_Record):
+    """One limit, what was found, and whether it is met."""
+
+    name: str
+    kind: Literal["at least", "at most", "exactly"]
+    limit: float
+    value: float
+    passed: bool
+
+
+class QualityReport(_Record):
+    """Quality and validity of a mesh, against limits."""
+
+    n_points: int
+    cells: dict[str, int] = Field(description="Number of elements by type.")
+    facets: dict[str, int] = Field(description="Number of tagged facets by type.")
+    volume: float = Field(description="mm3")
+    bounds: tuple[tuple[float, float, float], tuple[float, float, float]] = Field(
+        description="Smallest and largest coordinates of the points in use, mm LPS."
+    )
+    regions: dict[str, RegionRecord]
+    facet_tags: dict[str, FacetRecord]
+    measures: dict[str, Statistics] = Field(description="Over all elements a measure is defined on.")
+    measures_by_type: dict[str, dict[str, Statistics]] = Field(description="The same for each type of element.")
+    edge_length: Statistics = Field(description="Over all edges of the mesh.")
+    elements_through_wall: Statistics | None = Field(
+        description="Elements between endocardial nodes and the epicardium; null without such facets."
+    )
+    worst: tuple[WorstElement, ...]
+    validity: Validity
+    options: CheckOptions
+    limits: tuple[LimitRecord, ...]
+    failures: tuple[str, ...] = Field(description="One line for each limit or condition that is not met.")
+    notes: tuple[str, ...] = Field(description="What could not be judged, and why.")
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def passed(self) -> bool:
+        """Whether every limit and condition is met."""
+        return not self.failures
+
+    def raise_if_failed(self) -> Self:
+        """Raise where a check failed, else return the report itself.
+
+        Raises
+        ------
+        QualityError
+            One line with everything that failed.
+        """
+        if self.failures:
+            raise QualityError("the mesh fails its checks: " + "; ".join(self.failures))
+        return self

@@ -1,0 +1,276 @@
+"""A closed tagged wall in, a mesh of tetrahedra with tagged facets out: fTetWild behind a guard, then put in order."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.elements import boundary_faces
+from femprep.errors import StageError
+from femprep.geometry.topology import edge_table, euler_characteristic, pieces, pinched_vertices
+from femprep.model import REGION_TAGS, VolumeMesh, Wall
+from femprep.options import VolumeOptions, choose
+from femprep.volume.constraints import constrain
+from femprep.volume.guard import Run, run_tetwild
+from femprep.volume.measures import element_measures, element_volumes
+from femprep.volume.optimise import optimise
+from femprep.volume.tagging import tag_facets
+from femprep.volume.validate import Estimate, check_edge_length, check_wall
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+Progress = Callable[[str, float], None]
+
+_log = logging.getLogger(__name__)
+
+#: Share of the progress that belongs to the mesher.
+_MESHER_SHARE = 0.9
+#: Largest relative difference between the volumes of mesh and wall.
+_VOLUME_LIMIT = 0.02
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """Parameters of one run: envelope in mm and stop energy."""
+
+    envelope: float
+    stop_energy: float
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    mesh: VolumeMesh
+    smallest_dihedral: float
+    mean_ratio: float
+    reached: bool
+
+
+def tetrahedralize(
+    wall: Wall, *, options: VolumeOptions | None = None, progress: Progress | None = None, **changes: Any
+) -> VolumeMesh:
+    """Fill a wall with tetrahedra.
+
+    fTetWild [1]_ meshes the wall in a child process. Then every boundary facet gets its tag from the wall, points of
+    base and apex facets are put onto their planes, other boundary points back onto the wall, and the worst elements
+    are improved. The result is checked; a run that fails, or misses the quality asked for, is repeated with other
+    parameters. fTetWild is not deterministic: two runs give different meshes.
+
+    Parameters
+    ----------
+    wall : Wall
+        Closed, wound out of the tissue, tagged.
+    options : VolumeOptions, optional
+        Edge length, envelope, quality asked for, limits of time and memory.
+    progress : callable, optional
+        Called with ``("volume", fraction)`` about five times a second while the mesher runs; the fraction is a guess
+        from the time gone, as the mesher tells nothing. An exception it raises ends the mesher and is passed on.
+    **changes
+        Options by name in place of those given.
+
+    Returns
+    -------
+    VolumeMesh
+        One block ``"tetra"``, all of it region ``lv``, every boundary facet tagged. ``info`` tells parameters,
+        attempts with seconds and peak memory, what was moved, and whether the quality asked for was reached.
+
+    Raises
+    ------
+    InputError
+        The wall is open, wound wrongly, crosses itself, is not finite, or is not tagged.
+    OptionError
+        An option is out of range, or the edge length larger than the wall is thick.
+    ResourceError
+        The mesh would need more memory than the limit.
+    StageError
+        Every attempt crashed, ran out of time or gave a wrong mesh.
+
+    References
+    ----------
+    .. [1] Hu et al., Fast tetrahedral meshing in the wild, ACM Trans. Graph. 39(4), 2020.
+       doi:10.1145/3386569.3392385
+    """
+    settings = choose(VolumeOptions, options, changes)
+    check_wall(wall)
+    need = check_edge_length(wall, settings)
+    if need.seconds > settings.time_limit:
+        _log.warning(
+            "about %.2g elements will take about %.0f s, longer than the time limit of %g s",
+            *(need.elements, need.seconds, settings.time_limit),
+        )
+    report = progress or (lambda stage, fraction: None)
+    record: list[dict[str, Any]] = []
+    best: _Candidate | None = None
+    for attempt in attempts(settings, lambda: record[-1]["outcome"]):
+        entry: dict[str, Any] = {"envelope_mm": attempt.envelope, "stop_energy": attempt.stop_energy}
+        record.append(entry)
+        try:
+            run = _mesh(wall, settings, attempt, need, report)
+            entry.update(seconds=run.seconds, peak_bytes=run.peak_bytes, elements=len(run.cells))
+            candidate = _finish(run, wall, settings, attempt)
+        except StageError as error:
+            entry["outcome"] = str(error)
+            _log.warning("attempt %d failed: %s", len(record), error)
+            continue
+        entry["outcome"] = "reached" if candidate.reached else _missed(candidate)
+        if best is None or (candidate.reached, candidate.smallest_dihedral) > (best.reached, best.smallest_dihedral):
+            best = candidate
+        if candidate.reached:
+            break
+        _log.warning("attempt %d: %s", len(record), entry["outcome"])
+    if best is None:
+        raise StageError(f"no mesh after {len(record)} attempt(s), the last: {record[-1]['outcome']}")
+    report("volume", 1.0)
+    info = {
+        "mesher": f"fTetWild through pytetwild {_version('pytetwild')}",
+        "deterministic": False,
+        "edge_length_mm": settings.edge_length,
+        "estimate": {"elements": need.elements, "gigabytes": need.gigabytes, "seconds": need.seconds},
+        "attempts": record,
+        "quality_reached": best.reached,
+    }
+    return replace(best.mesh, planes=wall.planes, info={**info, **best.mesh.info})
+
+
+def attempts(options: VolumeOptions, outcome: Callable[[], str]) -> Iterator[Attempt]:
+    """Parameters of the runs: those asked for, then looser after a time limit, tighter after anything else."""
+    envelope = options.edge_length / 20.0 if options.envelope is None else options.envelope
+    energy = options.stop_energy
+    yield Attempt(envelope, energy)
+    for _ in range(options.retries):
+        if "time_limit" in outcome():
+            envelope, energy = 1.5 * envelope, 2.0 * energy
+        else:
+            envelope, energy = envelope / 1.5, min(energy, max(6.0, energy - 1.0))
+        yield Attempt(envelope, energy)
+
+
+def _mesh(wall: Wall, options: VolumeOptions, attempt: Attempt, need: Estimate, report: Progress) -> Run:
+    diagonal = float(np.linalg.norm(np.ptp(wall.points[np.unique(wall.triangles)], axis=0)))
+    expected = max(need.seconds, 1.0)
+    return run_tetwild(
+        wall.points,
+        wall.triangles,
+        {
+            "edge_length_abs": float(options.edge_length),
+            "epsilon": float(attempt.envelope / diagonal),
+            "stop_energy": float(attempt.stop_energy),
+            "num_threads": 1,
+        },
+        time_limit=options.time_limit,
+        memory_limit=options.memory_limit,
+        pulse=lambda gone: report("volume", _MESHER_SHARE * (1.0 - float(np.exp(-gone / expected)))),
+    )
+
+
+def _finish(run: Run, wall: Wall, options: VolumeOptions, attempt: Attempt) -> _Candidate:
+    """Check, tag, put in place and improve what the mesher gave.
+
+    Raises
+    ------
+    StageError
+        The mesh is wrong.
+    """
+    points, cells = _used(run.points, run.cells)
+    facets = _checked_boundary(points, cells, wall)
+    tag = tag_facets(points, facets, wall, attempt.envelope)
+    constraints = constrain(points, facets, tag, wall)
+    before = points.copy()
+    if options.optimise:
+        outcome = optimise(points, cells, constraints)
+        points = outcome.points
+        moved = {
+            "sweeps": outcome.sweeps,
+            "poor_elements_before": outcome.poor_before,
+            "poor_elements_after": outcome.poor_after,
+            "greatest_distance_from_wall_mm": outcome.off_wall,
+        }
+    else:
+        points = points.copy()
+        constraints.flatten(points)
+        moved = {}
+    measures = element_measures(points, cells, "tetra")
+    inverted = measures["volume"] <= 0
+    if inverted.any():
+        worst = points[cells[np.argmin(measures["volume"])]].mean(axis=0)
+        raise StageError(
+            f"{int(inverted.sum())} elements are inverted once points lie on the planes, the worst near "
+            f"x y z = {' '.join(f'{v:.1f}' for v in worst)}; choose a smaller edge_length or envelope"
+        )
+    difference = float(measures["volume"].sum() / wall.volume - 1.0)
+    if abs(difference) > _VOLUME_LIMIT:
+        raise StageError(
+            f"the mesh has {measures['volume'].sum():.4g} mm3, the wall {wall.volume:.4g} mm3: a difference of "
+            f"{100 * difference:.2f} %, more than {100 * _VOLUME_LIMIT:g} %; choose a smaller edge_length or envelope"
+        )
+    step = np.linalg.norm(points - before, axis=1)
+    info = {
+        "envelope_mm": attempt.envelope,
+        "stop_energy": attempt.stop_energy,
+        "volume_mm3": float(measures["volume"].sum()),
+        "volume_difference_to_wall": difference,
+        "moved_points": int((step > 0).sum()),
+        "greatest_move_mm": float(step.max()),
+        **moved,
+    }
+    mesh = VolumeMesh(
+        points, {"tetra": cells}, np.full(len(cells), REGION_TAGS["lv"]), {"triangle": facets}, tag, info=info
+    )
+    smallest, mean = float(measures["minimum_dihedral"].min()), float(measures["mean_ratio"].mean())
+    reached = smallest >= options.minimum_dihedral and mean >= options.mean_ratio
+    return _Candidate(mesh, smallest, mean, reached)
+
+
+def _used(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
+    """Points in use alone, and the cells that name them."""
+    if len(cells) == 0:
+        raise StageError("the mesher gave no elements; choose a smaller edge_length or envelope")
+    if not np.isfinite(points).all() or cells.min() < 0 or cells.max() >= len(points):
+        raise StageError("the mesher gave points that are not finite or not there; choose another edge_length")
+    used, cells = np.unique(cells, return_inverse=True)
+    return np.ascontiguousarray(points[used]), np.ascontiguousarray(cells.reshape(-1, 4), dtype=np.int64)
+
+
+def _checked_boundary(points: FloatArray, cells: IntArray, wall: Wall) -> IntArray:
+    """Boundary facets of the mesh, outward, checked to bound the same kind of body as the wall."""
+    volumes = element_volumes(points, cells, "tetra")
+    if (volumes <= 0).any():
+        raise StageError(f"the mesher gave {int((volumes <= 0).sum())} inverted elements; choose another edge_length")
+    difference = float(volumes.sum() / wall.volume - 1.0)
+    if abs(difference) > 2.0 * _VOLUME_LIMIT:
+        raise StageError(
+            f"the mesher made {volumes.sum():.4g} mm3 of a wall of {wall.volume:.4g} mm3"
+            + ("; it filled a cavity" if difference > 0 else "; it lost part of it")
+            + "; choose a smaller edge_length or envelope"
+        )
+    facets = boundary_faces({"tetra": cells})["triangle"].nodes
+    table = edge_table(facets)
+    if (table.count != 2).any() or (table.forward != 1).any() or len(pinched_vertices(facets)):
+        raise StageError("the boundary of the mesh is no closed 2-manifold; choose a smaller edge_length or envelope")
+    shells, expected = int(pieces(facets).max()) + 1, int(pieces(wall.triangles).max()) + 1
+    euler, wanted = euler_characteristic(facets), euler_characteristic(wall.triangles)
+    if shells != expected or euler != wanted:
+        raise StageError(
+            f"the boundary of the mesh has {shells} shell(s) and Euler characteristic {euler}, the wall's {expected} "
+            f"and {wanted}; choose a smaller edge_length or envelope"
+        )
+    return facets
+
+
+def _missed(candidate: _Candidate) -> str:
+    return (
+        f"smallest dihedral angle {candidate.smallest_dihedral:.1f} degrees, mean of the mean ratio "
+        f"{candidate.mean_ratio:.3f}: below what was asked"
+    )
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"

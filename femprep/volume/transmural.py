@@ -1,0 +1,70 @@
+"""A tagged mesh in, the number of elements through its wall out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.elements import ELEMENTS, FACET_CORNERS
+from femprep.model import VolumeMesh, tag_name
+
+IntArray = npt.NDArray[np.int64]
+
+
+def elements_through_wall(mesh: VolumeMesh) -> IntArray:
+    """Number of elements between each endocardial node and the epicardium.
+
+    It is the number of edges on the shortest chain of element edges from the node to any epicardial node: every edge
+    of the chain crosses one layer of elements, so that a wall swept in n layers has n. Mid-side nodes are left out.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        With facets tagged ``epi`` and ``endo`` (or ``endo_lv``, ``endo_rv``, ...).
+
+    Returns
+    -------
+    (k,) array
+        A number per endocardial node, in the order of node numbers; -1 where no chain reaches the epicardium. Empty
+        where the mesh has no endocardial or no epicardial facets.
+    """
+    inner = _nodes(mesh, lambda name: name == "endo" or name.startswith("endo_"))
+    outer = _nodes(mesh, lambda name: name == "epi")
+    if len(inner) == 0 or len(outer) == 0:
+        return np.empty(0, dtype=np.int64)
+    edges = mesh_edges(mesh)
+    distance = np.full(len(mesh.points), -1, dtype=np.int64)
+    distance[outer] = 0
+    step = 0
+    while True:
+        # All edges with one end reached in the step before: the other end is one further.
+        reached = distance[edges] == step
+        fresh = np.concatenate([edges[reached[:, 0], 1], edges[reached[:, 1], 0]])
+        fresh = fresh[distance[fresh] < 0]
+        if len(fresh) == 0:
+            return distance[inner]
+        step += 1
+        distance[fresh] = step
+
+
+def mesh_edges(mesh: VolumeMesh) -> IntArray:
+    """The edges of all elements, each once, corners only, ``(e, 2)``, smaller number first."""
+    parts = [block[:, np.array(ELEMENTS[name].edges)].reshape(-1, 2) for name, block in mesh.cells.items()]
+    if not parts:
+        return np.empty((0, 2), dtype=np.int64)
+    edges = np.sort(np.concatenate(parts), axis=1)
+    key = np.unique(edges[:, 0] * len(mesh.points) + edges[:, 1])
+    return np.stack([key // len(mesh.points), key % len(mesh.points)], axis=1)
+
+
+def _nodes(mesh: VolumeMesh, wanted: Callable[[str], bool]) -> IntArray:
+    """Corner nodes of the facets whose tag's name is wanted."""
+    chosen = [int(t) for t in np.unique(mesh.facet_tag) if wanted(tag_name(int(t)))]
+    parts, first = [np.empty(0, dtype=np.int64)], 0
+    for kind, block in mesh.facets.items():
+        tag = mesh.facet_tag[first : first + len(block)]
+        parts.append(block[np.isin(tag, chosen), : FACET_CORNERS[kind]].ravel())
+        first += len(block)
+    return np.unique(np.concatenate(parts))
