@@ -80,7 +80,8 @@ def _sform_lengths(header: Mapping[str, str]) -> FloatArray | None:
         return None
     # Lengths in metres (1) and micrometres (3) as well as mm (2, 0); the low three bits of the field are space.
     unit = {1: 1e3, 3: 1e-3}.get(int(header.get("xyzt_units", "0") or 0) & 7, 1.0)
-    lengths = np.linalg.norm(np.array(rows), axis=0) * unit
+    # ITK hands the matrix over in six digits: what lies beyond them is no voxel size.
+    lengths = np.round(np.linalg.norm(np.array(rows), axis=0) * unit, 5)
     return lengths if np.all(np.isfinite(lengths)) and np.all(lengths > 0.0) else None
 
 

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import logging
 import os
-import sys
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,7 +19,9 @@ from femprep.errors import FileError, InputError, OptionError
 from femprep.image.affine import choose_spacing, spacing_warning
 from femprep.image.files import format_of, require_whole
 from femprep.image.grid import Grid
+from femprep.image.native import captured_stderr
 from femprep.image.segmentation import Segmentation, count_labels
+from femprep.model import FloatArray
 from femprep.options import PRESETS, ImageOptions, choose
 
 log = logging.getLogger(__name__)
@@ -70,24 +70,15 @@ def read_segmentation(
     file = Path(path)
     array, spacing, origin, direction, header, notes = _read(file)
     labels = _labels(array, file)
-    found = choose_spacing(spacing, header)
-    source, spacing = found.source, found.spacing
-    doubts: list[str] = []
-    if chosen.spacing is not None:
-        spacing, source = np.array(chosen.spacing), "given"
-        notes.append(f"voxel sizes {_sizes(found.spacing)} mm of the file replaced by {_sizes(spacing)} mm as given")
-    else:
-        if found.note:
-            (doubts if found.doubtful else notes).append(found.note)
-        if unlikely := spacing_warning(spacing, labels.shape):
-            doubts.append(unlikely)
+    spacing, source, found, doubts = _spacing(spacing, header, labels.shape, chosen.spacing)
+    notes += found
     for level, lines in ((logging.INFO, notes), (logging.WARNING, doubts)):
         for line in lines:
             log.log(level, "%s: %s", file.name, line)
     try:
         grid = Grid(labels.shape, spacing, origin, direction)
     except InputError as error:
-        raise InputError(f"{file}: {error}") from None
+        raise (_skewed(file) if "orthonormal" in str(error) else InputError(f"{file}: {error}")) from None
     count = count_labels(labels)
     if set(count) <= {0}:
         raise InputError(f"{file}: holds no label, all {labels.size} voxels are 0; is it a label map?")
@@ -155,9 +146,7 @@ def _names(structures: Mapping[str, int | Sequence[int]] | None, preset: str | N
     return names
 
 
-def _read(
-    file: Path,
-) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, str], list[str]]:
+def _read(file: Path) -> tuple[npt.NDArray[Any], FloatArray, FloatArray, FloatArray, dict[str, str], list[str]]:
     """Array ``[i, j, k]``, spacing, origin, direction, NIfTI header fields and notes of a file."""
     import SimpleITK as sitk
 
@@ -178,10 +167,7 @@ def _read(
             header = {key: reader.GetMetaData(key) for key in reader.GetMetaDataKeys()}
     except RuntimeError as error:
         if "orthonormal" in str(error):
-            raise InputError(
-                f"{file}: the axes of its affine are not at right angles, or not finite; resample the image onto a "
-                "rectangular grid, or mend the header"
-            ) from None
+            raise _skewed(file) from None
         raise FileError(f"{file}: damaged or not readable ({_reason(error, said)})") from None
     array = sitk.GetArrayFromImage(image).T
     return (
@@ -191,6 +177,33 @@ def _read(
         np.array(image.GetDirection()).reshape(3, 3),
         header,
         notes,
+    )
+
+
+def _spacing(
+    read: FloatArray, header: Mapping[str, str], shape: tuple[int, ...], given: tuple[float, float, float] | None
+) -> tuple[FloatArray, str, list[str], list[str]]:
+    """Voxel sizes, where they come from, notes and doubts about them."""
+    notes: list[str] = []
+    doubts: list[str] = []
+    found = choose_spacing(read, header)
+    if header.get("qform_code") == header.get("sform_code") == "0":
+        notes.append("the header has no affine; the axes are taken as they are stored, the origin as 0")
+    if given is not None:
+        spacing = np.array(given, dtype=np.float64)
+        notes.append(f"voxel sizes {_sizes(found.spacing)} mm of the file replaced by {_sizes(spacing)} mm as given")
+        return spacing, "given", notes, doubts
+    if found.note:
+        (doubts if found.doubtful else notes).append(found.note)
+    if unlikely := spacing_warning(found.spacing, shape):
+        doubts.append(unlikely)
+    return found.spacing, found.source, notes, doubts
+
+
+def _skewed(file: Path) -> InputError:
+    return InputError(
+        f"{file}: the axes of its affine are not at right angles, or not finite; resample the image onto a rectangular "
+        "grid, or mend the header"
     )
 
 
@@ -234,34 +247,16 @@ def _labels(array: npt.NDArray[Any], file: Path) -> npt.NDArray[np.integer[Any]]
 
 @contextmanager
 def _quiet() -> Iterator[list[str]]:
-    """Catch what native code writes to the process's standard error, and hand it over as lines.
-
-    ITK's warnings can be switched off; those of the libraries below it (MetaIO, HDF5, nifti_io) cannot.
-    """
+    """Keep ITK from writing to standard error; what the libraries below it (MetaIO, HDF5) write is handed over."""
     import SimpleITK as sitk
 
-    said: list[str] = []
     shown = sitk.ProcessObject.GetGlobalWarningDisplay()
     sitk.ProcessObject.SetGlobalWarningDisplay(False)
-    sys.stderr.flush()
-    with tempfile.TemporaryFile() as store:
-        try:
-            saved = os.dup(2)
-        except OSError:  # There is no standard error to catch.
-            saved = -1
-        try:
-            if saved >= 0:
-                os.dup2(store.fileno(), 2)
+    try:
+        with captured_stderr() as said:
             yield said
-        finally:
-            sitk.ProcessObject.SetGlobalWarningDisplay(shown)
-            if saved >= 0:
-                os.dup2(saved, 2)
-                os.close(saved)
-                store.seek(0)
-                said.extend(store.read().decode(errors="replace").splitlines())
-                if said:
-                    log.debug("SimpleITK: %s", " | ".join(said))
+    finally:
+        sitk.ProcessObject.SetGlobalWarningDisplay(shown)
 
 
 def _reason(error: Exception, said: list[str]) -> str:
@@ -271,7 +266,7 @@ def _reason(error: Exception, said: list[str]) -> str:
     """
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     if not lines or lines[-1].startswith("Reason:"):
-        lines = [line.strip() for line in said if line.strip()] or ["no reason given"]
+        lines = said or ["no reason given"]
         return lines[0].split("Read: ", 1)[-1].rstrip(".")
     return lines[-1].split("ERROR:", 1)[-1].strip()
 

@@ -1,0 +1,34 @@
+"""What native code writes to the process's standard error, caught and handed over as lines."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def captured_stderr() -> Iterator[list[str]]:
+    """Catch what is written to file descriptor 2 meanwhile; the list is filled when the block ends, also by an error.
+
+    For short calls only: the descriptor belongs to the whole process, other threads' messages are caught with it.
+    """
+    said: list[str] = []
+    sys.stderr.flush()
+    with tempfile.TemporaryFile() as store:
+        try:
+            saved = os.dup(2)
+        except OSError:
+            # The process has no standard error, so that there is nothing to catch.
+            yield said
+            return
+        try:
+            os.dup2(store.fileno(), 2)
+            yield said
+        finally:
+            os.dup2(saved, 2)
+            os.close(saved)
+            store.seek(0)
+            said.extend(line.strip() for line in store.read().decode(errors="replace").splitlines() if line.strip())
