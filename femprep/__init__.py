@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+
+# What the library has to say goes to whoever listens, never to the screen by itself.
+logging.getLogger(__name__).addHandler(logging.NullHandler())
 
 #: Where each public name lives. Modules load on first use, so that ``import femprep`` stays fast.
 _HOMES = {
@@ -28,6 +32,11 @@ _HOMES = {
     "extend_apex": "femprep.wall",
     "build_wall": "femprep.wall",
     "fit_surface": "femprep.surface.fit",
+    "read_surface": "femprep.surface",
+    "compare_surfaces": "femprep.surface",
+    "surface_distance": "femprep.surface",
+    "in_slice_distance": "femprep.surface",
+    "surface_quality": "femprep.surface",
     "read_segmentation": "femprep.image",
     "write_segmentation": "femprep.image",
     "Segmentation": "femprep.image",

@@ -195,6 +195,7 @@ class Options(StageOptions):
     surface: SurfaceOptions = SurfaceOptions()
     wall: WallOptions = WallOptions()
     volume: VolumeOptions = VolumeOptions()
+    check: CheckOptions = CheckOptions()
     export: ExportOptions = ExportOptions()
 
     @field_validator("preset")

@@ -13,11 +13,18 @@ from femprep.export import write_facets, write_format, write_mesh, write_surface
 from femprep.pipeline import Run, Surfaces
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, plain
-from femprep.report.notices import gather, object_notices
+from femprep.report.notices import gather, mesh_notices, object_notices, wall_notices
 from femprep.report.page import histogram, report_page
 from femprep.report.picture import finish_picture, start_picture
 from femprep.report.slices import STROKES, slice_pictures
 from femprep.report.volumes import cavity_volume, voxel_volume
+
+#: Measures the page draws, with their titles.
+CHARTS = {
+    "mean_ratio": "mean ratio",
+    "scaled_jacobian": "scaled Jacobian",
+    "minimum_dihedral": "smallest dihedral angle, degrees",
+}
 
 Progress = Callable[[str, float], None]
 
@@ -60,7 +67,7 @@ def write_run(
             _write_surfaces(run.surfaces, folder)
             write_wall(run.wall, folder / "wall.vtp")
             for name in run.options.formats:
-                write_format(run.mesh, folder, name)
+                write_format(run.mesh, folder, name, options=run.options.export)
             (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
             slices = _slices(run)
         finally:
@@ -169,7 +176,9 @@ def _details(run: Run) -> dict[str, Any]:
         name: {"point_mm": plain(plane.point), "normal": plain(plane.normal), "source": plane.source}
         for name, plane in run.wall.planes.items()
     }
-    return {**_surface_details(run), "planes": planes, "wall": plain(run.wall.info), "volume": plain(run.mesh.info)}
+    wall = {**plain(run.wall.info), "planes": planes, "notices": wall_notices(run.wall.info)}
+    mesh = {**plain(run.mesh.info), "notices": mesh_notices(run.mesh.info)}
+    return {**_surface_details(run), "wall": wall, "volume": mesh}
 
 
 def _beside(name: str, mesh_mm3: float, voxels_mm3: float) -> VolumeRecord:
@@ -184,7 +193,7 @@ def _beside(name: str, mesh_mm3: float, voxels_mm3: float) -> VolumeRecord:
 def _volumes(run: Run) -> list[VolumeRecord]:
     planes = list(run.wall.planes.values())
     cavity, body = (voxel_volume(run.objects[name], planes) for name in ("lv", "epi"))
-    tissue = sum(run.quality.volume_mm3.values())
+    tissue = run.quality.volume
     return [_beside("cavity", cavity_volume(run.mesh), cavity), _beside("wall", tissue, body - cavity)]
 
 
@@ -201,15 +210,11 @@ def _slices(run: Run) -> list[str]:
 
 
 def _page(run: Run, manifest: RunManifest, slices: list[str], picture: str | None) -> str:
-    from femprep.volume import cell_measures
-
-    values = cell_measures(run.mesh)
-    titles = {
-        "mean_ratio": ("mean ratio", 0.0, 1.0),
-        "scaled_jacobian": ("scaled Jacobian", 0.0, 1.0),
-        "dihedral_min": ("smallest dihedral angle, degrees", 0.0, 75.0),
-    }
-    charts = [histogram(values[key], *titles[key]) for key in titles if key in values and np.size(values[key])]
+    charts = []
+    for name, title in CHARTS.items():
+        item = run.quality.measures[name]
+        caption = f"{title}: min {item.min:.3g}, mean {item.mean:.3g}, max {item.max:.3g}"
+        charts.append(histogram(item.histogram.edges, item.histogram.counts, caption))
     figures = [("points", run.quality.n_points)]
     figures += [(name, count) for name, count in run.quality.cells.items()]
     figures += [

@@ -123,7 +123,7 @@ def mesh_segmentation(
     with stages("volume") as report:
         mesh = tetrahedralize(wall, options=options.volume, progress=report)
     with stages("quality"):
-        quality = check(mesh)
+        quality = check(mesh, options=options.check)
     surfaces = {"lv": replace(endo, name="lv"), "epi": replace(epi, name="epi")}
     return Run(seg, options, objects, surfaces, wall, mesh, quality, stages.seconds)
 

@@ -46,7 +46,7 @@ def print_surfaces(fitted: Any, manifest: Any, out: Path) -> None:
             str(item["triangles"]),
             _number(item["quality_mean"]),
             _number(item["quality_min"]),
-            _number(item.get("residual_rms_mm")),
+            _number(item.get("residual_rms")),
         )
     console.print(table)
     _print_stages(console, manifest)

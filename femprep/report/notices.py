@@ -36,3 +36,32 @@ def object_notices(name: str, report: Mapping[str, Any]) -> list[str]:
     if report.get("tunnels"):
         lines.append(f"object {name} has {report['tunnels']} tunnels; its surface, a mapped sphere, has none")
     return lines
+
+
+def wall_notices(info: Mapping[str, Any]) -> list[str]:
+    """What was extrapolated or pushed apart in the wall."""
+    lines = []
+    apex = info.get("apex", {})
+    if apex.get("extrapolated"):
+        lines.append(
+            f"the labels leave {100 * apex['uncapped_share']:.0f} % of the cavity uncapped at the apex: the epicardium "
+            f"was extrapolated by {apex['extrapolated_mm']:.1f} mm beyond the cavity"
+        )
+    for repair in info.get("repaired", ()):
+        lines.append("wall: " + ", ".join(f"{key.replace('_', ' ')} {_short(value)}" for key, value in repair.items()))
+    return lines
+
+
+def mesh_notices(info: Mapping[str, Any]) -> list[str]:
+    """Which runs of the mesher failed before the one that was kept, and whether it reached its quality."""
+    attempts = list(info.get("attempts", ()))
+    lines = [f"fTetWild run {i + 1} of {len(attempts)}: {run['outcome']}" for i, run in enumerate(attempts[:-1])]
+    if not info.get("quality_reached", True):
+        lines.append("the mesher did not reach the quality asked of it; the best of its runs was kept")
+    return lines
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        return "(" + ", ".join(_short(item) for item in value) + ")"
+    return f"{value:.3g}" if isinstance(value, float) else str(value)

@@ -6,9 +6,6 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from femprep.report.manifest import RunManifest
 
 _STYLE = """
@@ -21,21 +18,18 @@ img{max-width:100%}.bad{color:#b3202a;font-weight:600}.good{color:#1d7a3a;font-w
 """
 
 
-def histogram(values: npt.ArrayLike, title: str, low: float, high: float, bins: int = 40) -> str:
-    """SVG histogram of values, with their least, mean and greatest in the caption."""
-    data = np.asarray(values, dtype=float)
-    counts, _ = np.histogram(data, bins=bins, range=(low, high))
-    top = max(int(counts.max()), 1)
-    step, unit = 280.0 / bins, 75.0 / top
+def histogram(edges: Sequence[float], counts: Sequence[int], caption: str) -> str:
+    """SVG histogram: counts between edges, with a caption below."""
+    top = max(*counts, 1)
+    step, unit = 280.0 / len(counts), 75.0 / top
     bars = "".join(
         f'<rect x="{10 + i * step:.1f}" y="{90 - n * unit:.1f}" width="{step - 0.6:.1f}" height="{n * unit:.1f}"/>'
         for i, n in enumerate(counts)
     )
-    caption = f"{title}: min {data.min():.3g}, mean {data.mean():.3g}, max {data.max():.3g}"
     return (
         f'<svg viewBox="0 0 300 120" width="300" role="img" aria-label="{escape(caption)}"><g fill="#4a78a8">{bars}</g>'
-        f'<text x="10" y="103" font-size="9">{low:g}</text>'
-        f'<text x="290" y="103" font-size="9" text-anchor="end">{high:g}</text>'
+        f'<text x="10" y="103" font-size="9">{edges[0]:.3g}</text>'
+        f'<text x="290" y="103" font-size="9" text-anchor="end">{edges[-1]:.3g}</text>'
         f'<text x="10" y="116" font-size="9.5">{escape(caption)}</text></svg>'
     )
 

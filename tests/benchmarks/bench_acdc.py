@@ -97,7 +97,7 @@ def one_mesh(job: tuple[str, str, dict[str, int] | None, float]) -> dict[str, An
         row["seconds_volume"] = run.seconds["volume"]
         measures = run.quality.measures
         row["cells"] = run.mesh.n_cells
-        row["dihedral_min"] = measures["dihedral_min"].min
+        row["dihedral_min"] = measures["minimum_dihedral"].min
         row["mean_ratio_mean"] = measures["mean_ratio"].mean
         row["cavity_percent"] = manifest.volumes[0].difference_percent
         row["wall_percent"] = manifest.volumes[1].difference_percent
