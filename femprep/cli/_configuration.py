@@ -77,12 +77,12 @@ WALLS = frozenset({"myo", "rv_wall", "la_wall", "ra_wall"})
 
 def parse_objects(items: Sequence[str] | None, labels: dict[str, tuple[int, ...]]) -> dict[str, tuple[str, ...]]:
     """``["epi=lv+myo", "rv"]`` as structure names by object name; sensible objects where nothing is given."""
+    found: dict[str, tuple[str, ...]] = {}
     if not items:
         found = {name: (name,) for name in labels if name not in WALLS}
         if {"lv", "myo"} <= set(labels):
             found["epi"] = ("lv", "myo")
         return found
-    found = {}
     for item in items:
         name, equals, parts = item.partition("=")
         structures = tuple(part.strip() for part in (parts if equals else name).split("+"))

@@ -20,9 +20,11 @@ def compare(
 
     Mean, rms, 95 % and greatest distance, in-slice distance, normals, volumes, triangle quality.
     """
-    from femprep.output import compare_files
+    from femprep.image import read_segmentation
+    from femprep.surface import compare_surfaces, read_surface
 
-    record = compare_files(a, b, slices)
+    image = read_segmentation(slices) if slices is not None else None
+    record = compare_surfaces(read_surface(a), read_surface(b), slices=image)
     if json:
         typer.echo(record.model_dump_json(indent=2))
         return

@@ -11,11 +11,17 @@ import typer
 
 def schema_texts() -> dict[str, str]:
     """The JSON Schemas as text, by file name."""
+    from pydantic import BaseModel
+
     from femprep.options import Options
     from femprep.report.manifest import RunManifest
     from femprep.volume import QualityReport
 
-    kinds = {"options.json": Options, "run.json": RunManifest, "quality.json": QualityReport}
+    kinds: dict[str, type[BaseModel]] = {
+        "options.json": Options,
+        "run.json": RunManifest,
+        "quality.json": QualityReport,
+    }
     return {
         name: json.dumps(
             {"$schema": "https://json-schema.org/draft/2020-12/schema", **kind.model_json_schema()}, indent=2

@@ -47,8 +47,7 @@ def wall_notices(info: Mapping[str, Any]) -> list[str]:
             f"the labels leave {100 * apex['uncapped_share']:.0f} % of the cavity uncapped at the apex: the epicardium "
             f"was extrapolated by {apex['extrapolated_mm']:.1f} mm beyond the cavity"
         )
-    for repair in info.get("repaired", ()):
-        lines.append("wall: " + ", ".join(f"{key.replace('_', ' ')} {_short(value)}" for key, value in repair.items()))
+    lines.extend("wall: " + _sentence(repair) for repair in info.get("repaired", ()))
     return lines
 
 
@@ -59,6 +58,10 @@ def mesh_notices(info: Mapping[str, Any]) -> list[str]:
     if not info.get("quality_reached", True):
         lines.append("the mesher did not reach the quality asked of it; the best of its runs was kept")
     return lines
+
+
+def _sentence(values: Mapping[str, Any]) -> str:
+    return ", ".join(f"{key.replace('_', ' ')} {_short(value)}" for key, value in values.items())
 
 
 def _short(value: Any) -> str:

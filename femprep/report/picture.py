@@ -63,11 +63,12 @@ def draw(mesh_path: str, facets_path: str, png_path: str) -> None:
     half = mesh.extract_cells(np.flatnonzero((mesh.cell_centers().points - centre) @ view < 0.0))
     plotter = pv.Plotter(off_screen=True, shape=(1, 2), window_size=(1200, 600), border=False)
     camera = [centre + 3.0 * mesh.length * 0.62 * (view + 0.45 * up), centre, up]
+    edges = {"show_edges": True, "line_width": 0.4, "edge_color": "#444444"}
     plotter.subplot(0, 0)
-    plotter.add_mesh(facets, scalars="facet_tag", cmap="Set2", show_edges=True, line_width=0.4, show_scalar_bar=False)
+    plotter.add_mesh(facets, scalars="facet_tag", cmap="Set2", ambient=0.35, **edges, show_scalar_bar=False)
     plotter.camera_position = camera
     plotter.subplot(0, 1)
-    plotter.add_mesh(half, color="#d98880", show_edges=True, line_width=0.4)
+    plotter.add_mesh(half, color="#e0a096", ambient=0.35, **edges)
     plotter.camera_position = camera
     plotter.screenshot(png_path)
 

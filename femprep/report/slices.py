@@ -103,7 +103,7 @@ def _box(mask: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.int64], npt.NDArra
 
 def _runs(mask: npt.NDArray[np.bool_]) -> str:
     """SVG path of a 2-D mask: one rectangle for each run of pixels."""
-    parts = []
+    parts: list[str] = []
     for j in range(mask.shape[1]):
         edges = np.flatnonzero(np.diff(np.concatenate([[0], mask[:, j].astype(np.int8), [0]])))
         parts.extend(f"M{a} {j}h{b - a}v1h{a - b}z" for a, b in zip(edges[::2], edges[1::2]))
