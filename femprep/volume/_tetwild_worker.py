@@ -29,6 +29,20 @@ def follow_parent(parent: int) -> None:
         os._exit(1)
 
 
+def peak_memory() -> int | None:
+    """Greatest memory this process held, bytes; None where the system does not tell."""
+    if sys.platform == "linux":
+        # Not ru_maxrss: that carries over from the process this one was started from.
+        for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
+            if line.startswith("VmHWM:"):
+                return 1024 * int(line.split()[1])
+    if sys.platform == "darwin":
+        import resource
+
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return None
+
+
 def main(folder: Path, parent: int, time_limit: float) -> None:
     """Read the input, run fTetWild, write its result."""
     follow_parent(parent)
@@ -46,12 +60,7 @@ def main(folder: Path, parent: int, time_limit: float) -> None:
     points, cells = pytetwild.tetrahedralize(
         given.pop("points"), given.pop("triangles").astype(np.uint32), vtk_ordering=True, **settings, **given
     )
-    record = {}
-    if sys.platform != "win32":
-        import resource
-
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        record["peak_bytes"] = peak if sys.platform == "darwin" else 1024 * peak
+    record = {"peak_bytes": peak_memory()}
     # Written whole or not at all: the parent never sees half of it.
     np.savez("part.npz", points=points, cells=cells, record=json.dumps(record))
     Path("part.npz").replace("output.npz")

@@ -96,11 +96,8 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
             for tag in np.unique(mesh.region)
         },
         facet_tags=facet_tags,
-        measures={key: statistics(values, MEASURES[key], _RANGES.get(key)) for key, values in overall.items()},
-        measures_by_type={
-            name: {key: statistics(value, MEASURES[key], _RANGES.get(key)) for key, value in values.items()}
-            for name, values in measures.items()
-        },
+        measures=_summary(overall),
+        measures_by_type={name: _summary(values) for name, values in measures.items()},
         edge_length=statistics(length, "mm"),
         elements_through_wall=_count_statistics(through) if len(through) else None,
         worst=_worst(mesh, measures, limits.worst),
@@ -112,11 +109,19 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     )
 
 
+def _summary(measures: dict[str, FloatArray]) -> dict[str, Statistics]:
+    """Distribution of each measure over the elements on which it is finite: ratios of flat elements are not."""
+    finite = {key: values[np.isfinite(values)] for key, values in measures.items()}
+    return {key: statistics(value, MEASURES[key], _RANGES.get(key)) for key, value in finite.items() if len(value)}
+
+
 def statistics(
     values: FloatArray, unit: str, bounds: tuple[float, float] | None = None, bins: int = _BINS
 ) -> Statistics:
     """Distribution of values ``(n,)``, n at least 1; those out of bounds count into the outermost bins."""
     low, high = bounds or (float(values.min()), float(values.max()))
+    if high - low <= 1e-9 * abs(high):  # too narrow for bins of their own
+        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
     counts, edges = np.histogram(np.clip(values, low, high), bins=bins, range=(low, high))
     shares = (1, 5, 25, 75, 95, 99)
     return Statistics(

@@ -25,7 +25,7 @@ class Statistics(_Record):
     """Distribution of one measure over elements."""
 
     unit: str = Field(description="Unit of the measure, or what 1 means.")
-    count: int = Field(description="Number of elements (or nodes) it was taken on.")
+    count: int = Field(description="Number of elements (or edges, nodes) it is finite on.")
     min: float
     mean: float
     median: float
