@@ -8,6 +8,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+from femprep.compiled import compiled
 from femprep.errors import InputError
 from femprep.geometry.topology import edge_table, is_closed, is_consistently_wound
 from femprep.geometry.tree import LEAF, BoxTree, build_tree, check_mesh
@@ -135,7 +136,7 @@ def _check_queries(queries: npt.ArrayLike) -> FloatArray:
     return q
 
 
-@numba.njit(cache=True)
+@compiled()
 def _closest_on_triangle(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[float, float, float]:
     """Barycentric coordinates of the point of a, b, c closest to q (Ericson, Real-time collision detection, 5.1.5)."""
     abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -169,7 +170,7 @@ def _closest_on_triangle(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatAr
     return 1.0 - v - w, v, w
 
 
-@numba.njit(cache=True)
+@compiled()
 def _box_distance(q: FloatArray, low: FloatArray, high: FloatArray, node: int) -> float:
     """Squared distance of a point from a box of the tree."""
     total = 0.0
@@ -179,7 +180,7 @@ def _box_distance(q: FloatArray, low: FloatArray, high: FloatArray, node: int) -
     return total
 
 
-@numba.njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _search(
     queries: FloatArray,
     points: FloatArray,

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
+from femprep.compiled import compiled
 from femprep.geometry.predicates import orient2d, orient3d
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 
-@numba.njit(cache=True)
+@compiled()
 def _turn(a: FloatArray, b: FloatArray, c: FloatArray, axis: int) -> int:
     """Sense of a, b, c seen along an axis."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     return orient2d(a[i], a[j], b[i], b[j], c[i], c[j])
 
 
-@numba.njit(cache=True)
+@compiled()
 def _in_box(p: FloatArray, q: FloatArray, r: FloatArray, axis: int) -> bool:
     """Whether r lies in the box of p and q, seen along an axis."""
     inside = True
@@ -28,7 +28,7 @@ def _in_box(p: FloatArray, q: FloatArray, r: FloatArray, axis: int) -> bool:
     return inside
 
 
-@numba.njit(cache=True)
+@compiled()
 def _segments_meet_flat(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray, axis: int) -> bool:
     """Whether two closed segments meet, seen along an axis."""
     r_side, s_side = _turn(p, q, r, axis), _turn(p, q, s, axis)
@@ -43,7 +43,7 @@ def _segments_meet_flat(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArr
     )
 
 
-@numba.njit(cache=True)
+@compiled()
 def _segments_meet(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) -> bool:
     """Whether two closed segments in space meet; either may be a point."""
     if orient3d(p, q, r, s) != 0:
@@ -64,7 +64,7 @@ def _segments_meet(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) -
     return overlap
 
 
-@numba.njit(cache=True)
+@compiled()
 def _flat_segment_meets(p: FloatArray, q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
     """Whether the segment p, q meets the triangle a, b, c of the same plane; the triangle may have no area."""
     if _segments_meet(p, q, a, b) or _segments_meet(p, q, b, c) or _segments_meet(p, q, c, a):
@@ -76,7 +76,7 @@ def _flat_segment_meets(p: FloatArray, q: FloatArray, a: FloatArray, b: FloatArr
     return False
 
 
-@numba.njit(cache=True)
+@compiled()
 def _segment_meets(
     p: FloatArray, q: FloatArray, p_side: int, q_side: int, a: FloatArray, b: FloatArray, c: FloatArray
 ) -> bool:
@@ -93,7 +93,7 @@ def _segment_meets(
     return first * third >= 0 and second * third >= 0
 
 
-@numba.njit(cache=True)
+@compiled()
 def triangles_meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, e: FloatArray, f: FloatArray) -> bool:
     """Whether the closed triangles a, b, c and d, e, f have a point in common."""
     d_side, e_side, f_side = orient3d(a, b, c, d), orient3d(a, b, c, e), orient3d(a, b, c, f)
@@ -112,7 +112,7 @@ def triangles_meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, e
     )
 
 
-@numba.njit(cache=True)
+@compiled()
 def _apart_at(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArray, e: FloatArray) -> bool:
     """Whether a plane through v separates a, b from d, e for certain: the quick answer for most of a vertex's fan.
 
@@ -129,7 +129,7 @@ def _apart_at(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArray, e: Flo
     return True
 
 
-@numba.njit(cache=True)
+@compiled()
 def meet_beyond_vertex(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArray, e: FloatArray) -> bool:
     """Whether the triangles v, a, b and v, d, e have more than their vertex v in common.
 
@@ -142,7 +142,7 @@ def meet_beyond_vertex(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArra
     return _segment_meets(a, b, orient3d(v, d, e, a), orient3d(v, d, e, b), v, d, e)
 
 
-@numba.njit(cache=True)
+@compiled()
 def meet_beyond_edge(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> bool:
     """Whether the triangles a, b, c and a, b, d lie folded onto each other: in one plane, on one side of a, b."""
     # Quick and certain: c and d lead away from the edge in opposite directions.

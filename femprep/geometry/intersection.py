@@ -6,10 +6,10 @@ overlap within one plane and folds of neighbours are found, and rounding invents
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
+from femprep.compiled import compiled
 from femprep.geometry.crossing import meet_beyond_edge, meet_beyond_vertex, triangles_meet
 from femprep.geometry.tree import LEAF, build_tree, check_mesh
 
@@ -81,7 +81,7 @@ def _sorted(pairs: IntArray) -> IntArray:
     return np.asarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
 
 
-@numba.njit(cache=True)
+@compiled()
 def _search(
     pa: FloatArray,
     ta: IntArray,
@@ -147,7 +147,7 @@ def _search(
     return found[:count].copy()
 
 
-@numba.njit(cache=True)
+@compiled()
 def _neighbours_meet(points: FloatArray, one: IntArray, two: IntArray) -> bool:
     """Whether two triangles of one surface meet beyond the corners they share."""
     shared = 0

@@ -7,9 +7,10 @@ Computational Geometry 18, 1997, doi:10.1007/PL00009321.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import numpy.typing as npt
+
+from femprep.compiled import compiled
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -19,7 +20,7 @@ _BOUND_3D = (7.0 + 56.0 * _EPSILON) * _EPSILON
 _SPLITTER = 134217729.0  # 2**27 + 1, splits a double into two halves whose products are exact
 
 
-@numba.njit(cache=True, inline="always")
+@compiled()
 def _two_sum(a: float, b: float) -> tuple[float, float]:
     """a + b as rounded sum and its exact error."""
     total = a + b
@@ -27,7 +28,7 @@ def _two_sum(a: float, b: float) -> tuple[float, float]:
     return total, (a - (total - virtual)) + (b - virtual)
 
 
-@numba.njit(cache=True, inline="always")
+@compiled()
 def _two_product(a: float, b: float) -> tuple[float, float]:
     """a * b as rounded product and its exact error."""
     product = a * b
@@ -40,7 +41,7 @@ def _two_product(a: float, b: float) -> tuple[float, float]:
     return product, a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
 
 
-@numba.njit(cache=True)
+@compiled()
 def _add(expansion: FloatArray, length: int, value: float) -> int:
     """Add a double to an expansion in place (Shewchuk's grow-expansion without zeros); returns its new length."""
     if value == 0.0:
@@ -57,7 +58,7 @@ def _add(expansion: FloatArray, length: int, value: float) -> int:
     return kept
 
 
-@numba.njit(cache=True)
+@compiled()
 def _sign(expansion: FloatArray, length: int) -> int:
     """Sign of an expansion: that of its last, largest part."""
     if length == 0:
@@ -65,7 +66,7 @@ def _sign(expansion: FloatArray, length: int) -> int:
     return 1 if expansion[length - 1] > 0.0 else -1
 
 
-@numba.njit(cache=True)
+@compiled()
 def _exact_2d(ax: float, ay: float, bx: float, by: float, cx: float, cy: float) -> int:
     """Sign of (a - c) x (b - c), exactly."""
     left = (_two_sum(ax, -cx), _two_sum(ay, -cy))
@@ -82,7 +83,7 @@ def _exact_2d(ax: float, ay: float, bx: float, by: float, cx: float, cy: float) 
     return _sign(expansion, length)
 
 
-@numba.njit(cache=True)
+@compiled()
 def orient2d(ax: float, ay: float, bx: float, by: float, cx: float, cy: float) -> int:
     """Sense of the triangle a, b, c in the plane: 1 counter-clockwise, -1 clockwise, 0 collinear; exact."""
     left = (ax - cx) * (by - cy)
@@ -98,7 +99,7 @@ def orient2d(ax: float, ay: float, bx: float, by: float, cx: float, cy: float) -
     return _exact_2d(ax, ay, bx, by, cx, cy)
 
 
-@numba.njit(cache=True)
+@compiled()
 def _exact_3d(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> int:
     """Sign of the determinant of (a - d, b - d, c - d), exactly."""
     part = np.empty((3, 3, 2))
@@ -133,7 +134,7 @@ def _exact_3d(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> int
     return _sign(expansion, length)
 
 
-@numba.njit(cache=True)
+@compiled()
 def orient3d(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> int:
     """Side of the plane a, b, c that d lies on, exact: 0 in the plane; 1 where (a - d, b - d, c - d) is right-handed.
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
+from femprep.compiled import compiled
 from femprep.errors import InputError
 
 FloatArray = npt.NDArray[np.float64]
@@ -83,7 +83,7 @@ def _morton(cell: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
     return code
 
 
-@numba.njit(cache=True)
+@compiled()
 def _fit(low: FloatArray, high: FloatArray, box: FloatArray, order: IntArray) -> None:
     """Fill the boxes: the leaves from their triangles, then each node from its two children."""
     leaves = len(low) // 2

@@ -1,1 +1,32 @@
-"""fit_surface(): image, harmonic and template put together; triangle quality; distances; reference methods."""
+"""fit_surface(): image, harmonic and template put together; quality, distances and reference methods beside it."""
+
+from __future__ import annotations
+
+from femprep.surface.compare import Comparison, compare_surfaces
+from femprep.surface.distance import SurfaceDistance, surface_distance
+from femprep.surface.files import read_surface
+from femprep.surface.fit import fit_surface
+from femprep.surface.inslice import InSliceDistance, in_slice_distance, label_distance
+from femprep.surface.quality import SurfaceQuality, surface_quality
+from femprep.surface.section import end_planes, grid_planes, label_contours, plane_sections, slice_planes
+from femprep.surface.shape import HarmonicShape
+
+__all__ = [
+    "Comparison",
+    "HarmonicShape",
+    "InSliceDistance",
+    "SurfaceDistance",
+    "SurfaceQuality",
+    "compare_surfaces",
+    "end_planes",
+    "fit_surface",
+    "grid_planes",
+    "in_slice_distance",
+    "label_contours",
+    "label_distance",
+    "plane_sections",
+    "read_surface",
+    "slice_planes",
+    "surface_distance",
+    "surface_quality",
+]

@@ -1,0 +1,35 @@
+"""The other methods in use, one per file: a label object in, a Surface out, to compare femprep's own with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Final
+
+from femprep.image import LabelObject
+from femprep.model import Surface
+from femprep.surface.reference.marching_cubes import marching_cubes
+from femprep.surface.reference.remeshed import remeshed
+from femprep.surface.reference.slice_interpolation import slice_interpolation
+from femprep.surface.reference.surface_nets import surface_nets
+from femprep.surface.reference.taubin import marching_cubes_taubin
+
+#: Methods by the name tables print.
+METHODS: Final[Mapping[str, Callable[[LabelObject], Surface]]] = MappingProxyType(
+    {
+        "marching cubes": marching_cubes,
+        "marching cubes, Taubin": marching_cubes_taubin,
+        "surface nets": surface_nets,
+        "slice-wise distance, Taubin": slice_interpolation,
+        "slice-wise distance, Taubin, remeshed": remeshed,
+    }
+)
+
+__all__ = [
+    "METHODS",
+    "marching_cubes",
+    "marching_cubes_taubin",
+    "remeshed",
+    "slice_interpolation",
+    "surface_nets",
+]

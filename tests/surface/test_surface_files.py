@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista
+import trimesh
+from surface_shapes import cube_of_quads, sphere
+
+from femprep.errors import FileError
+from femprep.export import write_surface
+from femprep.model import Surface
+from femprep.surface.files import read_surface
+
+
+def test_own_files_come_back_as_they_were(tmp_path):
+    ball = sphere(subdivisions=2)
+    directions = ball.points / np.linalg.norm(ball.points, axis=1, keepdims=True)
+    rows = np.arange(len(ball.points))
+    written = Surface(
+        ball.points, ball.cells, "lv", directions, point_data={"rank": rows[::-1].copy()}, info={"vertices": len(rows)}
+    )
+    read = read_surface(write_surface(written, tmp_path / "lv.vtp"))
+    assert read.points.tobytes() == written.points.tobytes()
+    assert read.cells.tobytes() == written.cells.tobytes()
+    assert read.directions.tobytes() == written.directions.tobytes()
+    assert read.point_data["rank"].tolist() == written.point_data["rank"].tolist()
+    assert read.name == "lv"
+    assert read.info["vertices"] == len(rows)
+
+
+def test_quadrilaterals_stay_quadrilaterals(tmp_path):
+    read = read_surface(write_surface(cube_of_quads(), tmp_path / "cube.vtp"))
+    assert read.cells.tolist() == cube_of_quads().cells.tolist()
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".ply", ".obj", ".off", ".vtp", ".vtk"])
+def test_files_of_others(tmp_path, suffix):
+    ball = sphere(subdivisions=2)
+    path = tmp_path / f"ball{suffix}"
+    if suffix in (".vtp", ".vtk"):
+        pyvista.PolyData.from_regular_faces(ball.points, ball.cells).save(path)
+    else:
+        trimesh.Trimesh(ball.points, ball.cells, process=False).export(path)
+    read = read_surface(path)
+    assert len(read.points) == len(ball.points)
+    assert len(read.cells) == len(ball.cells)
+    assert read.volume == pytest.approx(ball.volume, rel=1e-5)
+    assert read.name == "ball"
+
+
+def test_an_inward_surface_is_turned_and_said_so(tmp_path):
+    ball = sphere(subdivisions=1)
+    trimesh.Trimesh(ball.points, ball.cells[:, ::-1], process=False).export(tmp_path / "in.stl")
+    read = read_surface(tmp_path / "in.stl")
+    assert read.volume > 0
+    assert read.info["turned_outward"]
+    assert read.info["merged_points"] == 3 * len(ball.cells) - len(ball.points)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.xyz", b"", "unknown surface format"),
+        ("a.stl", None, "does not exist"),
+        ("a.stl", b"nonsense", "damaged|no surface|no triangles"),
+        ("a.vtp", b"<VTKFile broken", "damaged|no surface|no triangles"),
+        ("a.ply", b"ply\nformat", "damaged|no surface|no triangles"),
+        ("a.stl", b"solid empty\nendsolid empty\n", "damaged|no surface|no triangles"),
+    ],
+)
+def test_bad_files_are_refused_in_one_line(tmp_path, name, content, message):
+    path = tmp_path / name
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(FileError, match=message) as caught:
+        read_surface(path)
+    assert "\n" not in str(caught.value)
