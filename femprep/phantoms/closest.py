@@ -17,7 +17,7 @@ SAMPLES = 20000
 def closest_directions(surface: Map, derivative: Map, points: FloatArray, iterations: int = 30) -> FloatArray:
     """Directions whose surface points lie closest to given points.
 
-    The nearest of many samples, then damped Gauss-Newton steps on the sphere that only ever come closer.
+    The nearest of many samples, then damped Newton steps on the sphere that only ever come closer.
 
     Parameters
     ----------
@@ -41,26 +41,50 @@ def closest_directions(surface: Map, derivative: Map, points: FloatArray, iterat
     _, nearest = cKDTree(surface(samples)).query(points)
     found = samples[nearest]
     best = np.linalg.norm(surface(found) - points, axis=1)
-    damping = np.full(len(points), 1e-3)
+    damping = np.full(len(points), 1e-6)
     for _ in range(iterations):
         tangents = _tangents(found)
-        slope = np.einsum("nij,nkj->nik", derivative(found), tangents)
-        miss = points - surface(found)
-        matrix = np.einsum("nik,nil->nkl", slope, slope)
-        right = np.einsum("nik,ni->nk", slope, miss)
-        scale = 0.5 * np.trace(matrix, axis1=1, axis2=2) * damping
-        step = np.linalg.solve(matrix + scale[:, None, None] * np.eye(2), right[:, :, None])[:, :, 0]
-        trial = found + np.einsum("nk,nkj->nj", step, tangents)
-        trial /= np.linalg.norm(trial, axis=1, keepdims=True)
+        gradient = _gradient(surface, derivative, points, found, tangents, np.zeros(2))
+        columns = [
+            _gradient(surface, derivative, points, found, tangents, step)
+            - _gradient(surface, derivative, points, found, tangents, -step)
+            for step in 1e-5 * np.eye(2)
+        ]
+        hessian = np.stack(columns, axis=2) / 2e-5
+        hessian = 0.5 * (hessian + hessian.transpose(0, 2, 1))
+        # Where the distance is not convex, and where a step went too far, the Hessian is shifted towards descent.
+        size = np.abs(hessian).max(axis=(1, 2))
+        shift = np.maximum(0.0, 1e-3 * size - np.linalg.eigvalsh(hessian)[:, 0]) + damping * size
+        matrix = hessian + shift[:, None, None] * np.eye(2)
+        step = -np.linalg.solve(matrix, gradient[:, :, None])[:, :, 0]
+        trial = _moved(found, tangents, step)
         distance = np.linalg.norm(surface(trial) - points, axis=1)
         closer = distance < best
         found[closer] = trial[closer]
         best[closer] = distance[closer]
-        # Gauss-Newton leaves out the surface's curvature; where that makes a step too long, the next one is shorter.
-        damping = np.where(closer, np.maximum(damping * 0.2, 1e-9), np.minimum(damping * 8.0, 1e9))
-        if np.abs(step).max(initial=0.0) < 1e-13:
+        damping = np.where(closer, np.maximum(damping * 0.1, 1e-12), np.minimum(damping * 10.0, 1e9))
+        if np.abs(step).max(initial=0.0) < 1e-12:
             break
     return found
+
+
+def _moved(directions: FloatArray, tangents: FloatArray, step: FloatArray) -> FloatArray:
+    """Directions after a step ``(n, 2)`` along their tangents."""
+    moved = directions + np.einsum("nk,nkj->nj", step, tangents)
+    return np.asarray(moved / np.linalg.norm(moved, axis=1, keepdims=True))
+
+
+def _gradient(
+    surface: Map, derivative: Map, points: FloatArray, directions: FloatArray, tangents: FloatArray, step: FloatArray
+) -> FloatArray:
+    """Gradient ``(n, 2)`` of half the squared distance in tangent coordinates, at a step from each direction."""
+    raw = directions + step @ tangents
+    length = np.linalg.norm(raw, axis=1)
+    moved = raw / length[:, None]
+    ambient = np.einsum("nij,ni->nj", derivative(moved), surface(moved) - points)
+    # Derivative of the normalisation: what points along the direction does not move it.
+    ambient -= np.einsum("nj,nj->n", ambient, moved)[:, None] * moved
+    return np.asarray(np.einsum("nkj,nj->nk", tangents, ambient) / length[:, None])
 
 
 def fibonacci_sphere(count: int) -> FloatArray:
