@@ -8,13 +8,14 @@ epicardium is therefore continued beyond the slice by a dome, as thick as the wa
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import distance_transform_edt
 
+from femprep.errors import InputError
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.model import FloatArray
 from femprep.options import WallOptions, choose
@@ -30,31 +31,40 @@ BoolArray = npt.NDArray[np.bool_]
 
 #: Slices with cavity at the apical end in which the thickness of the wall is measured.
 _MEASURED = 2
+#: Slices with cavity at the apical end that are covered where they lie bare.
+_COVERED = 4
 
 
 @dataclass(frozen=True)
-class Slice:
-    """The most apical slice with cavity, on the epicardial object's grid.
+class Pile:
+    """Cavity and epicardial object in slices numbered from 0, the most apical one with cavity, towards the base.
 
     Attributes
     ----------
-    axis, number, towards : int
-        Grid axis of the stack, slice number, and the step along the axis that leads away from the base.
-    cavity, whole : (a, b) bool array
-        Cavity and cavity plus myocardium in the slice.
+    axis, first, towards : int
+        Grid axis of the stack, grid number of slice 0, and the step along the axis that leads away from the base.
+    cavity, whole : (s, a, b) bool array
+        Cavity, and cavity plus myocardium.
+    beyond : (a, b) bool array
+        Cavity plus myocardium in the slice beyond slice 0.
     spacing : (2,) array
-        Pixel sizes within the slice, mm.
+        Pixel sizes within a slice, mm.
     height : float
         Distance of slices, mm.
     """
 
     axis: int
-    number: int
+    first: int
     towards: int
     cavity: BoolArray
     whole: BoolArray
+    beyond: BoolArray
     spacing: FloatArray
     height: float
+
+    def uncapped(self, k: int) -> BoolArray:
+        """Cavity of slice k that lies bare in the direction of the apex."""
+        return np.asarray(self.cavity[k] & ~(self.whole[k - 1] if k else self.beyond))
 
 
 def extend_apex(
@@ -71,7 +81,8 @@ def extend_apex(
     the edge of the myocardium, it stands ``(h / 2 + t) sqrt(1 - s^2)`` above the centre of the slice, h being the
     distance of slices and t the thickness of the wall nearby. It leaves the contour of the slice at a right angle to
     the slice, as an ellipse around the edge of the cavity does, and clears the cavity by about t everywhere. Where
-    slices of myocardium cap the cavity in part, the dome adds what is missing.
+    slices of myocardium cap the cavity in part, the dome adds what is missing. Shoulders of the cavity that lie bare
+    in the slices next to the last one are covered to the thickness t likewise.
 
     Parameters
     ----------
@@ -93,33 +104,49 @@ def extend_apex(
     Raises
     ------
     InputError
-        A structure is missing or the basal end cannot be found.
+        A structure is missing, the basal end cannot be found, or the object holds no cavity.
     """
     chosen = choose(WallOptions, options, changes)
     boundary = boundary_points(obj) if boundary is None else boundary
-    stack = read_stack(seg, basal_end=chosen.basal_end, what="the apex")
-    cavity = np.moveaxis(_on_grid(seg, obj, "lv"), stack.axis, 0) & np.moveaxis(obj.mask, stack.axis, 0)
-    whole = np.moveaxis(obj.mask, stack.axis, 0)
-    spacing = np.asarray(obj.grid.spacing, dtype=float)
-    within = np.delete(spacing, stack.axis)
-    filled = np.flatnonzero(cavity.any(axis=(1, 2)))
-    number = int(filled[0] if stack.basal > 0 else filled[-1])
-    last = Slice(stack.axis, number, -stack.basal, cavity[number], whole[number], within, float(spacing[stack.axis]))
-    uncapped = last.cavity & ~whole[number + last.towards]
-    share = float(uncapped.sum() / last.cavity.sum())
-    info: dict[str, Any] = {"uncapped_share": share, "extrapolated_mm": 0.0}
-    if share == 0.0:
-        return _with_info(boundary, {**boundary.info, "apex": info})
-    measured = [number - last.towards * i for i in range(_MEASURED)]
-    thickness = _thickness(cavity, whole, [k for k in measured if cavity[k].any()], last)
-    thickness = max(thickness, chosen.minimum_thickness, float(within.min()))
-    info.update(extrapolated_mm=thickness, slice_thickness_mm=last.height)
+    pile = _pile(seg, obj, chosen)
+    bare = pile.uncapped(0)
+    info: dict[str, Any] = {"uncapped_share": float(bare.sum() / pile.cavity[0].sum()), "extrapolated_mm": 0.0}
+    if not any(pile.uncapped(k).any() for k in range(min(_COVERED, len(pile.cavity)))):
+        return replace(boundary, info={**boundary.info, "apex": info})
+    thickness = max(_thickness(pile), chosen.minimum_thickness, float(pile.spacing.min()))
+    info.update(extrapolated_mm=thickness, slice_thickness_mm=pile.height)
     logger.warning(
         "the labels leave %.0f %% of the cavity uncapped at the apex; the epicardium was extrapolated by %.1f mm",
-        100 * share,
+        100 * info["uncapped_share"],
         thickness,
     )
-    return _dome(boundary, obj, whole, last, thickness, {**boundary.info, "apex": info})
+    for k in range(min(_COVERED, len(pile.cavity))):
+        if pile.uncapped(k).any():
+            boundary = _raise(boundary, obj, pile, k, _dome(pile, thickness) if k == 0 else _cover(pile, k, thickness))
+    return replace(boundary, info={**boundary.info, "apex": info})
+
+
+def _pile(seg: Segmentation, obj: LabelObject, options: WallOptions) -> Pile:
+    """The slices of the ventricle from apex to base, on the object's grid."""
+    stack = read_stack(seg, basal_end=options.basal_end, what="the apex")
+    whole = np.moveaxis(obj.mask, stack.axis, 0)
+    cavity = np.moveaxis(_on_grid(seg, obj, "lv"), stack.axis, 0) & whole
+    spacing = np.asarray(obj.grid.spacing, dtype=float)
+    filled = np.flatnonzero(cavity.any(axis=(1, 2)))
+    if not len(filled):
+        raise InputError(f"object {obj.name!r} holds no cavity; make it of cavity and myocardium")
+    first = int(filled[0] if stack.basal > 0 else filled[-1])
+    order = slice(first, None, stack.basal)
+    return Pile(
+        axis=stack.axis,
+        first=first,
+        towards=-stack.basal,
+        cavity=cavity[order],
+        whole=whole[order],
+        beyond=whole[first - stack.basal],
+        spacing=np.delete(spacing, stack.axis),
+        height=float(spacing[stack.axis]),
+    )
 
 
 def _on_grid(seg: Segmentation, obj: LabelObject, structure: str) -> BoolArray:
@@ -135,56 +162,59 @@ def _on_grid(seg: Segmentation, obj: LabelObject, structure: str) -> BoolArray:
     return mask
 
 
-def _thickness(cavity: BoolArray, whole: BoolArray, slices: list[int], last: Slice) -> float:
+def _thickness(pile: Pile) -> float:
     """Thickness of the wall around the cavity near its end, mm: median over the cavity's contour.
 
     Within a slice an oblique wall looks thicker than it is, by the cosine of its slope, which is told from how much
     the equivalent radius changes to the next slice on the basal side.
     """
     values = []
-    for k in slices:
-        inside = cavity[k]
-        depth = distance_transform_edt(whole[k], sampling=last.spacing)
-        edge = inside & (distance_transform_edt(inside, sampling=last.spacing) < 1.01 * last.spacing.max())
+    radius = np.sqrt(pile.whole.sum(axis=(1, 2)) * pile.spacing.prod() / np.pi)
+    for k in range(min(_MEASURED, len(pile.cavity) - 1)):
+        inside = pile.cavity[k]
+        depth = distance_transform_edt(pile.whole[k], sampling=pile.spacing)
+        edge = inside & (distance_transform_edt(inside, sampling=pile.spacing) < 1.01 * pile.spacing.max())
         # From voxel centre to voxel centre; half a pixel on either side lies beyond the contours.
-        across = depth[edge] - last.spacing.mean()
-        radii = [np.sqrt(whole[j].sum() * last.spacing.prod() / np.pi) for j in (k, k - last.towards)]
-        slope = np.arctan2(max(radii[1] - radii[0], 0.0), last.height)
+        across = depth[edge] - pile.spacing.mean()
+        slope = np.arctan2(max(radius[k + 1] - radius[k], 0.0), pile.height)
         values.append(across * np.cos(slope))
-    return float(np.median(np.concatenate(values)))
+    return float(np.median(np.concatenate(values))) if values else 0.0
 
 
-def _dome(
-    boundary: BoundaryPoints, obj: LabelObject, whole: BoolArray, last: Slice, thickness: float, info: dict[str, Any]
-) -> BoundaryPoints:
-    """Raise the points of the flat end to the dome, and drop what the dome covers."""
-    from_cavity = distance_transform_edt(~last.cavity, sampling=last.spacing)
-    to_edge = distance_transform_edt(last.whole, sampling=last.spacing)
+def _dome(pile: Pile, thickness: float) -> FloatArray:
+    """Height of the dome over slice 0 above its centre, mm; 0 outside the slice."""
+    from_cavity = distance_transform_edt(~pile.cavity[0], sampling=pile.spacing)
+    to_edge = distance_transform_edt(pile.whole[0], sampling=pile.spacing)
     s = from_cavity / np.maximum(from_cavity + to_edge, 1e-12)
-    # Height above the centre of the slice, mm; 0 outside.
-    height = np.where(last.whole, (0.5 * last.height + thickness) * np.sqrt(np.maximum(1.0 - s**2, 0.0)), 0.0)
-    along = boundary.voxel[:, last.axis]
-    column = tuple(np.delete(boundary.voxel, last.axis, axis=1).T)
-    outward = np.asarray(obj.grid.direction, dtype=float)[:, last.axis]
-    outward = outward / np.linalg.norm(outward) * last.towards
-    facing = (boundary.axis == last.axis) & (boundary.normal @ outward > 0.5)
-    ending = facing & (along == last.number)
-    # Points of slices beyond, which cap the cavity in part, stay where they stand above the dome.
-    beyond = (along - last.number) * last.towards
-    level = beyond * last.height + np.where(facing, 0.5 * last.height, 0.0)
+    top = 0.5 * pile.height + thickness
+    return np.where(pile.whole[0], top * np.sqrt(np.maximum(1.0 - s**2, 0.0)), 0.0)
+
+
+def _cover(pile: Pile, k: int, thickness: float) -> FloatArray:
+    """Height above the centre of slice k of what covers its bare cavity, mm; that of the voxels elsewhere."""
+    away = distance_transform_edt(~pile.uncapped(k), sampling=pile.spacing)
+    return np.asarray(0.5 * pile.height + np.sqrt(np.maximum(thickness**2 - away**2, 0.0)))
+
+
+def _raise(boundary: BoundaryPoints, obj: LabelObject, pile: Pile, k: int, height: FloatArray) -> BoundaryPoints:
+    """Raise the points of a slice's flat end to a height above its centre, and drop what lies beneath."""
+    number = pile.first - k * pile.towards
+    column = tuple(np.delete(boundary.voxel, pile.axis, axis=1).T)
+    outward = np.asarray(obj.grid.direction, dtype=float)[:, pile.axis]
+    outward = outward / np.linalg.norm(outward) * pile.towards
+    facing = (boundary.axis == pile.axis) & (boundary.normal @ outward > 0.5)
+    beyond = (boundary.voxel[:, pile.axis] - number) * pile.towards
+    ending = facing & (beyond == 0)
+    # Points of slices beyond stay where they stand out of it.
+    centre = obj.grid.to_world(np.where(np.arange(3) == pile.axis, number, 0.0)[None])[0]
+    level = (boundary.points - centre) @ outward
     keep = (beyond <= 0) | (level >= height[column])
-    points = boundary.points.copy()
-    points[ending] += (height[column] - 0.5 * last.height)[ending, None] * outward
-    # The flat end is known to a slice's thickness, and so is the dome.
+    points = boundary.points + np.where(ending, height[column] - level, 0.0)[:, None] * outward
     return BoundaryPoints(
         points[keep],
         boundary.normal[keep],
         boundary.axis[keep],
         boundary.spacing[keep],
         boundary.voxel[keep],
-        info,
+        boundary.info,
     )
-
-
-def _with_info(boundary: BoundaryPoints, info: dict[str, Any]) -> BoundaryPoints:
-    return BoundaryPoints(boundary.points, boundary.normal, boundary.axis, boundary.spacing, boundary.voxel, info)

@@ -11,11 +11,12 @@ import numpy as np
 from femprep.errors import InputError, OptionError, StageError
 from femprep.geometry.topology import volume
 from femprep.geometry.triangles import triangle_quality
-from femprep.model import FACET_TAGS, FloatArray, IntArray, Plane, Surface, Wall
+from femprep.model import FACET_TAGS, IntArray, Plane, Surface, TagArray, Wall
 from femprep.options import WallOptions, choose
 from femprep.wall.checks import check_sheet, check_surface, check_wall
 from femprep.wall.clip import clip, rim_loops
 from femprep.wall.improve import improve
+from femprep.wall.mend import mend
 from femprep.wall.planar import fill_rings
 from femprep.wall.sheet import Sheet
 from femprep.wall.solid import join, plane_frame
@@ -79,11 +80,14 @@ def build_wall(
     tags = _endo_tags(endo)
     _check_together(epi, endo)
     planes = {"base": base} if apex is None else {"base": base, "apex": apex}
-    outer = _sheet(epi, planes)
-    report("wall", 0.3)
-    inner = {name: _sheet(surface, planes) for name, surface in endo.items()}
-    report("wall", 0.6)
-    repaired = [step for sheet in inner.values() if (step := _thicken(outer, sheet, chosen)) is not None]
+    outer = clip(epi, planes)
+    inner = {name: clip(surface, planes) for name, surface in endo.items()}
+    repaired = []
+    for sheet in (outer, *inner.values()):
+        repaired += _even(sheet, chosen)
+        report("wall", 0.3)
+    for sheet in inner.values():
+        repaired += _thicken(outer, sheet, chosen)
     report("wall", 0.7)
     triangles, source = join(outer, inner)
     sheets = [outer, *inner.values()]
@@ -134,16 +138,16 @@ def _check_together(epi: Surface, endo: Mapping[str, Surface]) -> None:
             )
 
 
-def _sheet(surface: Surface, planes: Mapping[str, Plane]) -> Sheet:
-    """Clip one surface, without slivers."""
-    sheet = clip(surface, planes)
+def _even(sheet: Sheet, options: WallOptions) -> list[dict[str, Any]]:
+    """Even out the triangles of a clipped surface; what had to be mended."""
     improve(sheet)
+    steps = [mend(sheet)] if options.policy == "repair" else []
     check_sheet(sheet)
-    return sheet
+    return [step for step in steps if step is not None]
 
 
-def _thicken(epi: Sheet, endo: Sheet, options: WallOptions) -> dict[str, Any] | None:
-    """Bring the wall beside one endocardium to the least thickness, by policy."""
+def _thicken(epi: Sheet, endo: Sheet, options: WallOptions) -> list[dict[str, Any]]:
+    """Bring the wall beside one endocardium to the least thickness, by policy; what was pushed."""
     require_nested(epi, endo)
     if options.policy == "strict":
         found = summary(epi, [endo])
@@ -153,20 +157,21 @@ def _thicken(epi: Sheet, endo: Sheet, options: WallOptions) -> dict[str, Any] | 
                 f"the wall is {found['minimum_mm']:.2f} mm thick at ({x:.1f}, {y:.1f}, {z:.1f}), beside {endo.name!r}, "
                 f"below minimum_thickness = {options.minimum_thickness:g} mm; mend the labels or use policy 'repair'"
             )
-        return None
+        return []
     step = push_apart(epi, endo, options.minimum_thickness, options.maximum_push)
-    if step is not None:
-        # The push stretches triangles; sliding along the pushed surface evens them out.
-        improve(epi)
-        further = push_apart(epi, endo, options.minimum_thickness, options.maximum_push)
-        if further is not None:
-            step["thickness_after_mm"] = further["thickness_after_mm"]
-            step["farthest_push_mm"] += further["farthest_push_mm"]
-        check_sheet(epi)
-    return step
+    if step is None:
+        return []
+    # The push stretches triangles; sliding along the pushed surface evens them out, and may thin the wall a little.
+    improve(epi)
+    further = push_apart(epi, endo, options.minimum_thickness, options.maximum_push)
+    if further is not None:
+        step["thickness_after_mm"] = further["thickness_after_mm"]
+        step["farthest_push_mm"] += further["farthest_push_mm"]
+    check_sheet(epi)
+    return [step]
 
 
-def _with_caps(sheets: list[Sheet], triangles: IntArray, tag: FloatArray, planes: Mapping[str, Plane]) -> Wall:
+def _with_caps(sheets: list[Sheet], triangles: IntArray, tag: TagArray, planes: Mapping[str, Plane]) -> Wall:
     """Close the joined sheets by well-shaped caps between their rims."""
     points = [sheet.points for sheet in sheets]
     starts = np.cumsum([0, *(len(sheet.points) for sheet in sheets)])

@@ -11,9 +11,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from femprep.errors import InputError
+from femprep.geometry.topology import border_edges, edge_table
 from femprep.geometry.triangles import triangle_quality
 from femprep.model import FloatArray, IntArray, Plane, Surface
-from femprep.wall.sampled import SampledMap, unique_edges
+from femprep.wall.sampled import SampledMap
 from femprep.wall.sheet import Sheet, reach
 
 #: A vertex is moved onto the plane where an edge crosses it within this share of the edge's length from the vertex.
@@ -73,9 +74,10 @@ def _cut(sheet: Sheet, number: int, name: str, plane: Plane) -> None:
     _compress(sheet)
     loops = rim_loops(sheet, number)
     if len(loops) != 1:
-        where = "; ".join(_place(sheet.points[loop].mean(axis=0)) for loop in loops)
+        where = ", ".join(_place(sheet.points[loop].mean(axis=0)) for loop in loops)
         raise InputError(
-            f"the {name} plane cuts surface {sheet.name!r} in {len(loops)} loops (centres {where}), expected 1; move the plane"
+            f"the {name} plane cuts surface {sheet.name!r} in {len(loops)} loops, centred at {where}; "
+            "expected 1: move the plane"
         )
 
 
@@ -88,7 +90,7 @@ def _side(triangles: IntArray, away: FloatArray) -> IntArray:
 def _snap(sheet: Sheet, number: int, plane: Plane, away: FloatArray) -> FloatArray:
     """Move vertices near the plane onto it; distances of all vertices afterwards, exactly 0 on the plane."""
     away = away.copy()
-    edges = unique_edges(sheet.triangles)
+    edges = edge_table(sheet.triangles).nodes
     crossing = edges[away[edges[:, 0]] * away[edges[:, 1]] < 0]
     share = np.abs(away[crossing]) / np.abs(away[crossing]).sum(axis=1, keepdims=True)
     nearest = np.full(len(away), np.inf)
@@ -120,7 +122,7 @@ def _snap(sheet: Sheet, number: int, plane: Plane, away: FloatArray) -> FloatArr
 
 def _split(sheet: Sheet, number: int, plane: Plane, away: FloatArray) -> FloatArray:
     """Put a vertex where an edge still crosses the plane, and split its triangles; distances of all vertices."""
-    edges = unique_edges(sheet.triangles)
+    edges = edge_table(sheet.triangles).nodes
     crossing = edges[away[edges[:, 0]] * away[edges[:, 1]] < 0]
     if (sheet.on_plane[crossing] >= 0).any():
         where = sheet.points[crossing[(sheet.on_plane[crossing] >= 0).any(axis=1)][0, 0]]
@@ -193,10 +195,7 @@ def rim_loops(sheet: Sheet, number: int) -> list[IntArray]:
     InputError
         Two rims touch in a vertex.
     """
-    t = sheet.triangles
-    directed = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
-    key = directed[:, 0] * len(sheet.points) + directed[:, 1]
-    open_ = directed[~np.isin(directed[:, 1] * len(sheet.points) + directed[:, 0], key)]
+    open_ = border_edges(sheet.triangles)
     open_ = open_[(sheet.on_plane[open_] == number).all(axis=1)]
     following = {int(a): int(b) for a, b in open_}
     if len(following) != len(open_):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from femprep.geometry.topology import border_edges, edge_table
 from femprep.geometry.triangles import area_vectors, areas, normals, triangle_quality
 from femprep.model import FloatArray, IntArray
 from femprep.wall.sheet import BoolArray, Sheet
@@ -48,39 +49,26 @@ def _active(sheet: Sheet) -> BoolArray:
 
 
 def _slide(sheet: Sheet, active: BoolArray) -> bool:
-    """Move active vertices towards the middle of their neighbours, as far as no triangle around gets worse than the worst."""
+    """Move active vertices towards the middle of their neighbours; no triangle gets worse than the worst around it."""
     which = np.flatnonzero(active)
-    wanted = _middle(sheet)[which] - sheet.points[which]
-    near = active[sheet.triangles].any(axis=1)
-    triangles = sheet.triangles[near]
-    before_points, before_directions = sheet.points.copy(), sheet.directions.copy()
-    normal = normals(before_points, triangles)
-    before = _worst(triangle_quality(before_points, triangles), triangles, len(sheet.points))
-    sheet.slide(which, _RELAX * wanted)
-    for _ in range(4):
+    triangles = sheet.triangles[active[sheet.triangles].any(axis=1)]
+    points, directions = sheet.points.copy(), sheet.directions.copy()
+    normal = normals(points, triangles)
+    limit = _worst(triangle_quality(points, triangles), triangles, len(points))[triangles].min(axis=1)
+    sheet.slide(which, _RELAX * (_middle(sheet)[which] - points[which]))
+    moved = active.copy()
+    while moved.any():
         quality = triangle_quality(sheet.points, triangles)
-        # A triangle that turned over is worse than any.
         turned = np.einsum("ij,ij->i", area_vectors(sheet.points, triangles), normal) <= 0
-        quality[turned] = -1.0
-        after = _worst(quality, triangles, len(sheet.points))
-        back = active & (after < before) & (after < _POOR + 0.1)
+        bad = turned | (quality < np.minimum(limit, _POOR + 0.1))
+        back = np.zeros_like(moved)
+        back[triangles[bad]] = True
+        back &= moved
         if not back.any():
             break
-        sheet.points[back], sheet.directions[back] = before_points[back], before_directions[back]
-    else:
-        # The vertices around those that went back no longer fit: none of their triangles may stay worse.
-        bad = (triangle_quality(sheet.points, triangles) < before[triangles].min(axis=1)) | (
-            np.einsum("ij,ij->i", area_vectors(sheet.points, triangles), normal) <= 0
-        )
-        while bad.any():
-            back = np.unique(triangles[bad])
-            if np.array_equal(sheet.points[back], before_points[back]):
-                break
-            sheet.points[back], sheet.directions[back] = before_points[back], before_directions[back]
-            bad = (triangle_quality(sheet.points, triangles) < before[triangles].min(axis=1) - 1e-12) | (
-                np.einsum("ij,ij->i", area_vectors(sheet.points, triangles), normal) <= 0
-            )
-    return bool(np.abs(sheet.points - before_points).max(initial=0.0) > 1e-3)
+        sheet.points[back], sheet.directions[back] = points[back], directions[back]
+        moved &= ~back
+    return bool(np.abs(sheet.points - points).max(initial=0.0) > 1e-3)
 
 
 def _worst(quality: FloatArray, triangles: IntArray, count: int) -> FloatArray:
@@ -107,10 +95,7 @@ def _middle(sheet: Sheet) -> FloatArray:
         )
         / np.maximum(total, 1e-300)[:, None]
     )
-    t = sheet.triangles
-    directed = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
-    key = directed[:, 0] * len(sheet.points) + directed[:, 1]
-    rim = directed[~np.isin(directed[:, 1] * len(sheet.points) + directed[:, 0], key)]
+    rim = border_edges(sheet.triangles)
     total_rim = np.zeros_like(middle)
     np.add.at(total_rim, rim[:, 0], 0.5 * sheet.points[rim[:, 1]])
     np.add.at(total_rim, rim[:, 1], 0.5 * sheet.points[rim[:, 0]])
@@ -126,7 +111,6 @@ def _flip(sheet: Sheet, active: BoolArray) -> None:
     for k in local.tolist():
         a, b, c = t[k].tolist()
         side[a, b] = side[b, c] = side[c, a] = k
-    taken = {(int(a), int(b)) for a, b in np.sort(t[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)}
     pairs = [(a, b) for a, b in side if a < b and (b, a) in side]
     if not pairs:
         return
@@ -147,15 +131,19 @@ def _flip(sheet: Sheet, active: BoolArray) -> None:
     for x in before:
         for y in after:
             flat &= np.einsum("ij,ij->i", x, y) > _FLAT
-    gain = np.where(flat, then - now, -1.0)
+    # The new edge must not be there already: that would fold two triangles onto each other.
+    near = t[active[t].any(axis=1)]
+    count = len(p)
+    there = edge_table(near).nodes @ np.array([count, 1])
+    new = np.minimum(c, d) * count + np.maximum(c, d)
+    gain = np.where(flat & ~np.isin(new, there), then - now, -1.0)
     touched: set[int] = set()
+    made: set[int] = set()
     for i in np.argsort(-gain, kind="stable").tolist():
         if gain[i] <= 0.02:
             break
-        pair = (int(min(c[i], d[i])), int(max(c[i], d[i])))
-        if left[i] in touched or right[i] in touched or pair in taken:
+        if left[i] in touched or right[i] in touched or int(new[i]) in made:
             continue
         t[left[i]], t[right[i]] = one[i], other[i]
         touched.update((int(left[i]), int(right[i])))
-        taken.add(pair)
-        taken.discard((int(ends[i, 0]), int(ends[i, 1])))
+        made.add(int(new[i]))

@@ -239,7 +239,7 @@ def _rings(stack: Stack, what: str) -> tuple[int, int]:
     if last < first:
         slices = np.flatnonzero(stack.cavity)
         raise InputError(
-            f"the myocardium closes around the cavity in none of slices {slices[0]} to {slices[-1]}, so {what} cannot be "
-            "found; mend the labels or give a plane by hand"
+            f"the myocardium closes around the cavity in none of slices {slices[0]} to {slices[-1]}, so {what} "
+            "cannot be found; mend the labels or give a plane by hand"
         )
     return first, last

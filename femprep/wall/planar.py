@@ -7,18 +7,19 @@ added inside at the spacing of the rings, and relaxed.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from femprep.errors import StageError
-from femprep.geometry.triangles import triangle_quality
 from femprep.model import FloatArray, IntArray
+from femprep.wall.sheet import BoolArray
 from femprep.wall.solid import triangulate_rings
 
 #: Added points keep this share of the local spacing from the rings and from each other.
 _FROM_RING, _APART = 0.62, 0.8
 #: Rounds of relaxing the added points.
-_ROUNDS = 6
+_ROUNDS = 4
 
 
 def fill_rings(rings: Sequence[FloatArray]) -> tuple[FloatArray, IntArray]:
@@ -43,7 +44,7 @@ def fill_rings(rings: Sequence[FloatArray]) -> tuple[FloatArray, IntArray]:
     """
     points = np.concatenate(rings)
     starts = np.cumsum([0, *(len(ring) for ring in rings)])
-    loops = [np.arange(a, b) for a, b in zip(starts[:-1], starts[1:])]
+    loops = [np.arange(a, b) for a, b in pairwise(starts.tolist())]
     # Counter-clockwise outside, clockwise within.
     loops = [loop if (_area(points[loop]) > 0) == (i == 0) else loop[::-1] for i, loop in enumerate(loops)]
     edges = np.concatenate([np.stack([loop, np.roll(loop, -1)], axis=1) for loop in loops])
@@ -74,16 +75,13 @@ def _inner_points(points: FloatArray, edges: IntArray) -> FloatArray:
     fine = 0.9 * float(length.mean())
     low, high = points.min(axis=0), points.max(axis=0)
     rows = np.arange(low[1], high[1] + fine, fine * np.sqrt(0.75))
-    lattice = np.concatenate(
-        [
-            np.stack([np.arange(low[0] + (i % 2) * fine / 2, high[0] + fine, fine), np.full_like(x, y)], axis=1)
-            for i, y in enumerate(rows)
-            for x in [np.arange(low[0] + (i % 2) * fine / 2, high[0] + fine, fine)]
-        ]
-    )
+    columns = np.arange(low[0], high[0] + fine, fine)
+    lattice = np.stack(np.broadcast_arrays(columns, rows[:, None]), axis=2)
+    lattice[1::2, :, 0] += 0.5 * fine
+    lattice = lattice.reshape(-1, 2)
     lattice = lattice[_inside(lattice, start, stop)]
     if not len(lattice):
-        return lattice
+        return np.empty((0, 2))
     # Spacing wished for at a point: of the rim edges, weighted by how near they are.
     gap = np.linalg.norm(lattice[:, None] - middle[None], axis=2)
     weight = 1.0 / np.maximum(gap, 0.1 * fine) ** 4
@@ -94,10 +92,10 @@ def _inner_points(points: FloatArray, edges: IntArray) -> FloatArray:
     for i in range(len(lattice)):
         if not chosen or np.linalg.norm(lattice[chosen] - lattice[i], axis=1).min() > _APART * size[i]:
             chosen.append(i)
-    return lattice[chosen]
+    return np.asarray(lattice[chosen])
 
 
-def _inside(where: FloatArray, start: FloatArray, stop: FloatArray) -> np.ndarray:
+def _inside(where: FloatArray, start: FloatArray, stop: FloatArray) -> BoolArray:
     """Whether points lie between the rings: a ray from each crosses an odd number of edges."""
     y = where[:, 1:2]
     spans = (start[:, 1] > y) != (stop[:, 1] > y)
@@ -124,6 +122,7 @@ class _Delaunay:
         self.points: list[tuple[float, float]] = [(float(x), float(y)) for x, y in points]
         self.fixed = fixed
         self.opposite: dict[tuple[int, int], int] = {}
+        self._last: tuple[int, int] | None = None
         for a, b, c in triangles.tolist():
             self._add(a, b, c)
         self._legalise(list(self.opposite))
@@ -135,21 +134,36 @@ class _Delaunay:
     def insert(self, point: FloatArray) -> None:
         """Add a point inside the triangulation."""
         p = (float(point[0]), float(point[1]))
-        for (a, b), c in self.opposite.items():
-            if (
-                a < b
-                and a < c
-                and all(self._turn(self.points[u], self.points[v], p) > 0 for u, v in ((a, b), (b, c), (c, a)))
-            ):
-                break
-        else:
+        found = self._locate(p)
+        if found is None:
             return
+        a, b, c = found
         number = len(self.points)
         self.points.append(p)
         self._remove(a, b, c)
         for u, v in ((a, b), (b, c), (c, a)):
             self._add(u, v, number)
+        self._last = (a, b)
         self._legalise([(a, b), (b, c), (c, a)])
+
+    def _locate(self, p: tuple[float, float]) -> tuple[int, int, int] | None:
+        """The triangle a point lies in: walk towards it, then look at all, for a walk may end at a ring."""
+        points = self.points
+        edge = self._last
+        for _ in range(len(self.opposite)):
+            if edge is None or edge not in self.opposite:
+                break
+            a, b = edge
+            c = self.opposite[edge]
+            out = [(v, u) for u, v in ((a, b), (b, c), (c, a)) if self._turn(points[u], points[v], p) <= 0]
+            if not out:
+                return a, b, c
+            edge = next((step for step in out if step in self.opposite and step != (b, a)), None)
+        for (a, b), c in self.opposite.items():
+            corners = ((a, b), (b, c), (c, a))
+            if a < b and a < c and all(self._turn(points[u], points[v], p) > 0 for u, v in corners):
+                return a, b, c
+        return None
 
     def relax(self, first: int) -> None:
         """Move the points from number ``first`` on to the middle of their neighbours where no triangle gets worse."""
@@ -208,9 +222,3 @@ class _Delaunay:
             self._add(w, x, v)
             self._add(x, w, u)
             edges.extend([(v, w), (w, u), (u, x), (x, v)])
-
-
-def least_quality(points: FloatArray, triangles: IntArray) -> float:
-    """Least Q of triangles in the plane."""
-    flat = np.concatenate([points, np.zeros((len(points), 1))], axis=1)
-    return float(triangle_quality(flat, triangles).min(initial=1.0))

@@ -41,8 +41,7 @@ class SampledMap:
         self._tree = cKDTree(self.directions)
         self._frame = tangent_frames(self.directions)
         fitted = min(_FITTED, len(self.points) - 1)
-        _, near = self._tree.query(self.directions, k=fitted + 1)
-        near = near[:, 1:]
+        near = self._nearest(self.directions, fitted + 1)[1][:, 1:]
         local = self._local(np.arange(len(self.points))[:, None], self.directions[near])
         terms = _quadratic_terms(local)
         rise = self.points[near] - self.points[:, None, :]
@@ -56,7 +55,12 @@ class SampledMap:
         right = np.einsum("nki,nk,nkc->nic", design, weight, rise)
         self._coefficients: FloatArray = np.linalg.solve(normal, right) / scale[:, :, None]
 
-    def _local(self, sample: npt.NDArray[np.int64], directions: FloatArray) -> FloatArray:
+    def _nearest(self, directions: FloatArray, count: int) -> tuple[FloatArray, IntArray]:
+        """Distances and numbers ``(n, count)`` of the nearest samples, nearest first."""
+        distance, near = self._tree.query(directions, k=np.arange(1, count + 1))
+        return np.asarray(distance, dtype=np.float64), np.asarray(near, dtype=np.int64)
+
+    def _local(self, sample: IntArray, directions: FloatArray) -> FloatArray:
         """Coordinates of directions ``(..., 3)`` in the tangent plane of samples, projected from the centre."""
         centre = self.directions[sample]
         along = np.einsum("...c,...c->...", directions, centre)
@@ -68,7 +72,7 @@ class SampledMap:
         """Points of the surface ``(n, 3)``, mm, for unit vectors ``(n, 3)``."""
         there = np.asarray(directions, dtype=np.float64)
         blended = min(_BLENDED, len(self.points) - 1)
-        distance, near = self._tree.query(there, k=blended + 1)
+        distance, near = self._nearest(there, blended + 1)
         reach = distance[:, -1:]
         distance, near = distance[:, :-1], near[:, :-1]
         # The floor keeps the weight of a sample that is hit exactly finite; it still outweighs all others.
@@ -83,7 +87,7 @@ class SampledMap:
         return self._tangents(directions)[0]
 
     def step(self, directions: FloatArray, displacement: FloatArray) -> FloatArray:
-        """Directions whose points lie displaced by vectors ``(n, 3)`` mm, to first order; the part across the surface is lost."""
+        """Directions whose points lie displaced by vectors ``(n, 3)`` mm, to first order, along the surface only."""
         tangent, near, local = self._tangents(directions)
         gram = np.einsum("nac,nbc->nab", tangent, tangent)
         gram += 1e-12 * np.trace(gram, axis1=1, axis2=2)[:, None, None] * np.eye(2)
@@ -92,7 +96,7 @@ class SampledMap:
         return np.asarray(further / np.linalg.norm(further, axis=1, keepdims=True))
 
     def _tangents(self, directions: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
-        _, near = self._tree.query(directions)
+        near = self._nearest(directions, 1)[1][:, 0]
         local = self._local(near, directions)
         c, (x, y) = self._coefficients[near], local.T[..., None]
         along_x = c[:, 0] + 2.0 * x * c[:, 2] + y * c[:, 3]
@@ -112,9 +116,3 @@ def _quadratic_terms(local: FloatArray) -> FloatArray:
     """The terms x, y, x^2, xy, y^2."""
     x, y = local[..., 0], local[..., 1]
     return np.stack([x, y, x * x, x * y, y * y], axis=-1)
-
-
-def unique_edges(triangles: IntArray) -> IntArray:
-    """Undirected edges ``(e, 2)`` of triangles, each once, sorted."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    return np.asarray(np.unique(np.sort(edges, axis=1), axis=0))

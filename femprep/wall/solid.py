@@ -129,7 +129,7 @@ def _sheet_facets(
     runs = np.asarray(mesh.run_index, dtype=np.int64) // 3
     origin_id = np.repeat(np.asarray(mesh.run_original_id, dtype=np.int64), np.diff(runs))
     all_points = np.concatenate([sheet.points for sheet in sheets])
-    away, number = cKDTree(all_points).query(points)
+    away, number = (np.asarray(found) for found in cKDTree(all_points).query(points))
     found, source = [], []
     for k, sheet in enumerate(sheets):
         own = triangles[origin_id == first_id + k]

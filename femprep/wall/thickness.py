@@ -15,9 +15,10 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.geometry.closest import ClosestFinder
+from femprep.geometry.topology import edge_table
 from femprep.geometry.triangles import vertex_normals
 from femprep.model import FloatArray, IntArray
-from femprep.wall.sampled import SampledMap, unique_edges
+from femprep.wall.sampled import SampledMap
 from femprep.wall.sheet import Sheet
 
 logger = logging.getLogger(__name__)
@@ -96,10 +97,9 @@ def require_nested(epi: Sheet, endo: Sheet, share: float = 0.2) -> None:
     if outside.mean() > share:
         worst = int(thickness.argmin())
         raise InputError(
-            f"surface {endo.name!r} does not lie inside surface {epi.name!r}: {100 * outside.mean():.0f} % of its vertices are "
-            "outside, by {:.1f} mm at ({:.1f}, {:.1f}, {:.1f}); check which labels are cavity and wall".format(
-                -thickness[worst], *endo.points[worst]
-            )
+            f"surface {endo.name!r} does not lie inside surface {epi.name!r}: "
+            f"{100 * outside.mean():.0f} % of its vertices are outside, by {-thickness[worst]:.1f} mm at "
+            f"{_place(endo.points[worst])}; check which labels are cavity and which are wall"
         )
 
 
@@ -135,7 +135,7 @@ def push_apart(epi: Sheet, endo: Sheet, limit: float, most: float) -> dict[str, 
     worst_epi, worst_endo = int(before.epi.argmin()), int(before.endo.argmin())
     place = epi.points[worst_epi] if before.epi.min() <= before.endo.min() else endo.points[worst_endo]
     finder = ClosestFinder(endo.points, endo.triangles)
-    edges = unique_edges(epi.triangles)
+    edges = edge_table(epi.triangles).nodes
     for _ in range(_ROUNDS):
         lacking, along = _lacking(epi, endo, finder, _MARGIN * limit)
         if lacking.max(initial=0.0) <= (_MARGIN - 1.0) * limit:
@@ -145,9 +145,9 @@ def push_apart(epi: Sheet, endo: Sheet, limit: float, most: float) -> dict[str, 
     reached = measure(epi, endo).least
     if reached < limit - 1e-9 or moved.max() > most:
         raise InputError(
-            f"the wall is {before.least:.2f} mm thick near ({place[0]:.1f}, {place[1]:.1f}, {place[2]:.1f}), beside {endo.name!r}; pushing "
-            f"the epicardium outwards by {moved.max():.1f} mm leaves {reached:.2f} mm, but at least {limit:g} mm within "
-            f"{most:g} mm are asked; mend the labels or change minimum_thickness or maximum_push"
+            f"the wall is {before.least:.2f} mm thick near {_place(place)}, beside {endo.name!r}; pushing the "
+            f"epicardium outwards by {moved.max():.1f} mm leaves {reached:.2f} mm, but minimum_thickness = {limit:g} "
+            f"mm is asked within maximum_push = {most:g} mm; mend the labels or change these"
         )
     epi.smooth = SampledMap(epi.directions, epi.points)
     info = {
@@ -192,6 +192,10 @@ def _spread(push: FloatArray, edges: IntArray) -> FloatArray:
         total += np.bincount(edges[:, 1], weights=result[edges[:, 0]], minlength=len(push))
         result = np.maximum(push, 0.9 * total / np.maximum(count, 1))
     return result
+
+
+def _place(point: FloatArray) -> str:
+    return "({:.1f}, {:.1f}, {:.1f})".format(*point)
 
 
 def _within_planes(sheet: Sheet, displacement: FloatArray) -> FloatArray:
