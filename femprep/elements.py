@@ -156,11 +156,16 @@ def match_facets(cells: Mapping[str, IntArray], facets: Mapping[str, IntArray]) 
         number = np.full(len(nodes), -1, dtype=np.int64)
         if kind in faces:
             corners = FACET_CORNERS[kind]
-            wanted, have = nodes[:, :corners], faces[kind].nodes[:, :corners]
+            wanted, every = nodes[:, :corners], faces[kind].nodes[:, :corners]
+            # Only faces whose nodes all lie on facets can match: few, so that the sorting below is quick.
+            touched = np.zeros(max(wanted.max(initial=0), every.max(initial=0)) + 1, dtype=bool)
+            touched[wanted] = True
+            near = np.flatnonzero(touched[every].all(axis=1))
+            have = every[near]
             row = _first_row(_ring(have), _ring(wanted))
             row = np.where(row < 0, _first_row(np.sort(have, axis=1), np.sort(wanted, axis=1)), row)
-            element[row >= 0] = faces[kind].element[row[row >= 0]]
-            number[row >= 0] = faces[kind].face[row[row >= 0]]
+            element[row >= 0] = faces[kind].element[near[row[row >= 0]]]
+            number[row >= 0] = faces[kind].face[near[row[row >= 0]]]
         elements.append(element)
         numbers.append(number)
     if not elements:

@@ -26,7 +26,7 @@ def truncated_ellipsoid(
     """An LV-like wall between two ellipsoids, flat at base and apex, with regions ``lv`` and ``septum``.
 
     ``kind`` is any volume element type; ``curved`` bends the edges of quadratic elements to the ellipsoids; ``lean``
-    shears the wall along x, so that nothing cancels by symmetry.
+    shears the wall along x.
     """
     height, angle, depth = np.meshgrid(
         np.linspace(0, 1, heights + 1), np.arange(around) / around, np.linspace(0, 1, layers + 1), indexing="ij"
@@ -62,13 +62,18 @@ def leaning(mesh: VolumeMesh, lean: float) -> VolumeMesh:
 
 
 def wall_points(coordinates: np.ndarray) -> np.ndarray:
-    """Points ``(n, 3)`` for (height, angle, depth), each from 0 to 1; the angle is a fraction of the turn."""
+    """Points ``(n, 3)`` for (height, angle, depth), each from 0 to 1; the angle is a fraction of the turn.
+
+    Steps of the angle are uneven, the cross-section is no circle and the layers between base and apex are wavy, so
+    that nothing cancels by symmetry.
+    """
     height, angle, depth = coordinates.T
-    z = APEX_HEIGHT + height * (BASE_HEIGHT - APEX_HEIGHT)
     across = ENDO_AXES[0] + depth * (EPI_AXES[0] - ENDO_AXES[0])
     along = ENDO_AXES[1] + depth * (EPI_AXES[1] - ENDO_AXES[1])
-    radius = across * np.sqrt(1 - (z / along) ** 2)
-    return np.column_stack([radius * np.cos(2 * np.pi * angle), radius * np.sin(2 * np.pi * angle), z])
+    turn = 2 * np.pi * angle + 0.3 * np.sin(2 * np.pi * angle)
+    z = APEX_HEIGHT + height * (BASE_HEIGHT - APEX_HEIGHT) + 2.0 * np.sin(np.pi * height) * np.cos(turn + 0.7)
+    radius = across * np.sqrt(1 - (z / along) ** 2) * (1 + 0.1 * np.cos(turn))
+    return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), z])
 
 
 def wedges_to_tets(wedges: np.ndarray) -> np.ndarray:

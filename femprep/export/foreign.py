@@ -148,10 +148,14 @@ def _family(mesh: Any, tag: int) -> str | None:
 
 
 def _data(cell_data: Mapping[str, list[Any]], blocks: list[int], taken: set[str]) -> dict[str, np.ndarray]:
-    """Cell arrays over some blocks; an array that differs in shape between them is left out."""
+    """Cell arrays over some blocks.
+
+    Left out are arrays that differ in shape between blocks, and those that are zero throughout: files with one array
+    for cells and facets alike fill it up with zeros where it says nothing.
+    """
     found = {}
     for name, values in cell_data.items():
         parts = [np.asarray(values[i]) for i in blocks]
-        if name not in taken and len({part.shape[1:] for part in parts}) == 1:
+        if name not in taken and len({part.shape[1:] for part in parts}) == 1 and any(np.any(part) for part in parts):
             found[name] = np.concatenate(parts)
     return found

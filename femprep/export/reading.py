@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
-from femprep.errors import FemprepError, FileError
+from femprep.errors import FemprepError, FileError, MissingDependencyError
 from femprep.export.foreign import from_meshio
 from femprep.model import VolumeMesh
 
@@ -41,6 +41,8 @@ def read_mesh(path: str | Path) -> VolumeMesh:
     read = _READERS.get(path.suffix.lower(), _meshio)
     try:
         return read(path)
+    except MissingDependencyError:
+        raise
     except FemprepError as error:
         raise FileError(f"{str(path)!r}: {error}" if str(path) not in str(error) else str(error)) from error
     except (OSError, ValueError, KeyError, IndexError, AssertionError, TypeError, AttributeError) as error:
@@ -55,6 +57,19 @@ def _vtk(path: Path) -> VolumeMesh:
     return own if own is not None else from_meshio(read_foreign(path))
 
 
+def _legacy_vtk(path: Path) -> VolumeMesh:
+    from femprep.export.vtu import read_foreign
+
+    try:
+        return from_meshio(read_foreign(path))
+    except FileError as error:
+        # Among them files of meshio's, whose integer type VTK does not know.
+        try:
+            return _meshio(path)
+        except FemprepError:
+            raise error from None
+
+
 def _abaqus(path: Path) -> VolumeMesh:
     from femprep.export.abaqus_reader import read
 
@@ -62,7 +77,7 @@ def _abaqus(path: Path) -> VolumeMesh:
 
 
 def _xdmf(path: Path) -> VolumeMesh:
-    from femprep.export.xdmf import read_own
+    from femprep.export.xdmf_reader import read_own
 
     own = read_own(path)
     return own if own is not None else _meshio(path)
@@ -79,13 +94,19 @@ def meshio_mesh(path: Path) -> Any:
     ------
     FileError
         meshio does not know the format, or cannot read the file.
+    MissingDependencyError
+        meshio needs a further package for it (netCDF4 for Exodus).
     """
     import meshio
+    from meshio._mesh import topological_dimension
 
+    topological_dimension.setdefault("wedge15", 3)  # meshio 5.3.5 reads it, then stumbles over its own table
     said = io.StringIO()
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
             return meshio.read(path)
+    except ImportError as error:
+        raise MissingDependencyError(f"{str(path)!r} needs the package {error.name}; install it with pip") from error
     except (Exception, SystemExit) as error:
         reason = str(error) if not isinstance(error, SystemExit) else said.getvalue()
         reason = " ".join(reason.split()) or type(error).__name__
@@ -94,7 +115,7 @@ def meshio_mesh(path: Path) -> Any:
 
 _READERS: Final[dict[str, Callable[[Path], VolumeMesh]]] = {
     ".vtu": _vtk,
-    ".vtk": _vtk,
+    ".vtk": _legacy_vtk,
     ".inp": _abaqus,
     ".xdmf": _xdmf,
 }

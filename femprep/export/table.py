@@ -29,8 +29,8 @@ class Format:
         File endings that mean this format; empty where the name has to be given.
     filename : str
         Where it goes in an output folder; the ending is the one ``write_mesh`` takes.
-    module : str
-        The module of ``femprep.export`` that writes it.
+    home : str
+        ``module:function`` of ``femprep.export`` that writes it.
     program : str
         For whom it is.
     carries : str
@@ -46,7 +46,7 @@ class Format:
     name: str
     endings: tuple[str, ...]
     filename: str
-    module: str
+    home: str
     program: str
     carries: str
     read_by: str
@@ -56,7 +56,8 @@ class Format:
     @property
     def writer(self) -> Writer:
         """The function that writes it."""
-        writer: Writer = import_module(f"femprep.export.{self.module}").write
+        module, function = self.home.split(":")
+        writer: Writer = getattr(import_module(f"femprep.export.{module}"), function)
         return writer
 
 
@@ -68,7 +69,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "vtu",
                 (".vtu",),
                 "mesh.vtu",
-                "vtu",
+                "vtu:write",
                 "VTK, ParaView",
                 "regions, facet tags, all cell and point data, names, planes (facets as field data)",
                 "VTK, meshio",
@@ -77,11 +78,49 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "abaqus",
                 (".inp",),
                 "mesh.inp",
-                "abaqus",
+                "abaqus:write",
                 "Abaqus, CalculiX",
                 "regions (ELSET, NSET), facet tags (NSET, element SURFACE), inflation step on request",
                 "CalculiX",
                 "Abaqus",
+            ),
+            Format(
+                "dolfinx",
+                (),
+                "dolfinx/mesh.xdmf",
+                "xdmf:write",
+                "dolfinx, cardiac_geometries",
+                "cell tags, facet tags, names (markers.json), cell and point data; "
+                "tetrahedra and 8-node hexahedra as they are, others cut into tetrahedra",
+                "dolfinx 0.5",
+                "cardiac_geometries",
+            ),
+            Format(
+                "fenics",
+                (),
+                "fenics/mesh.xdmf",
+                "xdmf:write_fenics",
+                "legacy FEniCS",
+                "as dolfinx, on linear tetrahedra, into which all others are cut",
+                "dolfin 2019.2",
+            ),
+            Format(
+                "gmsh",
+                (".msh",),
+                "mesh.msh",
+                "gmsh:write",
+                "Gmsh 2.2, scikit-fem, FreeFEM, many more",
+                "regions and facet tags as named physical groups, point data",
+                "Gmsh, scikit-fem, meshio",
+            ),
+            Format(
+                "gmsh41",
+                (),
+                "mesh41.msh",
+                "gmsh:write_41",
+                "Gmsh 4.1, dolfinx",
+                "regions and facet tags as entities and named physical groups, cell, facet and point data",
+                "Gmsh, dolfinx, meshio",
             ),
         )
     }

@@ -23,12 +23,15 @@ def number(value: float) -> str:
     return next(t for t in (f"{value:.{digits}e}" for digits in range(16, 0, -1)) if len(t) <= FIELD)
 
 
-def rows(*columns: npt.ArrayLike, separator: str = ", ") -> str:
-    """Lines of numbers, one per row: integer and float columns (or blocks of columns) side by side."""
+def rows(*columns: npt.ArrayLike, separator: str = ", ", width: int | None = FIELD) -> str:
+    """Lines of numbers, one per row: integer and float columns (or blocks of columns) side by side.
+
+    Floats are exact where ``width`` is ``None``, else cut to 20 characters.
+    """
     texts: list[list[str]] = []
     for column in columns:
         block = np.asarray(column)
-        write = number if block.dtype.kind == "f" else str
+        write = str if block.dtype.kind != "f" else repr if width is None else number
         texts.extend(list(map(write, values.tolist())) for values in (block.T if block.ndim == 2 else [block]))
     return "".join(f"{separator.join(line)}\n" for line in zip(*texts))
 

@@ -121,7 +121,7 @@ def load(path: Path) -> Any:
     FileError
         The file is damaged or holds another kind of data.
     """
-    from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
+    from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
     from vtkmodules.vtkIOLegacy import vtkDataSetReader
     from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
@@ -137,12 +137,15 @@ def load(path: Path) -> Any:
         reader.ReadAllFieldsOn()
     # VTK reports a damaged file to its output window alone and returns an empty data set.
     window, before = vtkStringOutputWindow(), vtkOutputWindow.GetInstance()
+    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkOutputWindow.SetInstance(window)
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     try:
         reader.SetFileName(str(path))
         reader.Update()
         dataset = reader.GetOutput()
     finally:
+        vtkLogger.SetStderrVerbosity(verbosity)
         vtkOutputWindow.SetInstance(before)
     said = window.GetOutput()
     if "ERR" in said or dataset is None:

@@ -14,7 +14,7 @@ from femprep.export.foreign import Block, ForeignMesh
 from femprep.export.names import facet_names, region_names
 from femprep.export.polydata import planes_from, planes_record
 from femprep.export.vtk_xml import add_arrays, add_record, arrays_of, load, record_of, save, vtk_cells, vtk_points
-from femprep.model import VolumeMesh
+from femprep.model import FloatArray, IntArray, VolumeMesh
 from femprep.options import ExportOptions
 
 log = logging.getLogger(__name__)
@@ -144,6 +144,7 @@ def read_foreign(path: Path) -> ForeignMesh:
             log.warning("cells of VTK type %d are left out", number)
     data = arrays_of(grid.GetCellData())
     points = vtk_to_numpy(grid.GetPoints().GetData()) if grid.GetPoints() else np.empty((0, 3))
+    cells = [(kind, _turned(nodes, points) if kind == "wedge" else nodes) for kind, nodes in cells]
     return ForeignMesh(
         points,
         [Block(kind, data) for kind, data in cells],
@@ -151,3 +152,16 @@ def read_foreign(path: Path) -> ForeignMesh:
         cell_data={name: [values[chosen] for chosen in rows] for name, values in data.items()},
         field_data=arrays_of(grid.GetFieldData()),
     )
+
+
+def _turned(wedges: IntArray, points: FloatArray) -> IntArray:
+    """Wedges that all follow VTK's documentation (0-1-2 outward, as meshio writes them) in VTK's working order.
+
+    VTK's own volumes and shape functions, Abaqus, Gmsh and femprep have 0-1-2 inward. Where only some are negative,
+    they are inverted elements and stay.
+    """
+    a, b, c, top = (points[wedges[:, i]] for i in (0, 1, 2, 3))
+    if np.all(np.einsum("ij,ij->i", np.cross(b - a, c - a), top - a) < 0):
+        log.info("the wedges have their first triangle outward, as VTK's documentation says: turned")
+        return wedges[:, [0, 2, 1, 3, 5, 4]]
+    return wedges

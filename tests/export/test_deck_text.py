@@ -1,0 +1,35 @@
+"""Numbers as text: within the field width, and the same number when read back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from femprep.export.text import FIELD, number, rows, wrapped
+
+
+@settings(deadline=None, max_examples=500)
+@given(st.floats(-1e4, 1e4))
+def test_coordinates_fit_and_come_back(value: float) -> None:
+    text = number(value)
+    assert len(text) <= FIELD
+    assert abs(float(text) - value) <= (0.0 if abs(value) >= 0.01 else 1e-15)
+
+
+@settings(deadline=None, max_examples=500)
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_any_float_fits_with_thirteen_digits(value: float) -> None:
+    text = number(value)
+    assert len(text) <= FIELD
+    assert float(text) == pytest.approx(value, rel=1e-12, abs=1e-300)
+
+
+def test_rows_put_columns_side_by_side() -> None:
+    assert rows([1, 2], np.array([[0.5, 1.0], [2.0, -3.25]])) == "1, 0.5, 1.0\n2, 2.0, -3.25\n"
+
+
+def test_wrapped_lines() -> None:
+    assert wrapped([1, 2, 3], 2) == "1, 2\n3\n"
+    assert wrapped([], 2) == ""

@@ -1,0 +1,140 @@
+"""Anyone's mesh files, and files that are none."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+import pyvista
+from meshes import truncated_ellipsoid
+from same_mesh import assert_same
+
+from femprep.errors import FileError, MissingDependencyError
+from femprep.export import read_mesh, write_mesh
+from femprep.model import VolumeMesh
+
+FOREIGN_DECK = """*Heading
+ from elsewhere
+*Node
+      10,           0.,           0.,           0.
+      20,           1.,           0.,           0.
+      30,           0.,           1.,           0.
+      40,           0.,           0.,           1.
+      50,           1.,           1.,           1.
+*Element, type=C3D4H
+100, 10, 20, 30, 40
+*Element, type=C3D4, elset=Scar
+200, 20, 30, 40, 50
+*Element, type=S3, elset=shell
+300, 10, 20, 30
+*Elset, elset=Healthy, generate
+100, 100, 1
+*Elset, elset=Everything
+Healthy, Scar
+*Surface, type=ELEMENT, name=ENDO
+Healthy, S1
+*Surface, type=ELEMENT, name=outside
+200, S4
+"""
+
+
+def test_foreign_abaqus_deck(tmp_path: Path) -> None:
+    (tmp_path / "deck.inp").write_text(FOREIGN_DECK)
+    mesh = read_mesh(tmp_path / "deck.inp")
+    assert mesh.points.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
+    assert mesh.cells["tetra"].tolist() == [[0, 1, 2, 3], [1, 2, 3, 4]]
+    names = mesh.info["tag_names"]
+    assert mesh.region.tolist() == [names["Healthy"], names["Scar"]]
+    assert mesh.facets["triangle"].tolist() == [[0, 2, 1], [3, 1, 4]]
+    assert mesh.facet_tag.tolist() == [101, names["outside"]]
+    assert mesh.info["source"]["left_out"] == ["S3"]
+
+
+@pytest.mark.parametrize("ending", ["vtu", "vtk"])
+def test_foreign_vtk_grid_with_mixed_cells(ending: str, tmp_path: Path) -> None:
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1.0]])
+    cells = np.array([4, 0, 1, 2, 3, 3, 0, 2, 1, 4, 1, 2, 3, 4, 1, 0])
+    grid = pyvista.UnstructuredGrid(cells, [10, 5, 10, 1], points)
+    grid.cell_data["elemTag"] = [7, 101, 8, 9]
+    grid.cell_data["fiber"] = np.arange(12.0).reshape(4, 3)
+    grid.save(tmp_path / f"grid.{ending}")
+    mesh = read_mesh(tmp_path / f"grid.{ending}")
+    assert mesh.cells["tetra"].tolist() == [[0, 1, 2, 3], [1, 2, 3, 4]]
+    assert mesh.region.tolist() == [7, 8]
+    assert mesh.facets["triangle"].tolist() == [[0, 2, 1]]
+    assert mesh.facet_tag.tolist() == [101]
+    assert mesh.cell_data["fiber"].tolist() == [[0, 1, 2], [6, 7, 8]]
+
+
+@pytest.mark.parametrize("ending", ["mesh", "med", "msh", "xdmf", "vtk", "vtu"])
+def test_what_meshio_wrote(ending: str, tmp_path: Path) -> None:
+    own = truncated_ellipsoid("tetra")
+    array = {"mesh": "medit:ref", "med": "cell_tags", "msh": "gmsh:physical"}.get(ending, "region")
+    data = {array: [own.region, own.facet_tag]}
+    if ending == "msh":
+        data["gmsh:geometrical"] = data[array]
+    foreign = meshio.Mesh(
+        own.points, [("tetra", own.cells["tetra"]), ("triangle", own.facets["triangle"])], cell_data=data
+    )
+    path = tmp_path / f"lv.{ending}"
+    meshio.write(path, foreign, **({"file_format": "gmsh22"} if ending == "msh" else {}))
+    mesh = read_mesh(path)
+    assert_same(mesh, own, tolerance=1e-12)
+
+
+def test_inverted_elements_stay_inverted(tmp_path: Path) -> None:
+    own = truncated_ellipsoid("tetra")
+    block = np.array(own.cells["tetra"])
+    block[3] = block[3][[0, 2, 1, 3]]
+    write_mesh(VolumeMesh(own.points, {"tetra": block}, own.region), tmp_path / "lv.inp")
+    assert np.array_equal(read_mesh(tmp_path / "lv.inp").cells["tetra"], block)
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        *((f"cut.{ending}", None) for ending in ("vtu", "inp", "msh", "xdmf")),
+        *((f"empty.{ending}", b"") for ending in ("vtu", "vtk", "inp", "msh", "xdmf", "med", "mesh", "vtp")),
+        *((f"noise.{ending}", bytes(range(256)) * 4) for ending in ("vtu", "vtk", "inp", "msh", "xdmf", "med", "mesh")),
+        ("what.docx", b"hello"),
+        ("noending", b"hello"),
+    ],
+)
+def test_damaged_files_give_one_clear_line(
+    name: str, content: bytes | None, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / name
+    if content is None:
+        formats = {"vtu": "vtu", "inp": "abaqus", "msh": "gmsh", "xdmf": "dolfinx"}
+        write_mesh(truncated_ellipsoid("tetra"), path, format=formats[path.suffix[1:]])
+        whole = path.read_bytes()
+        path.write_bytes(whole[: len(whole) // 3])
+    else:
+        path.write_bytes(content)
+    with pytest.raises(FileError) as caught:
+        read_mesh(path)
+    assert "\n" not in str(caught.value)
+    assert str(path) in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_missing_file_and_folder(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="does not exist"):
+        read_mesh(tmp_path / "none.vtu")
+
+
+def test_surface_mesh_is_refused_with_what_it_holds(tmp_path: Path) -> None:
+    pyvista.UnstructuredGrid(pyvista.Sphere().triangulate()).save(tmp_path / "sphere.vtu")
+    with pytest.raises(FileError, match="holds no volume elements \\(found triangle\\)"):
+        read_mesh(tmp_path / "sphere.vtu")
+
+
+def test_format_that_needs_a_further_package_names_it(tmp_path: Path) -> None:
+    if importlib.util.find_spec("netCDF4"):
+        pytest.skip("netCDF4 is installed")
+    (tmp_path / "lv.exo").write_bytes(b"CDF")
+    with pytest.raises(MissingDependencyError, match="needs the package netCDF4"):
+        read_mesh(tmp_path / "lv.exo")

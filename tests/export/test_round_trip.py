@@ -1,0 +1,124 @@
+"""Every format gives back what was written into it, and leaves the mesh alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from meshes import mixed, truncated_ellipsoid, with_fibres
+from same_mesh import assert_same, copies
+
+from femprep.elements import ELEMENTS
+from femprep.export import read_mesh, write_mesh
+from femprep.model import VolumeMesh
+
+KINDS = [*ELEMENTS, "mixed"]
+
+
+def mesh_of(kind: str) -> VolumeMesh:
+    return with_fibres(mixed() if kind == "mixed" else truncated_ellipsoid(kind, curved=True))
+
+
+@dataclass(frozen=True)
+class Case:
+    """How exactly a format gives a mesh back."""
+
+    format: str
+    filename: str
+    kinds: tuple[str, ...] = tuple(KINDS)
+    data: tuple[str, ...] = ("fiber", "sheet")
+    tolerance: float = 0.0
+    data_tolerance: float = 0.0
+    by_region: bool = False
+
+
+CASES = [
+    Case("vtu", "lv.vtu"),
+    # Twenty characters hold every coordinate but the last digits of those below 0.01 mm.
+    Case("abaqus", "lv.inp", data=(), tolerance=1e-15),
+    Case("gmsh", "lv.msh", data=()),
+    Case("gmsh41", "lv.msh", by_region=True),
+    Case("dolfinx", "mesh.xdmf", kinds=("tetra", "tetra10", "hexahedron")),
+    Case("fenics", "mesh.xdmf", kinds=("tetra",)),
+]
+
+
+@pytest.mark.parametrize(("case", "kind"), [pytest.param(c, k, id=f"{c.format}-{k}") for c in CASES for k in c.kinds])
+def test_everything_comes_back(case: Case, kind: str, tmp_path: Path) -> None:
+    mesh = mesh_of(kind)
+    before = copies(mesh)
+    written = write_mesh(mesh, tmp_path / case.filename, format=case.format)
+    assert sorted(written) == sorted(tmp_path.iterdir())
+    back = read_mesh(tmp_path / case.filename)
+    assert_same(
+        back,
+        mesh,
+        tolerance=case.tolerance,
+        data=case.data,
+        data_tolerance=case.data_tolerance,
+        by_region=case.by_region,
+    )
+    assert copies(mesh) == before
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.format)
+def test_writing_again_gives_the_same_bytes(case: Case, tmp_path: Path) -> None:
+    mesh = mesh_of("tetra")
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+        write_mesh(mesh, tmp_path / folder / case.filename, format=case.format)
+    names = sorted(path.relative_to(tmp_path / "one") for path in (tmp_path / "one").rglob("*") if path.is_file())
+    assert names
+    for name in names:
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.format)
+@pytest.mark.parametrize("unit", ["cm", "m"])
+def test_units_are_named_where_the_file_can_and_read_back(case: Case, unit: str, tmp_path: Path) -> None:
+    mesh = mesh_of("tetra")
+    write_mesh(mesh, tmp_path / case.filename, format=case.format, length_unit=unit)
+    back = read_mesh(tmp_path / case.filename)
+    scale = {"cm": 0.1, "m": 1e-3}[unit] if case.format.startswith("gmsh") else 1.0  # Gmsh files name no unit
+    # Metres need an exponent in a field of 20 characters: 13 digits are left.
+    np.testing.assert_allclose(back.points, mesh.points * scale, rtol=1e-13, atol=1e-14)
+
+
+def test_vtu_keeps_every_array_and_record(tmp_path: Path) -> None:
+    from femprep.model import Plane
+
+    mesh = truncated_ellipsoid("wedge15", curved=True)
+    mesh = replace(
+        with_fibres(mesh).with_data(
+            cell={"aha": np.arange(mesh.n_cells, dtype=np.int32) % 17 + 1, "thick": np.linspace(0, 1, mesh.n_cells)},
+            point={"depth": mesh.points[:, 2].copy(), "frame": np.ones((len(mesh.points), 9))},
+            facet={"curvature": np.linspace(-1, 1, mesh.n_facets)},
+        ),
+        planes={"base": Plane(np.array([0.1, 0.2, 0.3]), np.array([0.0, 0.6, 0.8]), "labels")},
+        info={"mesher": "sweep", "notices": ["one"], "nested": {"seconds": 0.1}},
+    )
+    write_mesh(mesh, tmp_path / "mesh.vtu")
+    back = read_mesh(tmp_path / "mesh.vtu")
+    for group in ("cells", "facets", "cell_data", "point_data", "facet_data"):
+        one, other = getattr(mesh, group), getattr(back, group)
+        assert list(one) == list(other)
+        for name in one:
+            assert np.asarray(one[name]).dtype == np.asarray(other[name]).dtype, name
+            assert np.array_equal(one[name], other[name]), name
+    assert np.array_equal(back.facet_tag, mesh.facet_tag)
+    assert back.info == mesh.info
+    assert np.array_equal(back.planes["base"].point, mesh.planes["base"].point)
+    assert np.array_equal(back.planes["base"].normal, mesh.planes["base"].normal)
+    assert back.planes["base"].source == "labels"
+
+
+def test_names_that_are_not_ours_are_kept(tmp_path: Path) -> None:
+    mesh = truncated_ellipsoid("tetra")
+    mesh = replace(mesh, region=np.where(mesh.region == 3, 61, mesh.region), info={"tag_names": {"Scar_core": 61}})
+    for name, format in (("a.inp", "abaqus"), ("b.msh", "gmsh"), ("c.vtu", "vtu")):
+        write_mesh(mesh, tmp_path / name, format=format)
+        back = read_mesh(tmp_path / name)
+        number = back.info["tag_names"]["Scar_core"]
+        assert np.array_equal(back.region == number, mesh.region == 61)

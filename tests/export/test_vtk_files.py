@@ -1,0 +1,100 @@
+"""Surfaces, walls, facets and meshes as VTK itself and meshio read them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+import pyvista
+from meshes import mixed, truncated_ellipsoid, with_fibres
+
+from femprep.elements import match_facets
+from femprep.errors import InputError
+from femprep.export import read_mesh, write_facets, write_mesh, write_surface, write_wall
+from femprep.model import FACET_TAGS, Plane, Surface, Wall
+
+
+def tetrahedron() -> tuple[np.ndarray, np.ndarray]:
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]) * 10.1
+    return points, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+
+
+def test_surface_keeps_numbering_directions_and_data(tmp_path: Path) -> None:
+    points, cells = tetrahedron()
+    directions = points / 20.0
+    surface = Surface(points, cells, "lv", directions, point_data={"u": np.arange(4.0)}, info={"vertices": 4})
+    assert write_surface(surface, tmp_path / "lv.vtp") == tmp_path / "lv.vtp"
+    found = pyvista.read(tmp_path / "lv.vtp")
+    assert np.array_equal(found.points, points)
+    assert np.array_equal(found.faces.reshape(-1, 4)[:, 1:], cells)
+    assert np.array_equal(found.point_data["direction"], directions)
+    assert np.array_equal(found.point_data["u"], np.arange(4.0))
+    assert found.volume == pytest.approx(surface.volume)
+    assert found.is_manifold
+
+
+def test_quadrilateral_surface(tmp_path: Path) -> None:
+    cube = pyvista.Cube().clean()
+    surface = Surface(cube.points, cube.regular_faces, "cube")
+    write_surface(surface, tmp_path / "cube.vtp")
+    assert np.array_equal(pyvista.read(tmp_path / "cube.vtp").regular_faces, cube.regular_faces)
+
+
+def test_wall_has_tags_template_and_names(tmp_path: Path) -> None:
+    points, triangles = tetrahedron()
+    wall = Wall(points, triangles, [101, 102, 103, 103], [5, -1, 7, 8], {"base": Plane([0, 0, 0], [0, 0, 1])})
+    write_wall(wall, tmp_path / "wall.vtp")
+    found = pyvista.read(tmp_path / "wall.vtp")
+    assert found.cell_data["facet_tag"].tolist() == [101, 102, 103, 103]
+    assert found.point_data["template"].tolist() == [5, -1, 7, 8]
+    assert found.field_data["base"].tolist() == [FACET_TAGS["base"], 2]
+    assert found.volume == pytest.approx(wall.volume)
+
+
+@pytest.mark.parametrize("kind", ["tetra", "tetra10", "wedge", "hexahedron20", "mixed"])
+def test_facets_name_their_nodes_and_elements(kind: str, tmp_path: Path) -> None:
+    mesh = mixed() if kind == "mixed" else truncated_ellipsoid(kind)
+    write_facets(mesh, tmp_path / "facets.vtp")
+    found = pyvista.read(tmp_path / "facets.vtp")
+    assert found.is_manifold
+    assert found.n_cells == mesh.n_facets
+    assert np.array_equal(found.cell_data["facet_tag"], mesh.facet_tag)
+    node = found.point_data["GlobalNodeID"] - 1
+    assert np.array_equal(found.points, mesh.points[node])
+    element, _ = match_facets(mesh.cells, mesh.facets)
+    assert np.array_equal(found.cell_data["GlobalElementID"] - 1, element)
+    assert found.field_data["endo"].tolist() == [FACET_TAGS["endo"], 2]
+
+
+@pytest.mark.parametrize("kind", ["tetra", "tetra10", "wedge", "hexahedron", "hexahedron20", "mixed"])
+def test_mesh_holds_volume_cells_alone_and_positive(kind: str, tmp_path: Path) -> None:
+    mesh = with_fibres(mixed() if kind == "mixed" else truncated_ellipsoid(kind, curved=True))
+    write_mesh(mesh, tmp_path / "mesh.vtu")
+    found = pyvista.read(tmp_path / "mesh.vtu")
+    assert found.n_cells == mesh.n_cells
+    assert np.array_equal(found.cell_data["region"], mesh.region)
+    assert np.array_equal(found.cell_data["fiber"], mesh.cell_data["fiber"])
+    assert found.field_data["septum"].tolist() == [3, 3]
+    assert found.compute_cell_sizes(length=False, area=False)["Volume"].min() > 0
+    other = meshio.read(tmp_path / "mesh.vtu")
+    assert [block.type for block in other.cells] == list(mesh.cells)
+    for block, nodes in zip(other.cells, mesh.cells.values()):
+        # meshio takes linear wedges by VTK's documentation, where VTK itself finds their volumes negative.
+        order = [0, 2, 1, 3, 5, 4] if block.type == "wedge" else slice(None)
+        assert np.array_equal(block.data[:, order], nodes)
+
+
+def test_wedges_of_a_foreign_file_in_the_documented_order_are_turned(tmp_path: Path) -> None:
+    mesh = truncated_ellipsoid("wedge")
+    meshio.Mesh(mesh.points, [("wedge", mesh.cells["wedge"])]).write(tmp_path / "wedges.vtu")
+    assert pyvista.read(tmp_path / "wedges.vtu").compute_cell_sizes()["Volume"].max() < 0
+    assert np.array_equal(read_mesh(tmp_path / "wedges.vtu").cells["wedge"], mesh.cells["wedge"])
+
+
+def test_data_that_are_no_numbers_are_refused(tmp_path: Path) -> None:
+    mesh = truncated_ellipsoid("tetra")
+    with pytest.raises(InputError, match="'label' is <U1"):
+        write_mesh(mesh.with_data(cell={"label": np.full(mesh.n_cells, "a")}), tmp_path / "mesh.vtu")
+    assert not list(tmp_path.iterdir())

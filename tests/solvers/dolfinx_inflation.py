@@ -1,0 +1,73 @@
+"""Run by the system's Python with dolfinx: inflate the mesh of an XDMF file, print what it found as JSON.
+
+Arguments: mesh.xdmf, pressure, Young's modulus, Poisson's ratio, all in the file's units.
+"""
+
+import json
+import sys
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx.io import XDMFFile
+from mpi4py import MPI
+from petsc4py import PETSc
+
+path, pressure, young, poisson = sys.argv[1], *map(float, sys.argv[2:5])
+with open(path.replace("mesh.xdmf", "markers.json")) as file:
+    markers = json.load(file)
+with XDMFFile(MPI.COMM_WORLD, path, "r") as xdmf:
+    mesh = xdmf.read_mesh(name="Mesh")
+    mesh.topology.create_connectivity(2, 3)
+    cells = xdmf.read_meshtags(mesh, name="Cell tags")
+    facets = xdmf.read_meshtags(mesh, name="Facet tags")
+
+# On hexahedra two Gauss points each way, as CalculiX' C3D8 has.
+rule = {} if mesh.topology.cell_name() == "tetrahedron" else {"quadrature_degree": 3}
+dx = ufl.Measure("dx", domain=mesh, subdomain_data=cells, metadata=rule)
+ds = ufl.Measure("ds", domain=mesh, subdomain_data=facets, metadata=rule)
+one = fem.Constant(mesh, PETSc.ScalarType(1.0))
+volumes = {n: fem.assemble_scalar(fem.form(one * dx(t))) for n, (t, dim) in markers.items() if dim == 3}
+areas = {n: fem.assemble_scalar(fem.form(one * ds(t))) for n, (t, dim) in markers.items() if dim == 2}
+
+degree = int(sys.argv[5]) if len(sys.argv) > 5 else 1
+space = fem.VectorFunctionSpace(mesh, ("Lagrange", degree))
+u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+mu, la = young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))
+
+
+def strain(w):
+    return ufl.sym(ufl.grad(w))
+
+
+stress = 2 * mu * strain(u) + la * ufl.tr(strain(u)) * ufl.Identity(3)
+a = fem.form(ufl.inner(stress, strain(v)) * ufl.dx(metadata=rule))
+normal = ufl.FacetNormal(mesh)
+load = fem.form(-pressure * ufl.inner(normal, v) * ds(markers["ENDO"][0]))
+base = facets.indices[facets.values == markers["BASE"][0]]
+held = fem.dirichletbc(np.zeros(3, dtype=PETSc.ScalarType), fem.locate_dofs_topological(space, 2, base), space)
+A = fem.petsc.assemble_matrix(a, bcs=[held])
+A.assemble()
+b = fem.petsc.assemble_vector(load)
+fem.petsc.apply_lifting(b, [a], [[held]])
+b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+fem.petsc.set_bc(b, [held])
+solver = PETSc.KSP().create(mesh.comm)
+solver.setOperators(A)
+solver.setType("preonly")
+solver.getPC().setType("lu")
+result = fem.Function(space)
+solver.solve(b, result.vector)
+values = result.x.array.reshape(-1, 3)
+print(
+    "RESULT "
+    + json.dumps(
+        {
+            "volumes": volumes,
+            "areas": areas,
+            "greatest": float(np.linalg.norm(values, axis=1).max()),
+            "cells": int(mesh.topology.index_map(3).size_local),
+            "points": int(mesh.geometry.x.shape[0]),
+        }
+    )
+)
