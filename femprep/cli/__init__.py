@@ -8,6 +8,9 @@ from types import FrameType
 
 from femprep.errors import FemprepError
 
+#: Exit status after Ctrl-C, as shells have it.
+INTERRUPTED = 130
+
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line.
@@ -21,13 +24,13 @@ def main(arguments: list[str] | None = None) -> int:
 
     signal.signal(signal.SIGTERM, _terminate)
     try:
-        return int(app(args=arguments, prog_name="femprep", standalone_mode=False) or 0)
+        status = int(app(args=arguments, prog_name="femprep", standalone_mode=False) or 0)
+        return _interrupted() if status == INTERRUPTED else status
     except FemprepError as error:
         print(f"femprep: error: {' '.join(str(error).split())}", file=sys.stderr)  # noqa: T201
         return error.exit_status
     except KeyboardInterrupt:
-        print("femprep: interrupted; nothing was written", file=sys.stderr)  # noqa: T201
-        return 130
+        return _interrupted()
     except BrokenPipeError:
         return 0
     except Exception as error:
@@ -39,12 +42,15 @@ def _usage(error: Exception) -> int:
     show = getattr(error, "show", None)
     if show is None and type(error).__name__ != "Abort":
         raise error
-    if show is not None:
-        show()
-    else:
-        print("femprep: interrupted; nothing was written", file=sys.stderr)  # noqa: T201
-        return 130
+    if show is None:
+        return _interrupted()
+    show()
     return int(getattr(error, "exit_code", 2))
+
+
+def _interrupted() -> int:
+    print("femprep: interrupted; nothing was written", file=sys.stderr)  # noqa: T201
+    return INTERRUPTED
 
 
 def _terminate(_signal: int, _frame: FrameType | None) -> None:

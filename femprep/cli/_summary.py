@@ -70,16 +70,23 @@ def print_quality(report: Any, console: Console | None = None) -> None:
 
 
 def print_comparison(record: Any) -> None:
-    """All figures of a comparison of two surfaces, by group."""
+    """All figures of a comparison of two surfaces, group by group."""
     console = Console(highlight=False)
     for group, values in record.model_dump(mode="json").items():
-        if not isinstance(values, dict):
-            console.print(f"{group.replace('_', ' ')}: {values}")
-            continue
-        table = _table(group.replace("_", " "), "", "")
-        for name, value in values.items():
-            table.add_row(name.replace("_", " "), _number(value, 4) if isinstance(value, float) else str(value))
-        console.print(table)
+        console.print(f"[bold]{group.replace('_', ' ')}[/bold]: " + escape(_figures(values)))
+
+
+def _figures(value: Any) -> str:
+    """Nested figures in one line."""
+    if isinstance(value, dict):
+        return ", ".join(
+            f"{name.replace('_', ' ')} " + (f"({_figures(item)})" if isinstance(item, dict) else _figures(item))
+            for name, item in value.items()
+            if item is not None
+        )
+    if isinstance(value, list):
+        return " ".join(_figures(item) for item in value)
+    return f"{value:.4g}" if isinstance(value, float) else "-" if value is None else str(value)
 
 
 def _print_volumes(console: Console, manifest: Any) -> None:

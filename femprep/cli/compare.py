@@ -21,10 +21,11 @@ def compare(
     Mean, rms, 95 % and greatest distance, in-slice distance, normals, volumes, triangle quality.
     """
     from femprep.image import read_segmentation
-    from femprep.surface import compare_surfaces, read_surface
+    from femprep.surface import compare_surfaces, grid_planes, read_surface
 
-    image = read_segmentation(slices) if slices is not None else None
-    record = compare_surfaces(read_surface(a), read_surface(b), slices=image)
+    # Only where the slices lie matters here, so any label will do.
+    planes = grid_planes(read_segmentation(slices, structures={"any": 1}).grid) if slices is not None else None
+    record = compare_surfaces(read_surface(a), read_surface(b), slices=planes)
     if json:
         typer.echo(record.model_dump_json(indent=2))
         return

@@ -99,7 +99,7 @@ def test_absent_label(run: Run, tmp_path: Path) -> None:
 
 def test_structure_that_is_not_named(run: Run, tmp_path: Path) -> None:
     refused(run(write(tmp_path / "a.nii", heart()), "--structure", "lv=3", preset=False), "myo")
-    refused(run(write(tmp_path / "a.nii", heart()), preset=False), "--preset")
+    refused(run(write(tmp_path / "a.nii", heart()), preset=False), "preset")
 
 
 def test_object_of_a_few_voxels_or_one_slice(run: Run, tmp_path: Path) -> None:
