@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.image.grid import Grid
-from femprep.image.topology import BoolArray, euler_characteristic, label_pieces, label_voids
+from femprep.image.topology import BoolArray, euler_characteristic, label_pieces, label_voids, used_box
 from femprep.model import FloatArray
 from femprep.options import ImageOptions, choose
 
@@ -86,14 +86,10 @@ class LabelObject:
 
 def bounding_box(mask: BoolArray, name: str = "object") -> tuple[tuple[int, int, int], tuple[int, int, int]]:
     """First and last index of the voxels of a mask along each axis."""
-    first, last = [], []
-    for axis in range(3):
-        used = np.flatnonzero(mask.any(axis=tuple(a for a in range(3) if a != axis)))
-        if len(used) == 0:
-            raise InputError(f"object {name!r} has no voxels")
-        first.append(int(used[0]))
-        last.append(int(used[-1]))
-    return (first[0], first[1], first[2]), (last[0], last[1], last[2])
+    if not mask.any():
+        raise InputError(f"object {name!r} has no voxels")
+    i, j, k = used_box(mask)
+    return (i.start, j.start, k.start), (i.stop - 1, j.stop - 1, k.stop - 1)
 
 
 def make_object(

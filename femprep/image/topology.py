@@ -32,6 +32,15 @@ class Topology:
         return self.pieces - self.tunnels + self.voids
 
 
+def used_box(mask: BoolArray) -> tuple[slice, ...]:
+    """The smallest box of an array that holds all voxels of a mask, which must not be empty."""
+    box = []
+    for axis in range(mask.ndim):
+        used = np.flatnonzero(mask.any(axis=tuple(a for a in range(mask.ndim) if a != axis)))
+        box.append(slice(int(used[0]), int(used[-1]) + 1))
+    return tuple(box)
+
+
 def label_pieces(mask: BoolArray) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int64]]:
     """Number the 26-connected pieces of a mask from 1, the largest first; also their voxel counts.
 
@@ -92,10 +101,13 @@ def euler_characteristic(mask: BoolArray) -> int:
 
 
 def topology(mask: BoolArray) -> Topology:
-    """Betti numbers of a mask, whose array has to be padded by one voxel.
+    """Betti numbers of a mask, which may touch the border of its array.
 
     Tunnels follow from the Euler-Poincare formula, tunnels = pieces + voids - Euler characteristic.
     """
+    if not mask.any():
+        return Topology(0, 0, 0)
+    mask = np.pad(mask[used_box(mask)], 1)
     pieces = len(label_pieces(mask)[1])
     voids = len(label_voids(mask)[1])
     return Topology(pieces, pieces + voids - euler_characteristic(mask), voids)
