@@ -56,6 +56,14 @@ _HOMES = {
     "Run": "femprep.pipeline",
     "write_run": "femprep.output",
     "write_surfaces": "femprep.output",
+    "add_fibres": "femprep.anatomy",
+    "quadrature_fibres": "femprep.anatomy",
+    "add_coordinates": "femprep.anatomy",
+    "ventricular_axes": "femprep.anatomy",
+    "VentricularAxes": "femprep.anatomy",
+    "flip": "femprep.anatomy",
+    "add_aha": "femprep.anatomy",
+    "bulls_eye": "femprep.anatomy",
 }
 
 __all__ = ["__version__", *_HOMES]

@@ -1,1 +1,24 @@
-"""Axes, ventricular coordinates, AHA segments, fibres."""
+"""A tagged volume mesh in; the same mesh with axes, ventricular coordinates, AHA segments and fibres out."""
+
+from __future__ import annotations
+
+from femprep.anatomy.aha import add_aha, segment_means
+from femprep.anatomy.axes import VentricularAxes, ventricular_axes
+from femprep.anatomy.bullseye import bulls_eye
+from femprep.anatomy.coordinates import add_coordinates
+from femprep.anatomy.fibres import add_fibres, quadrature_fibres
+from femprep.anatomy.fields import WallFields
+from femprep.anatomy.mirror import flip
+
+__all__ = [
+    "VentricularAxes",
+    "WallFields",
+    "add_aha",
+    "add_coordinates",
+    "add_fibres",
+    "bulls_eye",
+    "flip",
+    "quadrature_fibres",
+    "segment_means",
+    "ventricular_axes",
+]

@@ -1,0 +1,91 @@
+"""VolumeMesh in, the same mesh with ventricular coordinates on nodes and elements out.
+
+===================  ==========================================================================================
+transmural           0 on an endocardium, 1 on the epicardium and in the middle of the septum
+apicobasal           0 at the apex, 1 at the base
+rotational           0 to 1 about the long axis: 0 mid-septal, 1/4 anterior, 1/2 lateral, 3/4 inferior
+rotational_cos, sin  its cosine and sine; interpolate these, never the angle, which jumps from 1 to 0
+transventricular     0 in the left, 1 in the right ventricle (of the septum each half)
+===================  ==========================================================================================
+
+Each is the solution of a Laplace problem made linear in distance (Schuler et al. 2021, Cobiveco, doi
+10.1016/j.media.2021.102247; see :mod:`femprep.anatomy.fields`). A mirrored heart has the coordinates of its twin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from femprep.anatomy.axes import VentricularAxes
+from femprep.anatomy.fields import WallFields
+from femprep.model import FloatArray, VolumeMesh
+
+
+def add_coordinates(
+    mesh: VolumeMesh, *, axes: VentricularAxes | None = None, fields: WallFields | None = None
+) -> VolumeMesh:
+    """Add ventricular coordinates to a mesh.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        Of any element types, with facets tagged ``endo`` (or ``endo_lv``, ``endo_rv``), ``epi``, ``base``, and ``apex``
+        where the wall is cut there.
+    axes : VentricularAxes, optional
+        From labels, for the septum and the hand; found from the mesh where not given.
+    fields : WallFields, optional
+        Of this mesh, where they exist already: nothing is solved twice.
+
+    Returns
+    -------
+    VolumeMesh
+        With the coordinates in ``point_data`` and ``cell_data``, ``info["axes"]`` and ``info["coordinates"]``.
+
+    Raises
+    ------
+    InputError
+        Facets are missing, or a piece of the mesh touches no tagged boundary.
+
+    References
+    ----------
+    Schuler et al. 2021, doi 10.1016/j.media.2021.102247
+    """
+    fields = fields or WallFields(mesh, axes)
+    space = fields.space
+    nodes = node_coordinates(fields)
+    across = space.to_cells(nodes["across"])
+    cells = {"transmural": 1.0 - np.abs(across), "apicobasal": space.to_cells(nodes["apicobasal"])}
+    cells["transventricular"] = (across < 0).astype(float)
+    cells.update(_rotational(space.to_cells(nodes["cos"]), space.to_cells(nodes["sin"])))
+    points = {"transmural": 1.0 - np.abs(space.to_points(nodes["across"]))}
+    points["apicobasal"] = space.to_points(nodes["apicobasal"])
+    points["transventricular"] = (space.to_points(nodes["across"]) < 0).astype(float)
+    points.update(_rotational(space.to_points(nodes["cos"]), space.to_points(nodes["sin"])))
+    if not fields.biventricular:
+        del cells["transventricular"], points["transventricular"]
+    record: dict[str, Any] = {
+        "names": sorted(points),
+        "apex_nodes": len(fields.apex_nodes),
+        "apicobasal_length_mm": round(fields.axes.length, 3),
+        "rotational_zero": "mid-septum (assumed)" if "septal" in fields.axes.info.get("assumed", ()) else "mid-septum",
+    }
+    info = {**mesh.info, "axes": fields.axes.record(), "coordinates": record}
+    return replace(mesh.with_data(cell=cells, point=points), info=info)
+
+
+def node_coordinates(fields: WallFields) -> dict[str, FloatArray]:
+    """Coordinates at the nodes of the fields' elements: ``across`` (1 LV, -1 RV), ``apicobasal``, ``cos``, ``sin``."""
+    cosine, sine = fields.turn
+    return {"across": fields.across_distance, "apicobasal": fields.upward_distance, "cos": cosine, "sin": sine}
+
+
+def _rotational(cosine: FloatArray, sine: FloatArray) -> dict[str, FloatArray]:
+    """Unit cosine and sine, and the angle they stand for as a fraction of the turn in [0, 1)."""
+    length = np.hypot(cosine, sine)
+    cosine = np.divide(cosine, length, out=np.ones_like(cosine), where=length > 0)
+    sine = np.divide(sine, length, out=np.zeros_like(sine), where=length > 0)
+    turn = np.arctan2(sine, cosine) / (2 * np.pi) % 1.0
+    return {"rotational": np.where(turn >= 1.0, 0.0, turn), "rotational_cos": cosine, "rotational_sin": sine}
