@@ -1,0 +1,179 @@
+"""Every method side by side on hearts whose true surface is known; prints a table.
+
+    python tests/benchmarks/bench_surfaces.py                         Rodero 01 at 1.4 x 1.4 x 8 mm, and the phantoms
+    python tests/benchmarks/bench_surfaces.py --cases phantoms --spacing 1.4 1.4 10 --supersample 4 --seed 3
+
+Rodero 01 needs FEMPREP_DATA. Distances are symmetric means between the first and the last slice centre, in mm; normals
+are the mean angle to the truth's, in degrees; in-slice is the mean distance to the label contours, both ways; sound
+means closed, outward, one piece, like a sphere, without self-intersection. Seconds are those of a second call, kernels
+compiled. --csv keeps all figures.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from femprep.errors import MissingDependencyError
+from femprep.geometry.topology import volume
+from femprep.image import LabelObject, read_segmentation
+from femprep.model import Surface
+from femprep.phantoms import Phantom, atrium, lv_ellipsoid, rv_bent, rv_crescent
+from femprep.surface import end_planes, fit_surface, label_distance, read_surface, surface_distance, surface_quality
+from femprep.surface.fit import TABLE_1
+from femprep.surface.reference import METHODS
+
+RODERO_LABELS = {"lv": 1, "rv": 3, "la": 5, "ra": 7}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One object with its true surface; ``chamber`` is its row of the paper's Table 1."""
+
+    name: str
+    chamber: str
+    obj: LabelObject
+    truth: Surface
+
+
+def rodero(data: Path, chambers: list[str]) -> Iterator[Case]:
+    """The four cavities of a CT heart, sampled as a short-axis stack, and their true surfaces."""
+    folder = data / "rodero01"
+    seg = read_segmentation(folder / "rodero01_sax_4ch_1.4x1.4x8_label.nii.gz", structures=RODERO_LABELS)
+    for name in chambers:
+        ras = read_surface(folder / f"true_{name}_cavity_ras.vtp")
+        points = ras.points * [-1.0, -1.0, 1.0]  # two axes turned: the winding stays
+        yield Case(f"rodero {name}", name, seg.object(name), Surface(points, ras.cells, name="truth"))
+
+
+def phantoms(chambers: list[str], spacing: list[float], supersample: int, seed: int | None) -> Iterator[Case]:
+    """Bodies with closed-form surfaces; a seed moves them on the grid and turns them a little out of its axes."""
+    bodies: dict[str, tuple[str, Phantom, str, tuple[str, ...]]] = {
+        "lv": ("lv", lv_ellipsoid(), "lv", ("lv",)),
+        "epi": ("epi", lv_ellipsoid(), "epi", ("lv", "myo")),
+        "rv crescent": ("rv", rv_crescent(), "rv", ("rv",)),
+        "rv bent": ("rv", rv_bent(), "rv", ("rv",)),
+        "rv bent, small": ("rv", rv_bent((8.0, 18.0, 42.0), 30.0), "rv", ("rv",)),
+        "la": ("la", atrium(), "la", ("la",)),
+    }
+    rng = np.random.default_rng(seed)
+    for title, (chamber, phantom, region, structures) in bodies.items():
+        placement: dict[str, Any] = {}
+        if seed is not None:
+            angle = rng.normal(scale=np.radians(8.0), size=3)
+            placement = {
+                "direction": trimesh.transformations.euler_matrix(*angle)[:3, :3],
+                "offset": rng.uniform(0.0, 1.0, size=3) * spacing,
+            }
+        if chamber not in chambers:
+            continue
+        seg = phantom.segmentation(spacing, supersample=supersample, **placement)
+        yield Case(f"phantom {title}", chamber, seg.object(*structures), exact(phantom, region))
+
+
+def exact(phantom: Phantom, region: str, subdivisions: int = 6) -> Surface:
+    """The true surface of a phantom's region as 82,000 triangles with their corners on it."""
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions)
+    points, cells = phantom.exact_surface(region, np.asarray(ball.vertices)), np.asarray(ball.faces)
+    return Surface(points, cells if volume(points, cells) > 0 else cells[:, ::-1], name="truth")
+
+
+def methods(chamber: str) -> dict[str, Callable[[LabelObject], Surface]]:
+    """The methods in use, the paper's at its own numbers, and femprep's default."""
+    return {
+        **METHODS,
+        "paper (M, K, V of its Table 1)": partial(fit_surface, method="paper", **TABLE_1[chamber]),
+        "femprep": fit_surface,
+    }
+
+
+def measure(case: Case, method: Callable[[LabelObject], Surface]) -> dict[str, Any]:
+    """One method on one object: all figures."""
+    method(case.obj)
+    start = time.perf_counter()
+    surface = method(case.obj)
+    seconds = time.perf_counter() - start
+    distance = surface_distance(surface, case.truth, between=end_planes(case.obj))
+    quality = surface_quality(surface)
+    return {
+        "mean": distance.both.mean,
+        "p95": distance.both.p95,
+        "max": distance.both.max,
+        "normals": distance.normals.mean,
+        "in_slice": label_distance(surface, case.obj).nearest,
+        "triangles": len(surface.triangles),
+        "q_mean": quality.q.mean,
+        "q_min": quality.q.min,
+        "sound": quality.sound,
+        "seconds": seconds,
+    }
+
+
+def show(figures: dict[str, Any]) -> str:
+    """One line of the table."""
+    return (
+        f"{figures['mean']:7.3f} {figures['p95']:6.2f} {figures['max']:6.2f} {figures['normals']:8.1f} "
+        f"{figures['in_slice']:9.3f} {figures['triangles']:10d} {figures['q_mean']:6.2f}/{figures['q_min']:.2f} "
+        f"{'yes' if figures['sound'] else 'no':>6s} {figures['seconds']:8.2f}"
+    )
+
+
+def main() -> None:
+    """Read the arguments, run, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", nargs="+", choices=("rodero", "phantoms"), default=["rodero", "phantoms"])
+    parser.add_argument("--chambers", nargs="+", choices=sorted(TABLE_1), default=["lv", "rv", "la", "ra", "epi"])
+    parser.add_argument("--methods", nargs="+", help="names of methods, or the beginnings of names; all by default")
+    parser.add_argument("--spacing", nargs=3, type=float, default=[1.4, 1.4, 8.0], help="voxels of the phantoms, mm")
+    parser.add_argument("--supersample", type=int, default=1, help="partial volume from n x n x n points a voxel")
+    parser.add_argument("--seed", type=int, help="move and tilt the phantoms on the grid")
+    parser.add_argument("--csv", type=Path, help="keep all figures in this file")
+    arguments = parser.parse_args()
+
+    cases: list[Case] = []
+    if "rodero" in arguments.cases:
+        if "FEMPREP_DATA" not in os.environ:
+            parser.error("Rodero 01 needs the environment variable FEMPREP_DATA; or give --cases phantoms")
+        chambers = [c for c in arguments.chambers if c in RODERO_LABELS]
+        cases.extend(rodero(Path(os.environ["FEMPREP_DATA"]), chambers))
+    if "phantoms" in arguments.cases:
+        cases.extend(phantoms(arguments.chambers, arguments.spacing, arguments.supersample, arguments.seed))
+
+    rows = []
+    for case in cases:
+        print(
+            f"\n{case.name}: {case.obj.volume / 1000:.1f} mL, voxels {np.round(case.obj.grid.spacing, 2).tolist()} mm"
+        )
+        print(
+            f"{'':38s}{'mean':>7s} {'95 %':>6s} {'max':>6s} {'normals':>8s} {'in-slice':>9s} {'triangles':>10s} "
+            f"{'Q mean/min':>11s} {'sound':>6s} {'seconds':>8s}"
+        )
+        for name, method in methods(case.chamber).items():
+            if arguments.methods and not any(name.startswith(wanted) for wanted in arguments.methods):
+                continue
+            try:
+                figures = measure(case, method)
+            except MissingDependencyError as error:
+                print(f"{name:38s} left out: {error}")
+                continue
+            print(f"{name:38s}{show(figures)}", flush=True)
+            rows.append({"case": case.name, "method": name, **figures})
+    if arguments.csv and rows:
+        with arguments.csv.open("w", newline="") as stream:
+            writer = csv.DictWriter(stream, fieldnames=list(rows[0]))
+            writer.writeheader()
+            writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()
