@@ -15,7 +15,7 @@ from femprep.model import FACET_TAGS, IntArray, Plane, Surface, TagArray, Wall
 from femprep.options import WallOptions, choose
 from femprep.wall.checks import check_sheet, check_surface, check_wall
 from femprep.wall.clip import clip, rim_loops
-from femprep.wall.improve import improve
+from femprep.wall.improve import improve, settle
 from femprep.wall.mend import mend
 from femprep.wall.planar import fill_rings
 from femprep.wall.sheet import Sheet
@@ -83,8 +83,8 @@ def build_wall(
     outer = clip(epi, planes)
     inner = {name: clip(surface, planes) for name, surface in endo.items()}
     repaired = []
-    for sheet in (outer, *inner.values()):
-        repaired += _even(sheet, chosen)
+    for sheet, surface in zip((outer, *inner.values()), (epi, *endo.values())):
+        repaired += _even(sheet, surface, chosen)
         report("wall", 0.3)
     for sheet in inner.values():
         repaired += _thicken(outer, sheet, chosen)
@@ -138,9 +138,12 @@ def _check_together(epi: Surface, endo: Mapping[str, Surface]) -> None:
             )
 
 
-def _even(sheet: Sheet, options: WallOptions) -> list[dict[str, Any]]:
+def _even(sheet: Sheet, surface: Surface, options: WallOptions) -> list[dict[str, Any]]:
     """Even out the triangles of a clipped surface; what had to be mended."""
     improve(sheet)
+    if surface.shape is not None:
+        slid = (sheet.template < 0) | (sheet.points != surface.points[sheet.template]).any(axis=1)
+        settle(sheet, surface.shape, slid)
     steps = [mend(sheet)] if options.policy == "repair" else []
     check_sheet(sheet)
     return [step for step in steps if step is not None]

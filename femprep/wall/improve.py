@@ -9,8 +9,8 @@ import numpy as np
 
 from femprep.geometry.topology import border_edges, edge_table
 from femprep.geometry.triangles import area_vectors, areas, normals, triangle_quality
-from femprep.model import FloatArray, IntArray
-from femprep.wall.sheet import BoolArray, Sheet
+from femprep.model import FloatArray, IntArray, SphereMap
+from femprep.wall.sheet import BoolArray, Sheet, reach
 
 #: Rings of vertices around the rim that may move; triangles below this Q, with the ring around them, may move too.
 _RINGS, _POOR = 3, 0.5
@@ -38,6 +38,34 @@ def improve(sheet: Sheet, sweeps: int = 8) -> None:
     _flip(sheet, active)
 
 
+def settle(sheet: Sheet, shape: SphereMap, moved: BoolArray) -> None:
+    """Put vertices that slid by the sampled surface onto the exact one, those of a rim onto exact surface and plane.
+
+    Parameters
+    ----------
+    sheet : Sheet
+        Changed in place.
+    shape : SphereMap
+        The exact surface.
+    moved : (n,) array
+        The vertices to settle. Where that would turn a triangle over or make it poor, they stay.
+    """
+    which = np.flatnonzero(moved)
+    if not len(which):
+        return
+    points, directions = sheet.points.copy(), sheet.directions.copy()
+    triangles = sheet.triangles[moved[sheet.triangles].any(axis=1)]
+    normal = normals(points, triangles)
+    limit = np.minimum(triangle_quality(points, triangles), _POOR)
+    sheet.points[which] = shape(directions[which])
+    for number in range(len(sheet.planes)):
+        rim = np.flatnonzero(moved & (sheet.on_plane == number))
+        found, place, there = reach(sheet.smooth, sheet.plane_of(number), directions[rim], exact=shape)
+        sheet.points[rim] = np.where(found[:, None], place, points[rim])
+        sheet.directions[rim] = np.where(found[:, None], there, directions[rim])
+    _undo(sheet, moved, triangles, points, directions, normal, limit)
+
+
 def _active(sheet: Sheet) -> BoolArray:
     """Vertices that may move: some rings around the rim and around poor triangles."""
     active = sheet.on_plane >= 0
@@ -56,19 +84,31 @@ def _slide(sheet: Sheet, active: BoolArray) -> bool:
     normal = normals(points, triangles)
     limit = _worst(triangle_quality(points, triangles), triangles, len(points))[triangles].min(axis=1)
     sheet.slide(which, _RELAX * (_middle(sheet)[which] - points[which]))
-    moved = active.copy()
+    _undo(sheet, active, triangles, points, directions, normal, np.minimum(limit, _POOR + 0.1))
+    return bool(np.abs(sheet.points - points).max(initial=0.0) > 1e-3)
+
+
+def _undo(
+    sheet: Sheet,
+    moved: BoolArray,
+    triangles: IntArray,
+    points: FloatArray,
+    directions: FloatArray,
+    normal: FloatArray,
+    limit: FloatArray,
+) -> None:
+    """Move vertices back, and more of them, until no triangle is turned over or below its limit of quality."""
+    moved = moved.copy()
     while moved.any():
         quality = triangle_quality(sheet.points, triangles)
         turned = np.einsum("ij,ij->i", area_vectors(sheet.points, triangles), normal) <= 0
-        bad = turned | (quality < np.minimum(limit, _POOR + 0.1))
         back = np.zeros_like(moved)
-        back[triangles[bad]] = True
+        back[triangles[turned | (quality < limit)]] = True
         back &= moved
         if not back.any():
             break
         sheet.points[back], sheet.directions[back] = points[back], directions[back]
         moved &= ~back
-    return bool(np.abs(sheet.points - points).max(initial=0.0) > 1e-3)
 
 
 def _worst(quality: FloatArray, triangles: IntArray, count: int) -> FloatArray:

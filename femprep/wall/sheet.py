@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from femprep.model import FloatArray, IntArray, Plane
+from femprep.model import FloatArray, IntArray, Plane, SphereMap
 from femprep.wall.sampled import SampledMap
 
 BoolArray = npt.NDArray[np.bool_]
@@ -68,8 +68,20 @@ class Sheet:
         self.points[which], self.directions[which] = points, directions
 
 
-def reach(smooth: SampledMap, plane: Plane, directions: FloatArray) -> tuple[BoolArray, FloatArray, FloatArray]:
+def reach(
+    smooth: SampledMap, plane: Plane, directions: FloatArray, exact: SphereMap | None = None
+) -> tuple[BoolArray, FloatArray, FloatArray]:
     """Slide points along a surface, the shortest way, to where it meets a plane.
+
+    Parameters
+    ----------
+    smooth : SampledMap
+        The surface; its tangents lead the way.
+    plane : Plane
+    directions : (n, 3) array
+        Where the points start.
+    exact : SphereMap, optional
+        The surface itself, where the samples' accuracy is not enough.
 
     Returns
     -------
@@ -78,8 +90,9 @@ def reach(smooth: SampledMap, plane: Plane, directions: FloatArray) -> tuple[Boo
     points, directions : (n, 3) array
         Where they arrive; the points lie in the plane.
     """
+    at = smooth if exact is None else exact
     directions = directions.copy()
-    points = smooth(directions)
+    points = at(directions)
     for _ in range(_STEPS):
         away = plane.signed_distance(points)
         if np.abs(away).max(initial=0.0) < _NEAR:
@@ -91,6 +104,6 @@ def reach(smooth: SampledMap, plane: Plane, directions: FloatArray) -> tuple[Boo
         steepest = plane.normal - (normal @ plane.normal)[:, None] * normal
         square = np.maximum((steepest**2).sum(axis=1), _STEEP**2)
         directions = smooth.step(directions, -(away / square)[:, None] * steepest)
-        points = smooth(directions)
+        points = at(directions)
     away = plane.signed_distance(points)
     return np.abs(away) < _NEAR, points - away[:, None] * plane.normal, directions
