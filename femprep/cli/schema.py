@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -17,17 +17,16 @@ def schema_texts() -> dict[str, str]:
     from femprep.report.manifest import RunManifest
     from femprep.volume import QualityReport
 
-    kinds: dict[str, type[BaseModel]] = {
-        "options.json": Options,
-        "run.json": RunManifest,
-        "quality.json": QualityReport,
+    # Options are read, the records are written: a schema describes what stands in the file.
+    kinds: dict[str, tuple[type[BaseModel], Literal["validation", "serialization"]]] = {
+        "options.json": (Options, "validation"),
+        "run.json": (RunManifest, "serialization"),
+        "quality.json": (QualityReport, "serialization"),
     }
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     return {
-        name: json.dumps(
-            {"$schema": "https://json-schema.org/draft/2020-12/schema", **kind.model_json_schema()}, indent=2
-        )
-        + "\n"
-        for name, kind in kinds.items()
+        name: json.dumps({**head, **kind.model_json_schema(mode=mode)}, indent=2) + "\n"
+        for name, (kind, mode) in kinds.items()
     }
 
 

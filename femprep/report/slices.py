@@ -65,7 +65,8 @@ def slice_pictures(
     """
     axis = seg.stack_axis
     across = [a for a in range(3) if a != axis]
-    masks = {name: np.moveaxis(seg.mask(name), axis, 2) for name in seg.structures}
+    # A preset may name structures that this map does not hold; their masks are empty.
+    masks = {name: np.moveaxis(np.isin(seg.labels, labels), axis, 2) for name, labels in seg.structures.items()}
     spacing = np.asarray(seg.grid.spacing, dtype=float)[across]
     everything = np.any(np.stack(list(masks.values())), axis=0)
     if not everything.any():

@@ -1,0 +1,149 @@
+"""The whole way on a phantom with voxels of 1.4 x 1.4 x 8 mm, and on real hearts: what the folder holds is checked."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import jsonschema
+import meshio
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import femprep as fp
+from femprep.cli import main
+from femprep.cli.schema import schema_texts
+from femprep.elements import boundary_faces
+from femprep.phantoms import lv_ellipsoid
+from femprep.report.volumes import cavity_volume
+
+SCHEMAS = Path(__file__).parent.parent / "schemas"
+FORMATS = ("abaqus", "dolfinx", "gmsh")
+
+
+@pytest.fixture(scope="module")
+def image(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("heart") / "heart.nii.gz"
+    fp.write_segmentation(lv_ellipsoid().segmentation(spacing=(1.4, 1.4, 8.0), apex="uncapped"), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def folder(image: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What the command line makes of the phantom."""
+    out = tmp_path_factory.mktemp("run") / "out"
+    formats = [word for name in FORMATS for word in ("--format", name)]
+    arguments = ["mesh", str(image), "-o", str(out), "--preset", "acdc", "--edge-length", "4", "--vertices", "700"]
+    assert main([*arguments, "--quiet", *formats]) == 0
+    return out
+
+
+def test_folder_is_what_the_manifest_lists(folder: Path) -> None:
+    manifest = json.loads((folder / "run.json").read_text())
+    files = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+    assert files == manifest["files"]
+    assert {"mesh.vtu", "facets.vtp", "wall.vtp", "surfaces/lv.vtp", "surfaces/epi.vtp", "report.html"} <= set(files)
+    assert {"mesh.inp", "mesh.msh", "dolfinx/mesh.xdmf"} <= set(files)
+    assert [path.name for path in folder.parent.iterdir()] == ["out"]
+
+
+@pytest.mark.parametrize("name", ["run.json", "quality.json"])
+def test_records_follow_their_schemas(folder: Path, name: str) -> None:
+    jsonschema.validate(json.loads((folder / name).read_text()), json.loads((SCHEMAS / name).read_text()))
+
+
+def test_schemas_are_those_of_the_code() -> None:
+    for name, text in schema_texts().items():
+        assert (SCHEMAS / name).read_text() == text, f"run `femprep schema schemas`: {name} is out of date"
+
+
+def test_record_says_units_input_options_and_stages(folder: Path, image: Path) -> None:
+    manifest = json.loads((folder / "run.json").read_text())
+    assert (manifest["length_unit"], manifest["coordinates"]) == ("mm", "LPS")
+    assert manifest["input"]["path"] == image.name
+    assert len(manifest["input"]["sha256"]) == 64
+    assert manifest["options"]["volume"]["edge_length"] == 4.0
+    assert manifest["deterministic"] is False
+    assert [stage["name"] for stage in manifest["stages"]][-2:] == ["quality", "write"]
+    assert any("extrapolated" in line for line in manifest["notices"])
+
+
+def test_mesh_is_sound(folder: Path) -> None:
+    mesh = fp.read_mesh(folder / "mesh.vtu")
+    facets = meshio_facets(folder / "facets.vtp")
+    boundary = boundary_faces(mesh.cells)["triangle"]
+    assert len(facets) == len(boundary.nodes)
+    assert {tuple(sorted(row)) for row in facets.tolist()} == {tuple(sorted(row)) for row in boundary.nodes.tolist()}
+    report = fp.check(fp.read_mesh(folder / "mesh.msh"))
+    assert report.passed, report.failures
+    assert report.validity.inverted_elements == 0
+    assert report.validity.untagged_boundary_facets == 0
+    assert set(report.facet_tags) == {"endo", "epi", "base"}
+    assert report.measures["minimum_dihedral"].min >= 10.0
+    assert report.measures["mean_ratio"].mean >= 0.82
+
+
+def meshio_facets(path: Path) -> np.ndarray:
+    """Facets in the numbers of the volume mesh (the file counts from 1), read by VTK."""
+    import pyvista as pv
+
+    facets = pv.read(path)
+    return np.asarray(facets.point_data["GlobalNodeID"] - 1)[facets.faces.reshape(-1, 4)[:, 1:]]
+
+
+def test_volumes_are_those_of_the_phantom(folder: Path) -> None:
+    manifest = json.loads((folder / "run.json").read_text())
+    cavity, _ = manifest["volumes"]
+    assert abs(cavity["difference_percent"]) < 3.0
+    mesh = fp.read_mesh(folder / "mesh.msh")
+    assert_allclose(cavity_volume(mesh) / 1000.0, cavity["mesh_ml"], rtol=1e-9)
+
+
+def test_base_is_flat(folder: Path) -> None:
+    mesh = fp.read_mesh(folder / "mesh.msh")
+    plane = json.loads((folder / "run.json").read_text())["details"]["wall"]["planes"]["base"]
+    triangles = mesh.facets["triangle"][mesh.facet_tag == fp.FACET_TAGS["base"]]
+    height = (mesh.points[np.unique(triangles)] - plane["point_mm"]) @ np.array(plane["normal"])
+    assert np.abs(height).max() < 1e-9
+
+
+def test_deck_of_abaqus_holds_every_tag(folder: Path) -> None:
+    text = (folder / "mesh.inp").read_text()
+    for name in ("endo", "epi", "base"):
+        assert f"*SURFACE, NAME={name.upper()}" in text.upper()
+        assert f"*NSET, NSET={name.upper()}" in text.upper()
+    assert len(meshio.read(folder / "mesh.msh").cells_dict["tetra"]) == fp.read_mesh(folder / "mesh.inp").n_cells
+
+
+def test_page_shows_slices_and_needs_no_network(folder: Path) -> None:
+    page = (folder / "report.html").read_text()
+    assert page.count("<svg") >= 8
+    assert "http://" not in page
+    assert "https://" not in page
+    assert "Every check passed" in page
+
+
+def test_the_same_from_python(image: Path, folder: Path) -> None:
+    seg = fp.read_segmentation(image, preset="acdc")
+    run = fp.fit_surfaces(seg, {"lv": ("lv",)}, fp.Options(surface={"vertices": 700}))
+    other = fp.read_surface(folder / "surfaces" / "lv.vtp")
+    assert_allclose(run.surfaces["lv"].points, other.points, atol=1e-12)
+
+
+def test_surface_command(image: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    arguments = ["surface", str(image), "-o", str(out), "--structure", "lv=3", "--vertices", "300", "--quiet"]
+    assert main(arguments) == 0
+    surface = fp.read_surface(out / "surfaces" / "lv.vtp")
+    assert (len(surface.points), len(surface.cells)) == (300, 596)
+    exact = lv_ellipsoid()
+    assert json.loads((out / "run.json").read_text())["deterministic"] is True
+    assert surface.volume < 1.2 * exact.volume("lv")
+
+
+def test_json_is_one_record(image: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    arguments = ["surface", str(image), "-o", str(out), "--structure", "lv=3", "--vertices", "100", "--json"]
+    assert main(arguments) == 0
+    assert json.loads(capsys.readouterr().out)["input"]["structures"] == {"lv": [3]}
