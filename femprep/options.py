@@ -88,7 +88,7 @@ class VolumeOptions(StageOptions):
         description="How far the mesher may leave the wall's surface, mm; a twentieth of the edge length if not given.",
     )
     stop_energy: float = Field(
-        6.0,
+        10.0,
         ge=4,
         le=1000,
         description="Shape energy at which the mesher stops improving elements: 3 is a regular tetrahedron, lower is "
@@ -108,6 +108,46 @@ class VolumeOptions(StageOptions):
     )
     time_limit: float = Field(600.0, gt=0, description="Longest time one run of the mesher may take, s.")
     memory_limit: float = Field(8.0, gt=0, description="Largest memory the mesher may need, GB.")
+
+
+class SweepOptions(StageOptions):
+    """Matching both surfaces and sweeping the wall between them in layers."""
+
+    element: Literal["tetra", "wedge", "hexahedron"] = Field(
+        "tetra", description="Elements: tetrahedra, wedges of triangles, or hexahedra of quadrilaterals."
+    )
+    template: Literal["triangle", "quad"] | None = Field(
+        None,
+        description="What the surfaces are meshed with; tetrahedra may come from either, wedges need triangles and "
+        "hexahedra quadrilaterals.",
+    )
+    edge_length: float = Field(2.5, gt=0, description="Edge length half-way through the wall, mm.")
+    layers: int | None = Field(
+        None, ge=1, le=200, description="Layers of elements through the wall; from the edge length where not given."
+    )
+    columns: int | None = Field(
+        None, ge=4, le=4000, description="Elements around the base; from the edge length where not given."
+    )
+    rows: int | None = Field(
+        None,
+        ge=1,
+        le=4000,
+        description="Rows of elements of constant number around, that end at the base; from the edge length where not "
+        "given. Equal columns, rows and layers give equal connectivity.",
+    )
+    grading: float = Field(
+        1.0, gt=0.01, lt=100, description="Height of the outermost layer over that of the innermost; above 1 is finer inside."
+    )
+    order: Literal[1, 2] = Field(1, description="Order of the elements; 2 adds mid-side nodes on the smooth surfaces.")
+    minimum_thickness: float = Field(
+        1.0, gt=0, description="Least distance of the epicardium from the endocardium, mm; nearer parts are pushed outwards."
+    )
+    maximum_push: float = Field(
+        8.0, ge=0, description="Farthest the epicardium may be pushed outwards to reach the least thickness, mm."
+    )
+    toward: tuple[float, float, float] = Field(
+        (1.0, 0.0, 0.0), description="Direction (LPS) in which the first column of elements lies, seen from the long axis."
+    )
 
 
 class CheckOptions(StageOptions):
@@ -146,8 +186,16 @@ class ExportOptions(StageOptions):
         description="Analysis written into the deck where the format holds one: "
         "none, or passive inflation with the base fixed.",
     )
+    material: Literal["linear", "neo-hookean", "orthotropic"] = Field(
+        "linear",
+        description="Material of the step: linear elastic, neo-Hookean (large deformations, pressure follows the wall), "
+        "or linear elastic and stiffer along the fibres, which the mesh must have.",
+    )
     young_modulus: float = Field(30.0, gt=0, description="Young's modulus of the material of the step, kPa.")
     poisson_ratio: float = Field(0.4, gt=-1, lt=0.5, description="Poisson's ratio of the material of the step.")
+    fibre_stiffness: float = Field(
+        3.0, ge=1, description="How many times stiffer the orthotropic material is along the fibres than across."
+    )
     pressure: float = Field(1.0, description="Pressure on the endocardium in the step, kPa.")
 
 

@@ -87,10 +87,8 @@ def pressure_loads(mesh: VolumeMesh, pressure: float, tag: int = FACET_TAGS["end
 def _rule(kind: str) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """Weight, shape functions and their slopes at the points of a rule that is exact enough for a facet."""
     if FACET_CORNERS[kind] == 3:
-        # Degree 4, six points (Dunavant 1985).
-        a, b = 0.445948490915965, 0.091576213509771
-        spots = [(w / 2, x, y) for w, c in ((0.223381589678011, a), (0.109951743655322, b))
-                 for x, y in ((c, c), (1 - 2 * c, c), (c, 1 - 2 * c))]  # fmt: skip
+        # Degree 2, as CalculiX has on six-node facets: exact where they are plane, its own choice where they are not.
+        spots = [(1 / 6, x, y) for x, y in ((1 / 6, 1 / 6), (2 / 3, 1 / 6), (1 / 6, 2 / 3))]
     else:
         nodes, weights = np.polynomial.legendre.leggauss(3)
         spots = [(wx * wy, x, y) for x, wx in zip(nodes, weights) for y, wy in zip(nodes, weights)]

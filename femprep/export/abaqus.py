@@ -8,9 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from femprep.elements import ELEMENTS, match_facets
+from femprep.elements import match_facets
 from femprep.errors import InputError
-from femprep.export.abaqus_step import step
+from femprep.export.abaqus_step import orientation, step
+from femprep.export.fibres import segments
 from femprep.export.names import facet_names, facet_nodes, region_names, region_nodes
 from femprep.export.text import rows, wrapped
 from femprep.export.units import UNITS
@@ -32,7 +33,7 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     """Write ``stem.inp``.
 
     ``ELSET`` and ``NSET`` of a region carry its name; so do ``NSET`` and ``SURFACE`` of a facet tag. ``EALL`` and
-    ``NALL`` are everything.
+    ``NALL`` are everything; ``aha_1``... are the AHA segments. Fibres and sheets are the orientation ``fibres``.
     """
     with (folder / f"{stem}.inp").open("w", encoding="ascii", errors="replace", newline="\n") as file:
         for part in _parts(mesh, options):
@@ -55,6 +56,8 @@ def _parts(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     for name, tag in regions.items():
         yield f"*ELSET, ELSET={name}\n" + wrapped(np.flatnonzero(mesh.region == tag) + 1, 16)
         yield f"*NSET, NSET={name}\n" + wrapped(region_nodes(mesh, tag) + 1, 16)
+    for name, members in segments(mesh).items():
+        yield f"*ELSET, ELSET={name}\n" + wrapped(members + 1, 16)
     element, face = match_facets(mesh.cells, mesh.facets)
     if np.any(element < 0):
         raise InputError(
@@ -65,6 +68,7 @@ def _parts(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
         chosen = mesh.facet_tag == tag
         yield f"*NSET, NSET={name}\n" + wrapped(facet_nodes(mesh, tag) + 1, 16)
         yield f"*SURFACE, NAME={name}, TYPE=ELEMENT\n" + surface_rows(element[chosen], face[chosen])
+    yield from orientation(mesh)
     yield from step(mesh, options)
 
 
@@ -80,8 +84,3 @@ def element_rows(numbers: IntArray, nodes: IntArray) -> str:
 def surface_rows(element: IntArray, face: IntArray) -> str:
     """Element number and face label (S1, S2...) of each facet."""
     return "".join(f"{e}, S{f}\n" for e, f in zip((element + 1).tolist(), (face + 1).tolist()))
-
-
-def most_nodes(mesh: VolumeMesh) -> int:
-    """Largest number of nodes an element of the mesh has."""
-    return max((ELEMENTS[kind].nodes for kind in mesh.cells), default=0)

@@ -31,7 +31,7 @@ class _Deck:
     elements: list[tuple[str, IntArray, str]] = field(default_factory=list)
     sets: dict[str, list[Any]] = field(default_factory=dict)
     surfaces: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
-    arrays: dict[str, np.ndarray] = field(default_factory=dict)
+    directions: np.ndarray | None = None
     unit: str = "mm"
     left_out: set[str] = field(default_factory=set)
 
@@ -62,6 +62,7 @@ def read(path: Path) -> VolumeMesh:
     cells = {kind: _index(labels, table[:, 1:], "node", path) for kind, table in tables.items()}
     numbers = Numbers()
     region = _regions(deck, element_labels, numbers)
+    cell_data = {**_directions(deck, element_labels, path), **_segments(deck, element_labels)}
     facets, facet_tag = _facets(deck, cells, element_labels, numbers)
     if deck.left_out:
         log.warning("elements of types %s are left out", ", ".join(sorted(deck.left_out)))
@@ -71,6 +72,7 @@ def read(path: Path) -> VolumeMesh:
         region=region,
         facets=facets,
         facet_tag=facet_tag,
+        cell_data=cell_data,
         info={
             "source": {"region": "ELSET", "facet_tag": "SURFACE", "left_out": sorted(deck.left_out)},
             **numbers.info,
@@ -102,6 +104,10 @@ def _parse(path: Path) -> _Deck:
                 deck.sets.setdefault(options["ELSET"], []).append(values[::width])
         elif keyword == "ELSET":
             deck.sets.setdefault(options.get("ELSET", ""), []).extend(_members(lines, "GENERATE" in options))
+        elif keyword == "DISTRIBUTION" and options.get("LOCATION", "").upper() == "ELEMENT":
+            found = [_fields(line) for line in lines if not line.startswith(",")]
+            if found and all(len(row) == 7 and row[0].isdigit() for row in found):
+                deck.directions = np.array(found, dtype=np.float64)
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
             pairs = [tuple(_fields(line)[:2]) for line in lines]
             deck.surfaces.setdefault(options.get("NAME", ""), []).extend(p for p in pairs if len(p) == 2)
@@ -182,13 +188,39 @@ def _labels_of(deck: _Deck, name: str, seen: tuple[str, ...] = ()) -> IntArray:
     return np.concatenate([np.empty(0, dtype=np.int64), *parts]).astype(np.int64)
 
 
+def _rows_of(labels: IntArray, members: IntArray) -> IntArray:
+    """Positions of those labels that exist."""
+    order = np.argsort(labels, kind="stable")
+    rows = order[np.minimum(np.searchsorted(labels, members, sorter=order), len(labels) - 1)]
+    return np.asarray(rows[labels[rows] == members], dtype=np.int64)
+
+
+def _segments(deck: _Deck, labels: IntArray) -> dict[str, np.ndarray]:
+    """AHA segments from the sets ``aha_1``, ``aha_2``..."""
+    values = np.zeros(len(labels), dtype=np.int32)
+    for name in deck.sets:
+        match = re.fullmatch(r"aha_(\d+)", name.lower())
+        if match:
+            values[_rows_of(labels, _labels_of(deck, name))] = int(match[1])
+    return {"aha": values} if values.any() else {}
+
+
+def _directions(deck: _Deck, labels: IntArray, path: Path) -> dict[str, np.ndarray]:
+    """Fibre and sheet from a distribution of two vectors over all elements."""
+    if deck.directions is None or len(deck.directions) != len(labels):
+        return {}
+    rows = _index(labels, deck.directions[:, 0].astype(np.int64), "element", path)
+    found = np.empty((len(labels), 6))
+    found[rows] = deck.directions[:, 1:]
+    return {"fiber": found[:, :3], "sheet": found[:, 3:]}
+
+
 def _regions(deck: _Deck, labels: IntArray, numbers: Numbers) -> np.ndarray:
     region = np.zeros(len(labels), dtype=np.int64)
-    order = np.argsort(labels, kind="stable")
     for name in deck.sets:
-        members = np.unique(_labels_of(deck, name))
-        place = np.minimum(np.searchsorted(labels, members, sorter=order), len(labels) - 1)
-        rows = order[place[labels[order[place]] == members]]
+        if re.fullmatch(r"aha_\d+", name.lower()):
+            continue
+        rows = _rows_of(labels, np.unique(_labels_of(deck, name)))
         if len(rows) == len(labels) and name.upper() in {"EALL", "ALL"}:
             continue
         free = rows[region[rows] == 0]

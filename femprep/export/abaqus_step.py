@@ -1,14 +1,64 @@
-"""A tagged mesh in, material and passive-inflation step of an Abaqus and CalculiX deck out."""
+"""A tagged mesh in, fibres, material and passive-inflation step of an Abaqus and CalculiX deck out."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from femprep.errors import InputError
+from femprep.export.fibres import directions, orthotropic
 from femprep.export.names import facet_names
-from femprep.export.units import UNITS
+from femprep.export.text import rows
+from femprep.export.units import UNITS, Units
 from femprep.model import VolumeMesh
 from femprep.options import ExportOptions
+
+#: Name of the orientation whose first axis is the fibre, the second the sheet.
+ORIENTATION = "fibres"
+
+
+def orientation(mesh: VolumeMesh) -> Iterator[str]:
+    """Fibre and sheet of each element as ``*DISTRIBUTION`` and ``*ORIENTATION``; nothing without fibres.
+
+    Abaqus wants the table, CalculiX (which knows but one kind) passes over it with a warning.
+    """
+    found = directions(mesh)
+    if found is None:
+        return
+    yield "*DISTRIBUTION TABLE, NAME=fibre_table\nCOORD3D, COORD3D\n"
+    yield "*DISTRIBUTION, NAME=fibre_directions, LOCATION=ELEMENT, TABLE=fibre_table\n"
+    yield ", 1., 0., 0., 0., 1., 0.\n"
+    yield rows(np.arange(1, mesh.n_cells + 1), *found)
+    yield f"*ORIENTATION, NAME={ORIENTATION}, SYSTEM=RECTANGULAR\nfibre_directions\n"
+
+
+def endocardium(mesh: VolumeMesh) -> list[str]:
+    """Names of the facet tags that an inflation step presses on; the base, which it holds, is there.
+
+    Raises
+    ------
+    InputError
+        The mesh has no ``base`` or no endocardium.
+    """
+    names = facet_names(mesh)
+    endo = [name for name in names if name == "endo" or name.startswith("endo_")]
+    if "base" not in names or not endo:
+        found = ", ".join(names) or "none"
+        raise InputError(f"an inflation step needs facets tagged base and endo; this mesh has {found}")
+    return endo
+
+
+def require_fibres(mesh: VolumeMesh, options: ExportOptions) -> None:
+    """Make sure that a material with fibres has them.
+
+    Raises
+    ------
+    InputError
+        It has none.
+    """
+    if options.material == "orthotropic" and "fiber" not in mesh.cell_data:
+        raise InputError("the orthotropic material needs fibres; add them (add_fibres, or --fibres) or choose linear")
 
 
 def step(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
@@ -17,23 +67,39 @@ def step(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     Raises
     ------
     InputError
-        The mesh has no ``base`` to hold or no endocardium to press on.
+        The mesh has no ``base`` to hold, no endocardium to press on, or lacks the fibres its material needs.
     """
     if options.step == "none":
         return
-    names = facet_names(mesh)
-    endo = [name for name in names if name == "endo" or name.startswith("endo_")]
-    if "base" not in names or not endo:
-        found = ", ".join(names) or "none"
-        raise InputError(f"an inflation step needs facets tagged base and endo; this mesh has {found}")
+    endo = endocardium(mesh)
+    require_fibres(mesh, options)
     units = UNITS[options.length_unit]
-    yield "*MATERIAL, NAME=myocardium\n*ELASTIC\n"
-    yield f"{options.young_modulus * units.per_kpa:.12g}, {options.poisson_ratio:.12g}\n"
-    yield "*SOLID SECTION, ELSET=EALL, MATERIAL=myocardium\n"
+    oriented = f", ORIENTATION={ORIENTATION}" if options.material == "orthotropic" else ""
+    yield "*MATERIAL, NAME=myocardium\n" + _material(options, units)
+    yield f"*SOLID SECTION, ELSET=EALL, MATERIAL=myocardium{oriented}\n"
     yield "*BOUNDARY\nbase, 1, 3\n"
-    yield "*STEP\n*STATIC\n*DSLOAD\n"
+    # Increments of a tenth where large deformations need them, and at least one of a thousandth.
+    yield (
+        "*STEP, NLGEOM=YES\n*STATIC\n0.1, 1., 0.001, 0.1\n" if options.material == "neo-hookean" else "*STEP\n*STATIC\n"
+    )
+    yield "*DSLOAD\n"
     for name in endo:
         yield f"{name}, P, {options.pressure * units.per_kpa:.12g}\n"
     # Reactions and displacements as a table (.dat) and, for pictures, as fields (.frd).
     yield "*NODE PRINT, NSET=base, TOTALS=ONLY\nRF\n*NODE PRINT, NSET=NALL\nU\n"
     yield "*NODE FILE\nU, RF\n*END STEP\n"
+
+
+def _material(options: ExportOptions, units: Units) -> str:
+    scale = units.per_kpa
+    if options.material == "neo-hookean":
+        # C10 = mu / 2 and D1 = 2 / K agree with E and nu in small deformations.
+        shear = options.young_modulus / (2 * (1 + options.poisson_ratio)) * scale
+        bulk = options.young_modulus / (3 * (1 - 2 * options.poisson_ratio)) * scale
+        return f"*HYPERELASTIC, NEO HOOKE\n{shear / 2:.12g}, {2 / bulk:.12g}\n"
+    if options.material == "orthotropic":
+        m = orthotropic(options)
+        first = (m.e1 * scale, m.e2 * scale, m.e3 * scale, m.nu12, m.nu13, m.nu23, m.g12 * scale, m.g13 * scale)
+        line = ", ".join(f"{value:.12g}" for value in first)
+        return f"*ELASTIC, TYPE=ENGINEERING CONSTANTS\n{line}\n{m.g23 * scale:.12g}\n"
+    return f"*ELASTIC\n{options.young_modulus * scale:.12g}, {options.poisson_ratio:.12g}\n"

@@ -36,8 +36,8 @@ class Case:
 
 CASES = [
     Case("vtu", "lv.vtu"),
-    # Twenty characters hold every coordinate but the last digits of those below 0.01 mm.
-    Case("abaqus", "lv.inp", data=(), tolerance=1e-15),
+    # Twenty characters hold every number but the last digits of those below 0.01.
+    Case("abaqus", "lv.inp", tolerance=1e-15, data_tolerance=1e-15),
     Case("gmsh", "lv.msh", data=()),
     Case("gmsh41", "lv.msh", by_region=True),
     Case("dolfinx", "mesh.xdmf", kinds=("tetra", "tetra10", "hexahedron")),
