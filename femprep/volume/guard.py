@@ -64,12 +64,15 @@ class Run:
         Wall-clock time of the child.
     peak_bytes : int or None
         Its peak memory, where the system tells.
+    processor_seconds : float
+        Its processor time, which other work on the machine does not lengthen.
     """
 
     points: FloatArray
     cells: IntArray
     seconds: float
     peak_bytes: int | None
+    processor_seconds: float
 
 
 def run_tetwild(
@@ -138,7 +141,8 @@ def run_tetwild(
                 np.asarray(data["points"], dtype=np.float64),
                 np.asarray(data["cells"], dtype=np.int64),
                 seconds,
-                record.get("peak_bytes"),
+                record["peak_bytes"],
+                record["processor_seconds"],
             )
 
 

@@ -111,7 +111,12 @@ def tetrahedralize(
         record.append(entry)
         try:
             run = _mesh(wall, settings, attempt, need, report)
-            entry.update(seconds=run.seconds, peak_bytes=run.peak_bytes, elements=len(run.cells))
+            entry.update(
+                seconds=run.seconds,
+                processor_seconds=run.processor_seconds,
+                peak_bytes=run.peak_bytes,
+                elements=len(run.cells),
+            )
             candidate = _finish(run, wall, settings, attempt)
         except StageError as error:
             entry["outcome"] = str(error)
@@ -146,7 +151,7 @@ def attempts(options: VolumeOptions, outcome: Callable[[], str]) -> Iterator[Att
         if "time_limit" in outcome():
             envelope, energy = 1.5 * envelope, 2.0 * energy
         else:
-            envelope, energy = envelope / 1.5, min(energy, max(6.0, energy - 1.0))
+            envelope, energy = envelope / 1.5, min(energy, max(6.0, energy - 2.0))
         yield Attempt(envelope, energy)
 
 

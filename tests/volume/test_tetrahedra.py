@@ -1,0 +1,257 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from analytic_walls import cut_ellipsoid_volume, ellipsoid_wall
+
+from femprep.elements import boundary_faces
+from femprep.errors import StageError
+from femprep.geometry.topology import euler_characteristic, is_manifold
+from femprep.model import FACET_TAGS, REGION_TAGS, Plane, Wall
+from femprep.options import VolumeOptions
+from femprep.volume import check, tetrahedra, tetrahedralize
+from femprep.volume.guard import Run
+from femprep.volume.measures import element_measures
+from femprep.volume.tetrahedra import attempts
+
+
+def holds(mesh, wall) -> None:
+    """What is promised of every mesh."""
+    report = check(mesh)
+    assert report.passed, report.failures
+    assert report.validity.inverted_elements == 0
+    assert report.validity.untagged_boundary_facets == 0
+    assert report.measures["minimum_dihedral"].min >= 10.0
+    assert report.measures["mean_ratio"].mean >= 0.82
+    for name, plane in wall.planes.items():
+        nodes = np.unique(mesh.facets["triangle"][mesh.facet_tag == FACET_TAGS[name]])
+        assert len(nodes) > 10
+        assert np.abs(plane.signed_distance(mesh.points[nodes])).max() <= 1e-9
+    boundary = boundary_faces(mesh.cells)["triangle"].nodes
+    assert is_manifold(boundary)
+    assert euler_characteristic(boundary) == euler_characteristic(wall.triangles)
+    assert mesh.info["volume_mm3"] == pytest.approx(report.volume, rel=1e-12)
+    assert abs(mesh.info["volume_difference_to_wall"]) < 0.01
+    json.dumps(dict(mesh.info))
+
+
+def test_mesh_of_a_wall(coarse_wall, coarse_mesh):
+    holds(coarse_mesh, coarse_wall)
+    assert set(coarse_mesh.cells) == {"tetra"}
+    assert (coarse_mesh.region == REGION_TAGS["lv"]).all()
+    assert set(coarse_mesh.facet_names) == {"endo", "epi", "base"}
+    assert element_measures(coarse_mesh.points, coarse_mesh.cells["tetra"], "tetra")["volume"].min() > 0
+    assert coarse_mesh.info["quality_reached"] is True
+    assert coarse_mesh.info["deterministic"] is False
+    exact = cut_ellipsoid_volume((22, 22, 42), 10)
+    nodes = coarse_mesh.facets["triangle"][coarse_mesh.facet_tag == FACET_TAGS["endo"]]
+    a, b, c = (coarse_mesh.points[nodes[:, i]] - [0, 0, 10] for i in range(3))
+    cavity = -np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0
+    assert cavity == pytest.approx(exact, rel=0.02)
+
+
+def test_wall_cut_at_base_and_apex():
+    """A tube: two planes, oblique in space, four rims."""
+    wall = tube()
+    mesh = tetrahedralize(wall, edge_length=4.0)
+    holds(mesh, wall)
+    assert set(mesh.facet_names) == {"endo", "epi", "base", "apex"}
+
+
+def tube(rings: int = 12, around: int = 40) -> Wall:
+    """A tube of radii 10 and 16 mm, 30 mm long, turned in space."""
+    angle = 2 * np.pi * np.arange(around) / around
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    inner = [(10.0, z) for z in np.linspace(0, 30, rings)]
+    outer = [(16.0, z) for z in np.linspace(30, 0, rings)]
+    middle = [[(12.0, 30.0), (14.0, 30.0)], [(14.0, 0.0), (12.0, 0.0)]]
+    profile = [*inner, *middle[0], *outer, *middle[1]]
+    names = ["endo"] * (rings - 1) + ["base"] * 3 + ["epi"] * (rings - 1) + ["apex"] * 3
+    points = np.concatenate([np.column_stack([r * circle, np.full(around, z)]) for r, z in profile])
+    triangles, tags = [], []
+    for k, name in enumerate(names):
+        a = k * around + np.arange(around)
+        b = ((k + 1) % len(profile)) * around + np.arange(around)
+        a_next, b_next = np.roll(a, -1), np.roll(b, -1)
+        triangles += [np.column_stack([a, b, b_next]), np.column_stack([a, b_next, a_next])]
+        tags += [FACET_TAGS[name]] * (2 * around)
+    turn, _ = np.linalg.qr(np.array([[1.0, 2.0, 0.5], [0.3, 1.0, 2.0], [2.0, 0.1, 1.0]]))
+    turn *= np.sign(np.linalg.det(turn))
+    move = lambda p: np.asarray(p) @ turn.T + [150.0, -80.0, 40.0]  # noqa: E731
+    up = turn @ [0, 0, 1.0]
+    planes = {"base": Plane(move([0, 0, 30.0]), up), "apex": Plane(move([0, 0, 0.0]), -up)}
+    flat = move(points)
+    for name, plane in planes.items():
+        nodes = np.unique(np.concatenate(triangles)[np.array(tags) == FACET_TAGS[name]])
+        flat[nodes] -= plane.signed_distance(flat[nodes])[:, None] * plane.normal
+    return Wall(flat, np.concatenate(triangles), np.array(tags), np.full(len(points), -1), planes)
+
+
+def test_closed_cavity_stays_a_cavity():
+    from test_validate import shells
+
+    wall = shells()
+    mesh = tetrahedralize(wall, edge_length=5.0)
+    holds(mesh, wall)
+    assert check(mesh).validity.boundary_shells == 2
+
+
+def test_progress_rises_and_ends_at_one(coarse_wall, monkeypatch, coarse_mesh):
+    seen: list[tuple[str, float]] = []
+
+    def fake(points, triangles, settings, *, time_limit, memory_limit, pulse):
+        for gone in np.arange(0.2, 20.0, 0.2):
+            pulse(float(gone))
+        return result(coarse_mesh)
+
+    monkeypatch.setattr(tetrahedra, "run_tetwild", fake)
+    tetrahedralize(coarse_wall, edge_length=6.0, progress=lambda stage, fraction: seen.append((stage, fraction)))
+    stages, fractions = zip(*seen)
+    assert set(stages) == {"volume"}
+    assert list(fractions) == sorted(fractions)
+    assert fractions[-1] == 1.0
+    assert max(fractions[:-1]) < 0.9
+
+
+def result(mesh) -> Run:
+    return Run(mesh.points.copy(), mesh.cells["tetra"].copy(), 1.0, 10**8, 1.0)
+
+
+class Mesher:
+    """In place of fTetWild: gives prepared answers in turn and keeps what it was asked."""
+
+    def __init__(self, *answers):
+        self.answers = list(answers)
+        self.asked: list[dict] = []
+
+    def __call__(self, points, triangles, settings, **limits):
+        self.asked.append({**settings, **limits})
+        answer = self.answers[min(len(self.asked), len(self.answers)) - 1]
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+
+@pytest.fixture
+def mesher(monkeypatch):
+    def install(*answers) -> Mesher:
+        found = Mesher(*answers)
+        monkeypatch.setattr(tetrahedra, "run_tetwild", found)
+        return found
+
+    return install
+
+
+def filled(wall: Wall) -> Run:
+    """A mesh of the convex body: what fTetWild gives when both shells have one orientation."""
+    from scipy.spatial import Delaunay
+
+    cells = Delaunay(wall.points).simplices.astype(np.int64)
+    x = wall.points[cells]
+    volume = np.linalg.det(x[:, 1:] - x[:, :1])
+    cells[volume < 0] = cells[volume < 0][:, [1, 0, 2, 3]]
+    return Run(wall.points.copy(), cells[np.abs(volume) > 1e-9], 1.0, None, 1.0)
+
+
+def test_retries_tighter_after_a_crash_and_says_so(mesher, coarse_wall, coarse_mesh):
+    used = mesher(StageError("the mesher was ended by SIGSEGV"), result(coarse_mesh))
+    mesh = tetrahedralize(coarse_wall, edge_length=6.0)
+    assert [item["outcome"] for item in mesh.info["attempts"]] == ["the mesher was ended by SIGSEGV", "reached"]
+    assert used.asked[1]["epsilon"] == pytest.approx(used.asked[0]["epsilon"] / 1.5)
+    assert used.asked[1]["stop_energy"] < used.asked[0]["stop_energy"]
+    diagonal = np.linalg.norm(np.ptp(coarse_wall.points, axis=0))
+    assert used.asked[0]["epsilon"] * diagonal == pytest.approx(0.3)
+    assert used.asked[0]["edge_length_abs"] == 6.0
+
+
+def test_attempts_are_looser_after_a_time_limit():
+    options = VolumeOptions(retries=3, envelope=0.1, stop_energy=7.0)
+    assert [a.envelope for a in attempts(options, lambda: "... (option time_limit)")] == pytest.approx(
+        [0.1, 0.15, 0.225, 0.3375]
+    )
+    assert [a.stop_energy for a in attempts(options, lambda: "... (option time_limit)")] == [7.0, 14.0, 28.0, 56.0]
+    assert [a.stop_energy for a in attempts(options, lambda: "bad")] == [7.0, 6.0, 6.0, 6.0]
+    assert [a.stop_energy for a in attempts(VolumeOptions(stop_energy=5.0), lambda: "bad")] == [5.0, 5.0, 5.0]
+
+
+def test_filled_cavity_is_refused(mesher, coarse_wall):
+    mesher(filled(coarse_wall))
+    with pytest.raises(
+        StageError, match=r"no mesh after 3 attempt\(s\).*made .* mm3 of a wall of .*; it filled a cavity"
+    ):
+        tetrahedralize(coarse_wall, edge_length=6.0)
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ("empty", "gave no elements"),
+        ("inverted", "gave 1 inverted elements"),
+        ("nan", "not finite or not there"),
+        ("hole", "Euler characteristic|no closed 2-manifold|in 2 pieces|it lost part"),
+        ("lost", "it lost part of it"),
+    ],
+)
+def test_wrong_meshes_are_refused(mesher, coarse_wall, coarse_mesh, fault, message):
+    points, cells = coarse_mesh.points.copy(), coarse_mesh.cells["tetra"].copy()
+    if fault == "empty":
+        cells = cells[:0]
+    if fault == "inverted":
+        cells[9] = cells[9][[1, 0, 2, 3]]
+    if fault == "nan":
+        points[cells[0, 0]] = np.nan
+    middle = points[cells].mean(axis=1)
+    if fault == "hole":  # an element deep inside the wall: a second shell
+        boundary = np.unique(coarse_mesh.facets["triangle"])
+        inside = ~np.isin(cells, boundary).any(axis=1)
+        cells = np.delete(cells, np.flatnonzero(inside)[:1] if inside.any() else [0], axis=0)
+    if fault == "lost":
+        cells = cells[middle[:, 2] > -40.0]
+    mesher(Run(points, cells, 1.0, None, 1.0))
+    with pytest.raises(StageError, match=message):
+        tetrahedralize(coarse_wall, edge_length=6.0, retries=0)
+
+
+def test_best_mesh_is_kept_where_the_quality_asked_for_is_out_of_reach(mesher, coarse_wall, coarse_mesh, caplog):
+    mesher(result(coarse_mesh))
+    mesh = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.99, retries=1)
+    assert mesh.info["quality_reached"] is False
+    assert len(mesh.info["attempts"]) == 2
+    assert "below what was asked" in mesh.info["attempts"][0]["outcome"]
+    assert "below what was asked" in caplog.text
+    assert not check(mesh, mean_of_mean_ratio=0.99).passed
+
+
+def test_points_that_left_the_wall_are_put_back(mesher, coarse_wall, coarse_mesh):
+    rng = np.random.default_rng(0)
+    boundary = np.unique(coarse_mesh.facets["triangle"])
+    points = coarse_mesh.points.copy()
+    points[boundary] += rng.uniform(-0.1, 0.1, (len(boundary), 3))
+    mesher(replace(result(coarse_mesh), points=points))
+    mesh = tetrahedralize(coarse_wall, edge_length=6.0)
+    np.testing.assert_array_equal(mesh.facet_tag, coarse_mesh.facet_tag)
+    assert mesh.info["greatest_distance_from_wall_mm"] < 1e-9
+    base = np.unique(mesh.facets["triangle"][mesh.facet_tag == FACET_TAGS["base"]])
+    assert (mesh.points[base, 2] == 10.0).all()
+    plain = tetrahedralize(coarse_wall, edge_length=6.0, optimise=False)
+    assert (plain.points[base, 2] == 10.0).all()
+
+
+def test_inputs_are_left_alone(coarse_wall, mesher, coarse_mesh):
+    before = coarse_wall.points.tobytes(), coarse_wall.triangles.tobytes()
+    mesher(result(coarse_mesh))
+    tetrahedralize(coarse_wall, edge_length=6.0)
+    assert before == (coarse_wall.points.tobytes(), coarse_wall.triangles.tobytes())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("edge_length", [2.5, 1.5])
+def test_fine_mesh_of_an_ellipsoid_converges(edge_length):
+    wall = ellipsoid_wall(rings=30, layers=6)
+    mesh = tetrahedralize(wall, edge_length=edge_length)
+    holds(mesh, wall)
+    exact = cut_ellipsoid_volume((31, 31, 51), 10) - cut_ellipsoid_volume((22, 22, 42), 10)
+    # The wall's own facets cost 0.1 % of its volume, those of the mesh up to as much again.
+    assert mesh.info["volume_mm3"] == pytest.approx(exact, rel=3e-3)
+    assert check(mesh).edge_length.mean == pytest.approx(edge_length, rel=0.2)
