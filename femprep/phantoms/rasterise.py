@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError, OptionError
 from femprep.image import Grid
-from femprep.model import FloatArray
+from femprep.model import FloatArray, IntArray
 from femprep.phantoms.closest import fibonacci_sphere
 
 if TYPE_CHECKING:
@@ -91,19 +91,34 @@ def rasterise(
     labels = np.zeros(grid.shape, dtype=np.uint8)
     slices = np.moveaxis(labels, axis, 0)
     inner = _inner_points(grid, supersample, slice_thickness, axis)
-    plane = np.stack(np.meshgrid(*(np.arange(grid.shape[a]) for a in flat), indexing="ij"), axis=-1).reshape(-1, 2)
-    for k in range(count):
-        index = np.empty((len(plane), 3))
-        index[:, flat] = plane - moved[k] / grid.spacing[flat]
-        index[:, axis] = k
-        for name, region in phantom.regions.items():
+    for name, region in phantom.regions.items():
+        low, high = _index_box(phantom, name, grid)
+        for k in range(max(low[axis], 0), min(high[axis], count - 1) + 1):
+            shift = moved[k] / grid.spacing[flat]
+            # Only pixels the region can reach, in a slice that is displaced by whole or broken pixels.
+            first = np.maximum(low[flat] + np.floor(shift).astype(int), 0)
+            last = np.minimum(high[flat] + np.ceil(shift).astype(int), np.array(slices[k].shape) - 1)
+            if np.any(last < first):
+                continue
+            pixels = [np.arange(a, b + 1) for a, b in zip(first, last)]
+            plane = np.stack(np.meshgrid(*pixels, indexing="ij"), axis=-1).reshape(-1, 2)
+            index = np.empty((len(plane), 3))
+            index[:, flat] = plane - shift
+            index[:, axis] = k
             hits = np.zeros(len(plane), dtype=np.int32)
             for part in inner:
                 hits += phantom.inside(name, grid.to_world(index + part))
-            slices[k][(2 * hits > len(inner)).reshape(slices[k].shape)] = region.label
+            chosen = plane[2 * hits > len(inner)]
+            slices[k][chosen[:, 0], chosen[:, 1]] = region.label
     if apex == "uncapped":
         _uncap(phantom, slices)
     return labels
+
+
+def _index_box(phantom: Phantom, name: str, grid: Grid) -> tuple[IntArray, IntArray]:
+    """First and last voxel a region can reach along each axis, with two voxels to spare; may lie beyond the grid."""
+    index = grid.to_index(phantom.exact_surface(name, fibonacci_sphere(20000)))
+    return np.floor(index.min(axis=0)).astype(np.int64) - 2, np.ceil(index.max(axis=0)).astype(np.int64) + 2
 
 
 def _inner_points(grid: Grid, supersample: int, slice_thickness: float | None, axis: int) -> FloatArray:

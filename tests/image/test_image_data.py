@@ -108,8 +108,9 @@ def test_resampled_stack_stays_with_the_upright_map(data):
     """The stack's voxels and isotropic ones made of them, both looked up at the voxels of the 1 mm map: Dice."""
     fine = read_segmentation(data / "rodero01" / "rodero01_4ch_1.0mm_label.nii.gz", RODERO)
     stack = read_segmentation(data / "rodero01" / "rodero01_sax_4ch_1.4x1.4x8_label.nii.gz", RODERO).object("lv")
-    truth = fine.mask("lv")
-    points = fine.grid.to_world(np.argwhere(np.ones(truth.shape, dtype=bool)))
+    upright = fine.object("lv")
+    truth = upright.mask
+    points = upright.grid.to_world(np.argwhere(np.ones(truth.shape, dtype=bool)))
     dice = []
     for obj in (stack, isotropic(stack, 1.0)):
         index = np.rint(obj.grid.to_index(points)).astype(int)
