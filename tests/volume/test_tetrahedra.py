@@ -16,8 +16,8 @@ from femprep.volume.measures import element_measures
 from femprep.volume.tetrahedra import attempts
 
 
-def holds(mesh, wall) -> None:
-    """What is promised of every mesh."""
+def holds(mesh, wall, volume: float = 0.01) -> None:
+    """What is promised of every mesh; chords of coarse elements cost some volume."""
     report = check(mesh)
     assert report.passed, report.failures
     assert report.validity.inverted_elements == 0
@@ -32,7 +32,7 @@ def holds(mesh, wall) -> None:
     assert is_manifold(boundary)
     assert euler_characteristic(boundary) == euler_characteristic(wall.triangles)
     assert mesh.info["volume_mm3"] == pytest.approx(report.volume, rel=1e-12)
-    assert abs(mesh.info["volume_difference_to_wall"]) < 0.01
+    assert abs(mesh.info["volume_difference_to_wall"]) < volume
     json.dumps(dict(mesh.info))
 
 
@@ -48,7 +48,9 @@ def test_mesh_of_a_wall(coarse_wall, coarse_mesh):
     nodes = coarse_mesh.facets["triangle"][coarse_mesh.facet_tag == FACET_TAGS["endo"]]
     a, b, c = (coarse_mesh.points[nodes[:, i]] - [0, 0, 10] for i in range(3))
     cavity = -np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0
-    assert cavity == pytest.approx(exact, rel=0.02)
+    # Chords of 6 mm in a surface whose curvature radius is 11.5 to 80 mm cut off less than l^2 / (8 r) of depth.
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0
+    assert 0.0 < exact - cavity < area * 6.0**2 / (8 * 11.5)
 
 
 def test_wall_cut_at_base_and_apex():
@@ -93,7 +95,8 @@ def test_closed_cavity_stays_a_cavity():
 
     wall = shells()
     mesh = tetrahedralize(wall, edge_length=5.0)
-    holds(mesh, wall)
+    # 5 mm chords on spheres of 20 and 12 mm: l^2 / (8 r) of depth on the outer one, by the wall's thickness.
+    holds(mesh, wall, volume=5.0**2 / (8 * 20.0) / 8.0)
     assert check(mesh).validity.boundary_shells == 2
 
 
