@@ -95,15 +95,16 @@ def reach(
     points = at(directions)
     for _ in range(_STEPS):
         away = plane.signed_distance(points)
-        if np.abs(away).max(initial=0.0) < _NEAR:
+        active = np.flatnonzero(np.abs(away) >= _NEAR)
+        if not len(active):
             break
-        tangent = smooth.tangents(directions)
+        tangent = smooth.tangents(directions[active])
         normal = np.cross(tangent[:, 0], tangent[:, 1])
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
         # The steepest way to the plane along the surface is the part of the plane's normal that is tangent to it.
         steepest = plane.normal - (normal @ plane.normal)[:, None] * normal
         square = np.maximum((steepest**2).sum(axis=1), _STEEP**2)
-        directions = smooth.step(directions, -(away / square)[:, None] * steepest)
-        points = at(directions)
+        directions[active] = smooth.step(directions[active], -(away[active] / square)[:, None] * steepest)
+        points[active] = at(directions[active])
     away = plane.signed_distance(points)
     return np.abs(away) < _NEAR, points - away[:, None] * plane.normal, directions

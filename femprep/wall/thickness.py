@@ -48,19 +48,19 @@ class Thickness:
 
 def measure(epi: Sheet, endo: Sheet) -> Thickness:
     """Thickness at all vertices of both sheets."""
-    outside, _ = _signed(ClosestFinder(endo.points, endo.triangles), endo, epi.points)
-    inside, _ = _signed(ClosestFinder(epi.points, epi.triangles), epi, endo.points)
+    outside, _, _ = _signed(ClosestFinder(endo.points, endo.triangles), endo, epi.points)
+    inside, _, _ = _signed(ClosestFinder(epi.points, epi.triangles), epi, endo.points)
     return Thickness(outside, -inside)
 
 
-def _signed(finder: ClosestFinder, sheet: Sheet, where: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Signed distance from an open sheet, positive on its outer side, and the sheet's normal at the nearest point."""
+def _signed(finder: ClosestFinder, sheet: Sheet, where: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Signed distance from an open sheet, positive on its outer side; its normal at the nearest point, and triangle."""
     near = finder(where)
     normal = vertex_normals(sheet.points, sheet.triangles)[sheet.triangles[near.triangle]]
     across = np.einsum("qk,qkc->qc", near.weights, normal)
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
     side = np.einsum("qc,qc->q", where - near.points, across)
-    return np.where(side < 0, -near.distance, near.distance), across
+    return np.where(side < 0, -near.distance, near.distance), across, near.triangle
 
 
 def summary(epi: Sheet, endos: Sequence[Sheet]) -> dict[str, Any]:
@@ -166,20 +166,16 @@ def push_apart(epi: Sheet, endo: Sheet, limit: float, most: float) -> dict[str, 
 
 def _lacking(epi: Sheet, endo: Sheet, finder: ClosestFinder, limit: float) -> tuple[FloatArray, FloatArray]:
     """What is lacking to the limit at each epicardial vertex, mm, and which way is outward there."""
-    outside, across = _signed(finder, endo, epi.points)
+    outside, across, _ = _signed(finder, endo, epi.points)
     own = vertex_normals(epi.points, epi.triangles)
     # Near a rim or a sharp apex the nearest point's normal jumps; the sheet's own normal steadies it.
     along = across + own * np.maximum(np.einsum("ij,ij->i", across, own), 0.0)[:, None]
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
     lacking = np.maximum(limit - outside, 0.0)
     # An endocardial vertex may come near the middle of an epicardial triangle: its corners have to go.
-    near = ClosestFinder(epi.points, epi.triangles)
-    inside, _ = _signed(near, epi, endo.points)
+    inside, _, nearest = _signed(ClosestFinder(epi.points, epi.triangles), epi, endo.points)
     short = np.maximum(limit + inside, 0.0)
-    wanting = short > 0
-    if wanting.any():
-        corners = epi.triangles[near(endo.points[wanting]).triangle]
-        np.maximum.at(lacking, corners.ravel(), np.repeat(short[wanting], 3))
+    np.maximum.at(lacking, epi.triangles[nearest].ravel(), np.repeat(short, 3))
     return lacking, along
 
 

@@ -1,0 +1,88 @@
+"""Walls of real segmentations, from the label map to the closed wall."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from femprep.geometry.closest import ClosestFinder
+from femprep.geometry.topology import is_manifold
+from femprep.geometry.triangles import triangle_quality
+from femprep.image import Segmentation, read_segmentation
+from femprep.model import FACET_TAGS, Plane
+from femprep.surface import fit_surface
+from femprep.wall import build_wall, extend_apex, find_apex, find_base
+
+ACDC = "acdc/training/patient{}/patient{}_gt.nii.gz"
+PIG = "pig/ep_pig_E774_SAX_{}_slices6-19_label.nii.gz"
+FEW = ["041_frame01", "063_frame16"]
+MANY = [
+    *("007_frame01", "009_frame01", "012_frame13", "018_frame01", "021_frame13", "029_frame01", "078_frame09"),
+    *("084_frame01", "093_frame01", "ED_phase00", "ES_phase11", "rodero01"),
+]
+
+
+def load(data, case: str) -> Segmentation:
+    if case == "rodero01":
+        return read_segmentation(data / "rodero01/rodero01_sax_vent_1.5x1.5x10_label.nii.gz", preset="acdc")
+    if "phase" in case:
+        return read_segmentation(data / PIG.format(case), structures={"lv": 1, "myo": 2})
+    return read_segmentation(data / ACDC.format(case[:3], case), preset="acdc")
+
+
+def labelled_volume(seg: Segmentation, base: Plane) -> float:
+    """Volume of the cavity's voxels below a plane of the stack, mm3; a voxel the plane cuts counts by its share."""
+    centres = seg.grid.to_world(np.argwhere(seg.mask("lv")))
+    share = np.clip(0.5 - base.signed_distance(centres) / seg.grid.spacing[seg.stack_axis], 0.0, 1.0)
+    return float(share.sum() * seg.grid.voxel_volume)
+
+
+def make(data, case: str, apex: str = "closed"):
+    seg = load(data, case)
+    whole = seg.object("lv", "myo")
+    boundary = extend_apex(seg, whole) if apex == "closed" else None
+    epi, endo = fit_surface(whole, boundary=boundary), fit_surface(seg.object("lv"))
+    plane = find_apex(seg) if apex == "clipped" else None
+    return seg, build_wall(epi=epi, endo={"lv": endo}, base=find_base(seg), apex=plane)
+
+
+def judge(seg: Segmentation, wall) -> None:
+    assert is_manifold(wall.triangles)
+    assert triangle_quality(wall.points, wall.triangles).min() >= 0.2
+    assert wall.info["volumes_mm3"]["lv"] == pytest.approx(labelled_volume(seg, wall.planes["base"]), rel=0.03)
+    assert wall.info["thickness"]["minimum_mm"] >= 1.0
+    base = wall.triangles[wall.facet_tag == FACET_TAGS["base"]]
+    assert np.abs(wall.planes["base"].signed_distance(wall.points[base].reshape(-1, 3))).max() < 1e-9
+    if wall.info["apex"]["extrapolated"]:
+        # Around the apex the wall is about as thick as it was said to be made.
+        endo = wall.points[np.unique(wall.triangles[wall.facet_tag == FACET_TAGS["endo"]])]
+        depth = wall.planes["base"].signed_distance(endo)
+        apex = endo[depth < depth.min() + 2.0]
+        epi = ClosestFinder(wall.points, wall.triangles[wall.facet_tag == FACET_TAGS["epi"]])
+        wanted = wall.info["apex"]["extrapolated_mm"]
+        assert np.median(epi(apex).distance) == pytest.approx(wanted, rel=0.35)
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("case", FEW)
+def test_a_wall_from_labels(data, case):
+    judge(*make(data, case))
+
+
+@pytest.mark.data
+@pytest.mark.slow
+@pytest.mark.parametrize("case", MANY)
+def test_many_walls_from_labels(data, case):
+    judge(*make(data, case))
+
+
+@pytest.mark.data
+@pytest.mark.slow
+@pytest.mark.parametrize("case", ["007_frame01", "041_frame01"])
+def test_walls_clipped_at_the_apex(data, case):
+    seg, wall = make(data, case, apex="clipped")
+    assert set(wall.planes) == {"base", "apex"}
+    assert wall.info["apex"]["mode"] == "clipped"
+    assert (wall.facet_tag == FACET_TAGS["apex"]).sum() > 50
+    assert triangle_quality(wall.points, wall.triangles).min() >= 0.2
+    assert seg.stack_axis == 2
