@@ -107,8 +107,10 @@ def mesh_segmentation(
     options = choose(Options, options, changes)
     stages = Stages(progress)
     with stages("objects"):
-        policy = options.image.policy
-        objects = {"lv": seg.object("lv", policy=policy), "epi": seg.object("lv", "myo", policy=policy)}
+        objects = {
+            "lv": seg.object("lv", name="lv", options=options.image),
+            "epi": seg.object("lv", "myo", name="epi", options=options.image),
+        }
     with stages("planes"):
         base = find_base(seg, options=options.wall)
         clipped = options.wall.apex == "clipped"
@@ -154,7 +156,7 @@ def fit_surfaces(
     found, surfaces = {}, {}
     for name, parts in objects.items():
         with stages(f"surface {name}") as report:
-            found[name] = seg.object(*parts, policy=options.image.policy)
+            found[name] = seg.object(*parts, name=name, options=options.image)
             fitted = fit_surface(found[name], options=options.surface, progress=report)
             surfaces[name] = replace(fitted, name=name)
     return Surfaces(seg, options, found, surfaces, stages.seconds)

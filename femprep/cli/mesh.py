@@ -23,6 +23,7 @@ def mesh(
         typer.Option(help="NAME=LABEL[,LABEL...], repeatable: lv is the cavity, myo the wall.", rich_help_panel=INPUT),
     ] = None,
     policy: Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)] = None,
+    spacing: Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT)] = None,
     config: Annotated[
         Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)
     ] = None,
@@ -63,6 +64,7 @@ def mesh(
         structures=parse_structures(structure),
         formats=tuple(format) if format else None,
         image__policy=policy,
+        image__spacing=spacing,
         surface__vertices=vertices,
         surface__singularities=singularities,
         surface__control_points=control_points,

@@ -31,6 +31,7 @@ def surface(
         ),
     ] = None,
     policy: Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)] = None,
+    spacing: Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT)] = None,
     config: Annotated[
         Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)
     ] = None,
@@ -56,6 +57,7 @@ def surface(
         preset=preset,
         structures=parse_structures(structure),
         image__policy=policy,
+        image__spacing=spacing,
         surface__vertices=vertices,
         surface__method=method,
         surface__singularities=singularities,

@@ -1,0 +1,99 @@
+"""Seconds and peak memory of each stage of the main job; prints a table.
+
+    python tests/benchmarks/bench_stages.py [IMAGE] [--preset acdc] [--edge 2.5 1.5] [--repeat 3]
+
+Without an image it runs on the phantom of ``femprep demo``. The first run of all, which compiles the kernels and fills
+the stores, is not counted. Peak memory is that of this process (Linux), the mesher's child beside it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import femprep as fp
+
+#: What each benchmark runs: (edge length in mm, formats).
+FORMATS = ("abaqus", "dolfinx", "gmsh")
+
+
+class Peaks:
+    """A progress callable that notes the seconds and the peak memory of each stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self.megabytes: dict[str, float] = {}
+        self._start = 0.0
+
+    def __call__(self, stage: str, fraction: float) -> None:
+        if fraction == 0.0 and stage not in self.seconds:
+            self._start = time.perf_counter()
+            # Resets the high-water mark of this process's memory.
+            Path("/proc/self/clear_refs").write_text("5")
+            self.seconds[stage] = 0.0
+        elif fraction == 1.0:
+            self.seconds[stage] = time.perf_counter() - self._start
+            self.megabytes[stage] = peak_memory()
+
+
+def peak_memory() -> float:
+    """High-water mark of this process's memory since it was last reset, MB."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmHWM:"):
+            return float(line.split()[1]) / 1024.0
+    return float("nan")
+
+
+def one_run(image: Path, preset: str, edge: float) -> tuple[Peaks, Any]:
+    """The main job once, into a temporary folder."""
+    peaks = Peaks()
+    peaks("read", 0.0)
+    seg = fp.read_segmentation(image, preset=preset)
+    peaks("read", 1.0)
+    run = fp.mesh_segmentation(seg, preset=preset, volume={"edge_length": edge}, formats=FORMATS, progress=peaks)
+    with tempfile.TemporaryDirectory() as folder:
+        fp.write_run(run, Path(folder) / "out", source=image, progress=peaks)
+    return peaks, run
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("image", nargs="?", type=Path)
+    parser.add_argument("--preset", default="acdc")
+    parser.add_argument("--edge", nargs="+", type=float, default=[2.5, 1.5])
+    parser.add_argument("--repeat", type=int, default=3)
+    given = parser.parse_args(arguments)
+    with tempfile.TemporaryDirectory() as folder:
+        image = given.image
+        if image is None:
+            from femprep.phantoms import lv_ellipsoid
+
+            image = Path(folder) / "phantom.nii.gz"
+            fp.write_segmentation(lv_ellipsoid().segmentation(spacing=(1.4, 1.4, 8.0)), image)
+        one_run(image, given.preset, 6.0)
+        for edge in given.edge:
+            runs = [one_run(image, given.preset, edge) for _ in range(given.repeat)]
+            last = runs[-1][1]
+            print(f"\n{image.name}, {edge:g} mm: {last.mesh.n_cells} tetrahedra, median of {given.repeat} runs\n")
+            print("| stage | s | peak MB |\n|---|---|---|")
+            for stage in runs[0][0].seconds:
+                seconds = statistics.median(peaks.seconds[stage] for peaks, _ in runs)
+                memory = statistics.median(peaks.megabytes[stage] for peaks, _ in runs)
+                print(f"| {stage} | {seconds:.2f} | {memory:.0f} |")
+            attempts = last.mesh.info["attempts"]
+            child = max(attempt["peak_bytes"] for attempt in attempts) / 2**20
+            mesher = sum(attempt["seconds"] for attempt in attempts)
+            rest = statistics.median(
+                sum(peaks.seconds.values()) - sum(a["seconds"] for a in run.mesh.info["attempts"])
+                for peaks, run in runs
+            )
+            print(f"| fTetWild's child | {mesher:.2f} | {child:.0f} |\n| everything but fTetWild | {rest:.2f} | |")
+
+
+if __name__ == "__main__":
+    main()
