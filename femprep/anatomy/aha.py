@@ -200,7 +200,7 @@ def _cavity_end(mesh: VolumeMesh, axes: VentricularAxes) -> float:
 def _rv_free_wall(fields: WallFields) -> npt.NDArray[np.bool_]:
     """Elements of the right ventricle outside the septum, where tissue lies nearer to the epicardium than to the LV."""
     across, outside = fields.space.to_cells(fields.across), fields.space.to_cells(fields.outside)
-    return np.asarray((across < 0) & (outside >= 0.5 * (1 - np.abs(across))))
+    return np.asarray((fields.space.to_cells(fields.side) < 0) & (outside >= 0.5 * (1 - np.abs(across))))
 
 
 def _elements(mesh: VolumeMesh) -> tuple[FloatArray, FloatArray]:

@@ -58,11 +58,11 @@ def add_coordinates(
     nodes = node_coordinates(fields)
     across = space.to_cells(nodes["across"])
     cells = {"transmural": 1.0 - np.abs(across), "apicobasal": space.to_cells(nodes["apicobasal"])}
-    cells["transventricular"] = (across < 0).astype(float)
+    cells["transventricular"] = (space.to_cells(fields.side) < 0).astype(float)
     cells.update(_rotational(space.to_cells(nodes["cos"]), space.to_cells(nodes["sin"])))
     points = {"transmural": 1.0 - np.abs(space.to_points(nodes["across"]))}
     points["apicobasal"] = space.to_points(nodes["apicobasal"])
-    points["transventricular"] = (space.to_points(nodes["across"]) < 0).astype(float)
+    points["transventricular"] = (space.to_points(fields.side) < 0).astype(float)
     points.update(_rotational(space.to_points(nodes["cos"]), space.to_points(nodes["sin"])))
     if not fields.biventricular:
         del cells["transventricular"], points["transventricular"]

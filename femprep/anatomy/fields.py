@@ -103,6 +103,12 @@ class WallFields:
         return np.clip(self.linear_in_distance(self.across, self._transmural_sides, CROSS["across"]), -1.0, 1.0)
 
     @cached_property
+    def side(self) -> FloatArray:
+        """Positive in the left ventricle, negative in the right one; on the epicardium, where w is 0, as inside."""
+        inner = self.space.to_nodes(self.space.to_cells(self.across))
+        return np.where(np.abs(self.across) > 1e-9, self.across, inner)
+
+    @cached_property
     def outside(self) -> FloatArray:
         """Harmonic field: 1 on the epicardium, 0 on the endocardia (phi_epi of Bayer et al.)."""
         if not self.biventricular:

@@ -39,6 +39,8 @@ class Sites:
         1 on the LV endocardium, 0 on the epicardium, -1 on the RV endocardium: harmonic, and linear in distance.
     outside : (n,) array
         Harmonic, 1 on the epicardium, 0 on the endocardia.
+    side : (n,) array
+        Positive in the left ventricle, negative in the right one.
     to_across, to_outside, to_base : (n, 3) arrays
         Gradients of ``across`` (where there is one ventricle, of ``across_distance``), ``outside`` and of the
         apicobasal field, interpolated from the nodes.
@@ -47,6 +49,7 @@ class Sites:
     across: FloatArray
     across_distance: FloatArray
     outside: FloatArray
+    side: FloatArray
     to_across: FloatArray
     to_outside: FloatArray
     to_base: FloatArray
@@ -70,7 +73,7 @@ def node_fields(fields: WallFields) -> Sites:
     to_across = space.to_nodes(space.gradient(field))
     to_outside = space.to_nodes(space.gradient(fields.outside)) if fields.biventricular else -to_across
     to_base = space.to_nodes(space.gradient(fields.upward))
-    return Sites(fields.across, fields.across_distance, fields.outside, to_across, to_outside, to_base)
+    return Sites(fields.across, fields.across_distance, fields.outside, fields.side, to_across, to_outside, to_base)
 
 
 def at_cells(space: LinearElements, nodes: Sites) -> Sites:
@@ -142,9 +145,9 @@ class _Angles:
             options.epi_sheet_angle,
         )
 
-    def side(self, which: Literal["helix_endo", "helix_epi"], w: FloatArray) -> FloatArray:
+    def at(self, which: Literal["helix_endo", "helix_epi"], side: FloatArray) -> FloatArray:
         left, right = getattr(self, which)
-        return np.asarray(np.where(w >= 0, left, right), dtype=np.float64)
+        return np.asarray(np.where(side >= 0, left, right), dtype=np.float64)
 
 
 def _linear(
@@ -162,7 +165,7 @@ def _linear(
         frames, outer = bislerp(inner, epi, sites.outside)
         sign = np.where(depth < 0.5, turned[:, 2], 1.0) * outer[:, 2]
         weak = np.where(sites.outside > 0.5, weak_epi, np.where(lv > rv, weak_left, weak_right))
-    helix = sign * angles.side("helix_endo", w) * w + angles.side("helix_epi", w) * e
+    helix = sign * angles.at("helix_endo", sites.side) * w + angles.at("helix_epi", sites.side) * e
     sheet = sign * angles.sheet_endo * w + angles.sheet_epi * e
     return rotate(frames, helix, sheet), weak
 
@@ -170,7 +173,7 @@ def _linear(
 def _bayer(
     sites: Sites, angles: _Angles, w: FloatArray, e: FloatArray, biventricular: bool
 ) -> tuple[FloatArray, BoolArray]:
-    inside, outside = angles.side("helix_endo", w), angles.side("helix_epi", w)
+    inside, outside = angles.at("helix_endo", sites.side), angles.at("helix_epi", sites.side)
     helix_wall, sheet_wall = inside * (1 - e) + outside * e, angles.sheet_endo * (1 - e) + angles.sheet_epi * e
     epi, weak = make_frames(sites.to_base, sites.to_outside, keep="longitudinal")
     epi = rotate(epi, helix_wall, sheet_wall)
