@@ -15,7 +15,9 @@ _log = logging.getLogger(__name__)
 FAST_SUMS: Final = frozenset({"reassoc", "contract", "nsz", "arcp"})
 
 
-def compiled(parallel: bool = False, fast_sums: bool = False) -> Callable[[Callable[..., Any]], Any]:
+def compiled(
+    parallel: bool = False, fast_sums: bool = False, part: bool = False
+) -> Callable[[Callable[..., Any]], Any]:
     """Compile a kernel with numba and keep the machine code for the next process.
 
     numba keeps it beside the source, in the user's cache folder, or in ``NUMBA_CACHE_DIR``. Where none of them can
@@ -27,6 +29,9 @@ def compiled(parallel: bool = False, fast_sums: bool = False) -> Callable[[Calla
         Spread ``prange`` loops over threads.
     fast_sums : bool
         Let sums be reordered, so that they are vectorised.
+    part : bool
+        This function is only a part of other kernels: it becomes one with each of them. Without that, a kernel that
+        has just been compiled may call another version of it than the one read back from disk, rounded differently.
     """
     # numpy's error model: x / 0 is infinite. Python's would test each divisor, and a loop with a test in it is not
     # vectorised.
@@ -34,6 +39,7 @@ def compiled(parallel: bool = False, fast_sums: bool = False) -> Callable[[Calla
         "parallel": parallel,
         "fastmath": set(FAST_SUMS) if fast_sums else False,
         "error_model": "numpy",
+        "forceinline": part,
     }
 
     def decorate(function: Callable[..., Any]) -> Any:

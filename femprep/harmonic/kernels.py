@@ -22,7 +22,7 @@ _FLAT = 1e-12
 _LEAP = 0.25
 
 
-@compiled(fast_sums=True)
+@compiled(fast_sums=True, part=True)
 def _potential(x: float, y: float, z: float, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any) -> float:
     """Potential u at one point: sum of w (1/|r-s| - image), Eq. A.5.
 
@@ -44,7 +44,7 @@ def _potential(x: float, y: float, z: float, sx: Any, sy: Any, sz: Any, gap: Any
     return total
 
 
-@compiled(fast_sums=True)
+@compiled(fast_sums=True, part=True)
 def _gradient(
     x: float, y: float, z: float, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any
 ) -> tuple[float, float, float]:
@@ -90,7 +90,7 @@ def gradient(points: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out:
         out[i, 2] = gz
 
 
-@compiled()
+@compiled(part=True)
 def _slope(
     x: float, y: float, z: float, step: float, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any
 ) -> tuple[float, float, float]:

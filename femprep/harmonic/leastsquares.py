@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 BLOCK = 2048
 
 
-@compiled(fast_sums=True)
+@compiled(fast_sums=True, part=True)
 def _dot(a: Any, b: Any, length: int) -> float:
     total = 0.0
     for k in range(length):
@@ -118,7 +118,8 @@ def fit_spline(
     underdetermined = count < size
     if underdetermined:
         _log.warning("%d control points for %d boundary points: the stopping function is smoothed", size - 1, count)
-    trace = float(np.trace(gram))
+    # Without the constant, which has no bending energy: the weight then does not depend on psi's scale.
+    trace = float(np.trace(gram)) - float(gram[0, 0])
     scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
     used = max(smoothing, 1e-9) if underdetermined else smoothing
     while True:

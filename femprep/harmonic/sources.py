@@ -24,7 +24,7 @@ THIN_SHARE = 0.6
 _MOVE = 0.25
 
 
-@compiled()
+@compiled(part=True)
 def _cell(value: Any, x: float, y: float, z: float) -> tuple[int, int, int, float, float, float]:
     """Lowest corner of the cell a point lies in, and where in it the point lies."""
     ni, nj, nk = value.shape
@@ -34,7 +34,7 @@ def _cell(value: Any, x: float, y: float, z: float) -> tuple[int, int, int, floa
     return i, j, k, x - i, y - j, z - k
 
 
-@compiled()
+@compiled(part=True)
 def _uphill(value: Any, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Gradient of the trilinear interpolation at a point in index coordinates."""
     i, j, k, a, b, c = _cell(value, x, y, z)

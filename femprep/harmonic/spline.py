@@ -15,7 +15,7 @@ from femprep.compiled import compiled
 from femprep.model import FloatArray, readonly
 
 
-@compiled()
+@compiled(part=True)
 def _kernel(z: float, degree: int) -> float:
     """q_k(z), the integral of t^k (t^2 - 4 W t + 4 W)^(-1/2) over t in (0, 1), with W = (1 - z) / 2.
 

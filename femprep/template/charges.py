@@ -22,9 +22,14 @@ _log = logging.getLogger(__name__)
 LEAST, MOST = 12, 20_000
 #: Up to this many charges all pairs repel each other; beyond, a charge only feels those within the reach.
 _ALL_PAIRS = 3000
-#: Iterations of L-BFGS. The energy is flat: further ones only move rows of charges about.
-_ITERATIONS = 300
+#: Up to this many charges one thread is quicker than two that wait for each other.
+_FEW = 600
+#: Steps of descent. The energy is flat: further ones only move rows of charges about.
+_ITERATIONS = 400
+#: Neighbours are looked up anew this many times.
 _ROUNDS = 4
+#: Longest move of a charge in one step, in spacings.
+_LONGEST_MOVE = 0.3
 
 
 def sphere_points(count: int) -> FloatArray:
@@ -37,8 +42,8 @@ def sphere_points(count: int) -> FloatArray:
 def charge_template(vertices: int) -> Template:
     """Triangulated unit sphere with a given number of vertices, made once and kept on disk.
 
-    Equal charges on a sphere are moved to a minimum of their electrostatic energy (Thomson's problem) by L-BFGS
-    from a golden spiral, and triangulated by their convex hull. Above 3000 charges the energy is cut off beyond the
+    Equal charges on a sphere are moved to a minimum of their electrostatic energy (Thomson's problem) from
+    a golden spiral, and triangulated by their convex hull. Above 3000 charges the energy is cut off beyond the
     fourth ring of neighbours: the spiral already is even over long distances, and what is left is local order.
 
     Parameters
@@ -79,8 +84,9 @@ def _make(count: int) -> Template:
 
 def relax(directions: FloatArray) -> FloatArray:
     """Move equal charges on the unit sphere towards a minimum of their energy; unit vectors ``(n, 3)`` in and out."""
-    if len(directions) <= _ALL_PAIRS:
-        return _descend(directions, _coulomb, _ITERATIONS)
+    count = len(directions)
+    if count <= _ALL_PAIRS:
+        return _descend(directions, _coulomb if count > _FEW else _coulomb_alone, _ITERATIONS)
     # Charges move by much less than a spacing in one round, so that lists of neighbours hold for it.
     for _ in range(_ROUNDS):
         directions = _descend(directions, partial(_screened, *_neighbours(directions)), _ITERATIONS // _ROUNDS)
@@ -88,34 +94,43 @@ def relax(directions: FloatArray) -> FloatArray:
 
 
 def _descend(directions: FloatArray, repel: Callable[..., None], iterations: int) -> FloatArray:
-    """L-BFGS on the sphere; ``repel(points, share, force)`` gives each charge's energy and its gradient."""
-    from scipy.optimize import minimize
+    """Steepest descent on the sphere with steps of Barzilai and Borwein (1988, doi 10.1093/imanum/8.1.141).
 
+    It needs one evaluation a step and reaches in as many of them what a quasi-Newton method does; and its few sums
+    are numpy's own, while those of a linear algebra library depend on the number of its threads.
+    ``repel(points, share, force)`` gives each charge's energy and its gradient.
+    """
     count = len(directions)
     force = np.empty((count, 3))
     share = np.empty(count)
-    # Lengths in spacings: the first step of L-BFGS is then one spacing, shared by all charges.
-    spacing = _spacing(count)
+    longest = _LONGEST_MOVE * _spacing(count)
 
-    def energy(flat: FloatArray) -> tuple[float, FloatArray]:
-        free = flat.reshape(-1, 3)
-        length = np.sqrt((free * free).sum(axis=1))[:, None]
-        unit = np.ascontiguousarray(free / length)
-        repel(unit, share, force)
-        # Chain rule of the normalisation: only the tangential part counts.
-        slope = (force - (force * unit).sum(axis=1)[:, None] * unit) / length
-        return float(share.sum()), slope.ravel()
+    def slope(at: FloatArray) -> FloatArray:
+        repel(at, share, force)
+        return np.asarray(force - (force * at).sum(axis=1)[:, None] * at)
 
-    result = minimize(
-        energy,
-        (directions / spacing).ravel(),
-        jac=True,
-        method="L-BFGS-B",
-        options={"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": 12, "ftol": 1e-15, "gtol": 1e-9 * count},
-    )
-    _log.debug("%d charges relaxed: %d steps, energy %.12g", count, result.nit, result.fun)
-    points = result.x.reshape(-1, 3)
-    return np.asarray(points / np.sqrt((points * points).sum(axis=1))[:, None], dtype=np.float64)
+    points = np.array(directions)
+    uphill = slope(points)
+    step = longest / max(float(np.sqrt((uphill * uphill).sum(axis=1)).max()), 1e-300)
+    for iteration in range(iterations):
+        move = -step * uphill
+        length = float(np.sqrt((move * move).sum(axis=1)).max())
+        if length < 1e-7 * longest:
+            break
+        following = points + move * min(1.0, longest / length)
+        following /= np.sqrt((following * following).sum(axis=1))[:, None]
+        there = slope(following)
+        moved, turned = following - points, there - uphill
+        curvature = float((moved * turned).sum())
+        if curvature <= 0.0:
+            step *= 2.0
+        elif iteration % 2:
+            step = float((moved * moved).sum()) / curvature
+        else:
+            step = curvature / float((turned * turned).sum())
+        points, uphill = following, there
+    _log.debug("%d charges relaxed in %d steps to energy %.12g", count, iteration + 1, share.sum())
+    return points
 
 
 def _spacing(count: int) -> float:
@@ -123,7 +138,7 @@ def _spacing(count: int) -> float:
     return float(np.sqrt(8.0 * np.pi / (np.sqrt(3.0) * count)))
 
 
-@compiled(fast_sums=True)
+@compiled(fast_sums=True, part=True)
 def _push(points: Any, i: int, others: Any) -> tuple[float, float, float, float]:
     """Sum of 1/d and its gradient over all other charges."""
     x, y, z = points[i, 0], points[i, 1], points[i, 2]
@@ -146,8 +161,7 @@ def _push(points: Any, i: int, others: Any) -> tuple[float, float, float, float]
     return total, fx, fy, fz
 
 
-@compiled(parallel=True)
-def _coulomb(points: Any, share: Any, force: Any) -> None:
+def _all_pairs(points: Any, share: Any, force: Any) -> None:
     """Half the potential at each charge, and the gradient of the whole energy."""
     others = points.T.copy()
     for i in prange(points.shape[0]):
@@ -156,6 +170,10 @@ def _coulomb(points: Any, share: Any, force: Any) -> None:
         force[i, 0] = fx
         force[i, 1] = fy
         force[i, 2] = fz
+
+
+_coulomb = compiled(parallel=True)(_all_pairs)
+_coulomb_alone = compiled()(_all_pairs)
 
 
 def _neighbours(directions: FloatArray) -> tuple[FloatArray, FloatArray, float]:
