@@ -124,13 +124,31 @@ def element_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
     }
 
 
+def row_numbers(rows: IntArray) -> IntArray:
+    """Number from 0 for each row of integers, equal for equal rows, in their lexicographic order.
+
+    What ``np.unique(rows, axis=0, return_inverse=True)`` gives, some ten times faster: rows are packed into one number
+    each, and compressed on the way where they would not fit.
+    """
+    rows = rows - rows.min(initial=0)
+    size = int(rows.max(initial=0)) + 1
+    key, span = np.zeros(len(rows), dtype=np.int64), 1
+    for column in rows.T:
+        if span > 2**62 // size:
+            key = np.unique(key, return_inverse=True)[1].ravel()
+            span = len(rows)
+        key = key * size + column
+        span *= size
+    return np.asarray(np.unique(key, return_inverse=True)[1].ravel(), dtype=np.int64)
+
+
 def boundary_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
     """The faces that belong to one element only, by facet type."""
     out = {}
     for kind, faces in element_faces(cells).items():
         key = np.sort(faces.nodes[:, : FACET_CORNERS[kind]], axis=1)
-        _, inverse, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-        single = count[inverse.ravel()] == 1
+        number = row_numbers(key)
+        single = np.bincount(number)[number] == 1
         out[kind] = ElementFaces(faces.nodes[single], faces.element[single], faces.face[single])
     return out
 
@@ -182,8 +200,7 @@ def _ring(nodes: IntArray) -> IntArray:
 
 def _first_row(have: IntArray, wanted: IntArray) -> IntArray:
     """For each wanted row, the first row of ``have`` that equals it, or -1."""
-    _, inverse = np.unique(np.concatenate([have, wanted]), axis=0, return_inverse=True)
-    inverse = inverse.ravel()
+    inverse = row_numbers(np.concatenate([have, wanted]))
     first = np.full(len(have) + len(wanted), -1, dtype=np.int64)
     first[inverse[: len(have)][::-1]] = np.arange(len(have))[::-1]
     return np.asarray(first[inverse[len(have) :]], dtype=np.int64)

@@ -17,7 +17,7 @@ from femprep.volume.limits import judge
 from femprep.volume.measures import MEASURES, centroids, element_measures
 from femprep.volume.report import FacetRecord, Histogram, QualityReport, RegionRecord, Statistics, WorstElement
 from femprep.volume.transmural import elements_through_wall, mesh_edges
-from femprep.volume.validity import validity
+from femprep.volume.validity import used_points, validity
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -79,7 +79,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     elif len(through) == 0:
         notes.append("elements through the wall are not counted: no facets tagged endo and epi")
     verdicts, failures = judge(measures, found, facet_tags, limits)
-    used = mesh.points[np.unique(np.concatenate([block.ravel() for block in mesh.cells.values()]))]
+    used = mesh.points[used_points(mesh)]
     low, high = used.min(axis=0).tolist(), used.max(axis=0).tolist()
     return QualityReport(
         n_points=len(mesh.points),

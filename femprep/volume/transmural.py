@@ -55,7 +55,8 @@ def mesh_edges(mesh: VolumeMesh) -> IntArray:
     if not parts:
         return np.empty((0, 2), dtype=np.int64)
     edges = np.sort(np.concatenate(parts), axis=1)
-    key = np.unique(edges[:, 0] * len(mesh.points) + edges[:, 1])
+    key = np.sort(edges[:, 0] * len(mesh.points) + edges[:, 1])
+    key = key[np.concatenate([[True], key[1:] != key[:-1]])]
     return np.stack([key // len(mesh.points), key % len(mesh.points)], axis=1)
 
 

@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from femprep.elements import ELEMENTS, FACET_CORNERS, element_faces, match_facets
+from femprep.elements import ELEMENTS, FACET_CORNERS, element_faces, row_numbers
 from femprep.model import VolumeMesh
 from femprep.volume.report import Validity
 
@@ -27,13 +27,18 @@ def validity(mesh: VolumeMesh, relative_jacobian: npt.NDArray[np.float64]) -> Va
     relative_jacobian : (n_cells,) array
         As from ``element_measures``.
     """
-    rings, owner = _face_rings(mesh.cells)
-    key, number, count = _unique_faces(rings)
-    single = count[number] == 1
-    boundary = rings[single]
+    faces, owner = _face_rings(mesh.cells)
+    facets = _facet_rings(mesh)
+    number = row_numbers(np.sort(np.concatenate([faces, facets]), axis=1))
+    face, facet = number[: len(faces)], number[len(faces) :]
+    count = np.bincount(face, minlength=int(number.max(initial=-1)) + 1)
+    boundary = faces[count[face] == 1]
     edges = _BoundaryEdges(boundary)
-    used = _used_points(mesh)
-    tagged, stray, inward = _facet_faults(mesh)
+    used = used_points(mesh)
+    outer = count[facet] == 1
+    first = np.zeros(len(count), dtype=np.int64)
+    first[face[::-1]] = np.arange(len(face))[::-1]
+    inward = ~_same_sense(facets[outer], faces[first[facet[outer]]])
     return Validity(
         inverted_elements=int((~(relative_jacobian > 0)).sum()),
         duplicate_elements=_duplicate_elements(mesh.cells),
@@ -43,13 +48,13 @@ def validity(mesh: VolumeMesh, relative_jacobian: npt.NDArray[np.float64]) -> Va
         non_manifold_boundary_points=edges.pinched,
         duplicate_points=len(cKDTree(mesh.points[used]).query_pairs(_tiny(mesh, used), output_type="ndarray")),
         orphan_points=len(mesh.points) - len(used),
-        pieces=_components(mesh.n_cells, number, owner, len(key)),
+        pieces=_components(mesh.n_cells, face, owner, len(count)),
         boundary_shells=edges.shells,
         euler_characteristic=len(np.unique(boundary[boundary >= 0])) - len(edges.count) + len(boundary),
         boundary_facets=len(boundary),
-        untagged_boundary_facets=None if mesh.n_facets == 0 else len(boundary) - tagged,
-        stray_facets=stray,
-        inward_facets=inward,
+        untagged_boundary_facets=None if mesh.n_facets == 0 else len(boundary) - len(np.unique(facet[outer])),
+        stray_facets=int((count[facet] == 0).sum()),
+        inward_facets=int(inward.sum()),
     )
 
 
@@ -65,12 +70,13 @@ def _face_rings(cells: Mapping[str, IntArray]) -> tuple[IntArray, IntArray]:
     return np.concatenate(rings), np.concatenate(owner)
 
 
-def _unique_faces(rings: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Faces as sets of corners, the number of each ring's face, and how many elements each face belongs to."""
-    if len(rings) == 0:
-        return rings, np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-    key, number, count = np.unique(np.sort(rings, axis=1), axis=0, return_inverse=True, return_counts=True)
-    return key, number.ravel(), count
+def _facet_rings(mesh: VolumeMesh) -> IntArray:
+    """Corner rings ``(n_facets, 4)`` of the tagged facets, -1 after a triangle's third."""
+    rings, first = np.full((mesh.n_facets, 4), -1, dtype=np.int64), 0
+    for kind, block in mesh.facets.items():
+        rings[first : first + len(block), : FACET_CORNERS[kind]] = block[:, : FACET_CORNERS[kind]]
+        first += len(block)
+    return rings
 
 
 class _BoundaryEdges:
@@ -103,8 +109,8 @@ class _BoundaryEdges:
             (np.ones(len(rows), dtype=np.int8), (rows, hubs)), shape=(len(start) + 2 * len(self.count),) * 2
         )
         _, label = connected_components(graph, directed=False)
-        fans = np.unique(np.stack([start, label[: len(start)]], axis=1), axis=0)
-        self.pinched = int((np.unique(fans[:, 0], return_counts=True)[1] > 1).sum()) if len(fans) else 0
+        _, one = np.unique(row_numbers(np.stack([start, label[: len(start)]], axis=1)), return_index=True)
+        self.pinched = int((np.bincount(start[one]) > 1).sum())
 
 
 def _components(count: int, hub: IntArray, member: IntArray, hubs: int) -> int:
@@ -116,9 +122,12 @@ def _components(count: int, hub: IntArray, member: IntArray, hubs: int) -> int:
     return int(connected_components(graph, directed=False)[0])
 
 
-def _used_points(mesh: VolumeMesh) -> IntArray:
-    parts = [np.unique(block) for block in mesh.cells.values()]
-    return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *parts]))
+def used_points(mesh: VolumeMesh) -> IntArray:
+    """Numbers of the points some element uses."""
+    used = np.zeros(len(mesh.points), dtype=bool)
+    for block in mesh.cells.values():
+        used[block] = True
+    return np.flatnonzero(used)
 
 
 def _tiny(mesh: VolumeMesh, used: IntArray) -> float:
@@ -130,45 +139,8 @@ def _duplicate_elements(cells: Mapping[str, IntArray]) -> int:
     total = 0
     for name, block in cells.items():
         corners = np.sort(block[:, : ELEMENTS[name].corners], axis=1)
-        total += len(corners) - len(np.unique(corners, axis=0))
+        total += len(corners) - int(row_numbers(corners).max(initial=-1)) - 1
     return total
-
-
-def _facet_faults(mesh: VolumeMesh) -> tuple[int, int, int]:
-    """Boundary facets that are tagged, tagged facets no element has, tagged boundary facets wound inward."""
-    element, face = match_facets(mesh.cells, mesh.facets)
-    matched = element >= 0
-    rings, _ = _face_rings(mesh.cells)
-    if len(rings) == 0 or not matched.any():
-        return 0, int((~matched).sum()), 0
-    _, number, count = _unique_faces(rings)
-    ring_of = _element_rings(mesh, element[matched], face[matched])
-    wanted = np.full((len(ring_of), 4), -1, dtype=np.int64)
-    facets, first = np.full((mesh.n_facets, 4), -1, dtype=np.int64), 0
-    for kind, block in mesh.facets.items():
-        facets[first : first + len(block), : FACET_CORNERS[kind]] = block[:, : FACET_CORNERS[kind]]
-        first += len(block)
-    wanted = facets[matched]
-    key = np.unique(np.sort(rings[count[number] == 1], axis=1), axis=0)
-    both, where = np.unique(np.concatenate([key, np.sort(wanted, axis=1)]), axis=0, return_inverse=True)
-    where = where.ravel()
-    is_boundary = np.zeros(len(both), dtype=bool)
-    is_boundary[where[: len(key)]] = True
-    on_boundary = is_boundary[where[len(key) :]]
-    tagged = len(np.unique(where[len(key) :][on_boundary]))
-    inward = on_boundary & ~_same_sense(wanted, ring_of)
-    return tagged, int((~matched).sum()), int(inward.sum())
-
-
-def _element_rings(mesh: VolumeMesh, element: IntArray, face: IntArray) -> IntArray:
-    """Corner rings ``(k, 4)`` of given faces of given elements, outward."""
-    out, first = np.full((len(element), 4), -1, dtype=np.int64), 0
-    for name, block in mesh.cells.items():
-        for number, corners in enumerate(ELEMENTS[name].faces):
-            chosen = (element >= first) & (element < first + len(block)) & (face == number)
-            out[chosen, : len(corners)] = block[element[chosen] - first][:, list(corners)]
-        first += len(block)
-    return out
 
 
 def _same_sense(one: IntArray, two: IntArray) -> npt.NDArray[np.bool_]:
