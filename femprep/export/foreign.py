@@ -80,7 +80,7 @@ def from_meshio(mesh: Any) -> VolumeMesh:
         facets=_gather(mesh, kept, FACET_CORNERS),
         facet_tag=facet_tag,
         cell_data=_data(mesh.cell_data, volume, taken),
-        point_data={name: v for name, v in mesh.point_data.items() if name not in _BOOKKEEPING},
+        point_data={name: v for name, v in mesh.point_data.items() if name not in (*TAG_ARRAYS, *_BOOKKEEPING)},
         facet_data=_data(mesh.cell_data, surface, taken) if surface else {},
         info={
             "source": {"region": region_from, "facet_tag": facet_from, "left_out": left_out},
@@ -154,8 +154,10 @@ def _data(cell_data: Mapping[str, list[Any]], blocks: list[int], taken: set[str]
     for cells and facets alike fill it up with zeros where it says nothing.
     """
     found = {}
-    for name, values in cell_data.items():
-        parts = [np.asarray(values[i]) for i in blocks]
+    for name, arrays in cell_data.items():
+        parts = [np.asarray(arrays[i]) for i in blocks]
         if name not in taken and len({part.shape[1:] for part in parts}) == 1 and any(np.any(part) for part in parts):
-            found[name] = np.concatenate(parts)
+            values = np.concatenate(parts)
+            # Formats that know floats alone give the AHA segments back as such.
+            found[name] = values.astype(np.int32) if name == "aha" else values
     return found

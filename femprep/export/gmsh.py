@@ -48,7 +48,13 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     Cell data stay out: meshio, through which scikit-fem and others read, cannot read them from version 2.2.
     """
     parts = _parts(mesh)
-    _write(folder / f"{stem}.msh", _head("2.2", mesh), _nodes_22(mesh, options), _elements_22(parts), _node_data(mesh))
+    _write(
+        folder / f"{stem}.msh",
+        _head("2.2", mesh, options),
+        _nodes_22(mesh, options),
+        _elements_22(parts),
+        _node_data(mesh),
+    )
 
 
 def write_41(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
@@ -61,7 +67,7 @@ def write_41(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) 
         for tag in np.unique(part.tags)
     ]
     text = _entities(mesh, parts, options), _nodes_41(mesh, parts, options), _elements_41(parts), _data(mesh, parts)
-    _write(folder / f"{stem}.msh", _head("4.1", mesh), *text)
+    _write(folder / f"{stem}.msh", _head("4.1", mesh, options), *text)
 
 
 def _write(path: Path, *parts: Iterator[str]) -> None:
@@ -70,8 +76,9 @@ def _write(path: Path, *parts: Iterator[str]) -> None:
             file.writelines(part)
 
 
-def _head(version: str, mesh: VolumeMesh) -> Iterator[str]:
+def _head(version: str, mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield f"$MeshFormat\n{version} 0 8\n$EndMeshFormat\n"
+    yield f"$Comments\nfemprep volume mesh; {UNITS[options.length_unit].line}\n$EndComments\n"
     names = [(2, tag, name) for name, tag in facet_names(mesh).items() if tag > 0]
     names += [(3, tag, name) for name, tag in region_names(mesh).items() if tag > 0]
     yield f"$PhysicalNames\n{len(names)}\n"

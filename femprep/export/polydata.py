@@ -26,7 +26,8 @@ def planes_from(record: Mapping[str, Any]) -> dict[str, Plane]:
     return {name: Plane(**{k: entry[k] for k in ("point", "normal", "source")}) for name, entry in record.items()}
 
 
-def _polydata(points: np.ndarray, blocks: list[np.ndarray]) -> Any:
+def polydata(points: np.ndarray, blocks: list[np.ndarray]) -> Any:
+    """VTK polygons of several blocks of node numbers."""
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
     out = vtkPolyData()
@@ -37,7 +38,7 @@ def _polydata(points: np.ndarray, blocks: list[np.ndarray]) -> Any:
 
 def surface_polydata(surface: Surface) -> Any:
     """A closed surface with its point data, ``direction`` and record."""
-    out = _polydata(surface.points, [surface.cells])
+    out = polydata(surface.points, [surface.cells])
     add_arrays(out.GetPointData(), surface.point_data, "point data")
     if surface.directions is not None:
         add_arrays(out.GetPointData(), {"direction": surface.directions}, "point data")
@@ -47,7 +48,7 @@ def surface_polydata(surface: Surface) -> Any:
 
 def wall_polydata(wall: Wall) -> Any:
     """A wall with ``facet_tag`` per triangle, ``template`` per point, tags by name and its planes."""
-    out = _polydata(wall.points, [wall.triangles])
+    out = polydata(wall.points, [wall.triangles])
     add_arrays(out.GetCellData(), {"facet_tag": wall.facet_tag}, "cell data")
     add_arrays(out.GetPointData(), {"template": wall.template}, "point data")
     names = {tag_name(int(tag)): int(tag) for tag in np.unique(wall.facet_tag)}
@@ -60,7 +61,7 @@ def facets_polydata(mesh: VolumeMesh) -> Any:
     """The tagged facets of a mesh: tag and owning element of each, and which point of the mesh each point is."""
     blocks = [block[:, : FACET_CORNERS[kind]] for kind, block in mesh.facets.items()]
     used = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *(block.ravel() for block in blocks)]))
-    out = _polydata(mesh.points[used], [np.searchsorted(used, block) for block in blocks])
+    out = polydata(mesh.points[used], [np.searchsorted(used, block) for block in blocks])
     element, _ = match_facets(mesh.cells, mesh.facets)
     cell = {"facet_tag": mesh.facet_tag, "GlobalElementID": element + 1, **mesh.facet_data}
     point = {"GlobalNodeID": used + 1, **{name: np.asarray(values)[used] for name, values in mesh.point_data.items()}}

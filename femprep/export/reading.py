@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 from femprep.errors import FemprepError, FileError, MissingDependencyError
 from femprep.export.foreign import from_meshio
+from femprep.export.units import UNITS
 from femprep.model import VolumeMesh
 
 
@@ -83,8 +86,23 @@ def _xdmf(path: Path) -> VolumeMesh:
     return own if own is not None else _meshio(path)
 
 
+def _med(path: Path) -> VolumeMesh:
+    from femprep.export.med import read
+
+    return read(path, meshio_mesh(path))
+
+
 def _meshio(path: Path) -> VolumeMesh:
     return from_meshio(meshio_mesh(path))
+
+
+def _with_unit(path: Path) -> VolumeMesh:
+    """A text file of ours names its unit near its top; of anyone else's the lengths stay as they are."""
+    mesh = _meshio(path)
+    with path.open("rb") as file:
+        match = re.search(rb"femprep volume mesh; length (\w+),", file.read(1000))
+    unit = UNITS.get(match[1].decode()) if match else None
+    return mesh if unit is None or unit.per_mm == 1.0 else replace(mesh, points=mesh.points / unit.per_mm)
 
 
 def meshio_mesh(path: Path) -> Any:
@@ -118,4 +136,7 @@ _READERS: Final[dict[str, Callable[[Path], VolumeMesh]]] = {
     ".vtk": _legacy_vtk,
     ".inp": _abaqus,
     ".xdmf": _xdmf,
+    ".med": _med,
+    ".msh": _with_unit,
+    ".mesh": _with_unit,
 }

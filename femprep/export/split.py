@@ -1,13 +1,25 @@
-"""A mesh of any elements in, the same mesh of linear tetrahedra out."""
+"""A mesh of any elements in, the same mesh of linear tetrahedra, or of linear elements, out."""
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from femprep.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import IntArray, VolumeMesh
+
+log = logging.getLogger(__name__)
+
+_LINEAR: Final = {
+    "tetra10": "tetra",
+    "wedge15": "wedge",
+    "hexahedron20": "hexahedron",
+    "triangle6": "triangle",
+    "quad8": "quad",
+}
 
 
 def element_tets(kind: str, block: IntArray) -> tuple[IntArray, IntArray]:
@@ -81,4 +93,26 @@ def to_tetrahedra(mesh: VolumeMesh) -> VolumeMesh:
         cell_data={name: np.asarray(values)[row] for name, values in mesh.cell_data.items()},
         point_data={name: np.asarray(values)[used] for name, values in mesh.point_data.items()},
         facet_data={name: np.asarray(values)[facet_row] for name, values in mesh.facet_data.items()},
+    )
+
+
+def linear(mesh: VolumeMesh, reader: str) -> VolumeMesh:
+    """The mesh with the corners of its elements alone, for a reader that knows no mid-side nodes.
+
+    Points that are corners of no element go; the order of the others stays. A linear mesh comes back as it is.
+    """
+    if all(not ELEMENTS[kind].quadratic for kind in mesh.cells):
+        return mesh
+    log.warning("%s reads linear elements alone: mid-side nodes are left out", reader)
+    cells = {_LINEAR.get(kind, kind): block[:, : ELEMENTS[kind].corners] for kind, block in mesh.cells.items()}
+    facets = {_LINEAR.get(kind, kind): block[:, : FACET_CORNERS[kind]] for kind, block in mesh.facets.items()}
+    used = np.unique(np.concatenate([block.ravel() for block in cells.values()]))
+    new = np.full(len(mesh.points), -1)
+    new[used] = np.arange(len(used))
+    return replace(
+        mesh,
+        points=mesh.points[used],
+        cells={kind: new[block] for kind, block in cells.items()},
+        facets={kind: new[block] for kind, block in facets.items()},
+        point_data={name: np.asarray(values)[used] for name, values in mesh.point_data.items()},
     )

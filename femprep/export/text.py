@@ -9,18 +9,18 @@ import numpy.typing as npt
 FIELD = 20
 
 
-def number(value: float) -> str:
-    """Shortest text of a float that reads back as the same float, cut to 20 characters.
-
-    Only values below 0.01, or in scientific notation, can need more than 20; they keep at least 13 digits.
-    """
+def number(value: float, width: int = FIELD) -> str:
+    """Shortest text of a float that reads back as the same float, or the nearest to it in so many characters."""
     text = repr(float(value))
-    if len(text) <= FIELD:
+    if len(text) <= width:
         return text
-    short = text.replace("0.", ".", 1) if text.lstrip("-").startswith("0.") else text
-    if len(short) <= FIELD:
-        return short
-    return next(t for t in (f"{value:.{digits}e}" for digits in range(16, 0, -1)) if len(t) <= FIELD)
+    size = abs(value)
+    whole = len(str(int(size))) if 1 <= size < 10.0 ** (width - 2) else 0
+    # Without the zero before the point; one decimal less where rounding makes the number longer.
+    room = width - (value < 0) - whole - 1
+    plain = [f"{value:.{room - less}f}".replace("0.", ".", 1 if size < 1 else 0) for less in (0, 1) if room > less]
+    scientific = [f"{value:.{digits}e}" for digits in range(width - 6, width - 10, -1)]
+    return min((t for t in plain + scientific if len(t) <= width), key=lambda t: abs(float(t) - value))
 
 
 def rows(*columns: npt.ArrayLike, separator: str = ", ", width: int | None = FIELD) -> str:

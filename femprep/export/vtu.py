@@ -40,12 +40,34 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     save(unstructured_grid(mesh), folder / f"{stem}.vtu")
 
 
-def unstructured_grid(mesh: VolumeMesh, point: dict[str, Any] | None = None) -> Any:
+def unstructured_grid(mesh: VolumeMesh) -> Any:
     """The mesh as a VTK grid.
 
     Cell data ``region``; field data one ``[tag, dimension]`` per name, as Gmsh and meshio keep names; the facets as
     field data too, so that one file is the whole mesh and every reader still finds volume cells alone.
+
+    Raises
+    ------
+    InputError
+        Data are called ``region``, or are no numbers.
     """
+    out = bare_grid(mesh)
+    if "region" in mesh.cell_data:
+        raise InputError("cell data 'region' would hide the region tags; give it another name")
+    add_arrays(out.GetCellData(), {"region": mesh.region, **mesh.cell_data}, "cell data")
+    add_arrays(out.GetPointData(), mesh.point_data, "point data")
+    names = {name: np.array([tag, 3], np.int32) for name, tag in region_names(mesh).items()}
+    names |= {name: np.array([tag, 2], np.int32) for name, tag in facet_names(mesh).items()}
+    facets = {_FACETS + kind: block for kind, block in mesh.facets.items()}
+    data = {_FACET_DATA + name: values for name, values in {"facet_tag": mesh.facet_tag, **mesh.facet_data}.items()}
+    add_arrays(out.GetFieldData(), {**names, **facets, **data}, "field data")
+    record = {"planes": planes_record(mesh.planes), "info": dict(mesh.info)}
+    add_record(out, {**record, "cells": list(mesh.cells), "facets": list(mesh.facets)})
+    return out
+
+
+def bare_grid(mesh: VolumeMesh) -> Any:
+    """Points and volume cells of the mesh as a VTK grid, without any data."""
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 
@@ -54,17 +76,6 @@ def unstructured_grid(mesh: VolumeMesh, point: dict[str, Any] | None = None) -> 
     out.SetPoints(vtk_points(mesh.points))
     kinds = np.concatenate([np.empty(0, dtype=np.uint8), *types])
     out.SetCells(numpy_to_vtk(kinds, deep=True), vtk_cells(list(mesh.cells.values())))
-    if "region" in mesh.cell_data:
-        raise InputError("cell data 'region' would hide the region tags; give it another name")
-    add_arrays(out.GetCellData(), {"region": mesh.region, **mesh.cell_data}, "cell data")
-    add_arrays(out.GetPointData(), {**mesh.point_data, **(point or {})}, "point data")
-    names = {name: np.array([tag, 3], np.int32) for name, tag in region_names(mesh).items()}
-    names |= {name: np.array([tag, 2], np.int32) for name, tag in facet_names(mesh).items()}
-    facets = {_FACETS + kind: block for kind, block in mesh.facets.items()}
-    data = {_FACET_DATA + name: values for name, values in {"facet_tag": mesh.facet_tag, **mesh.facet_data}.items()}
-    add_arrays(out.GetFieldData(), {**names, **facets, **data}, "field data")
-    record = {"planes": planes_record(mesh.planes), "info": dict(mesh.info)}
-    add_record(out, {**record, "cells": list(mesh.cells), "facets": list(mesh.facets)})
     return out
 
 

@@ -18,7 +18,8 @@ KINDS = [*ELEMENTS, "mixed"]
 
 
 def mesh_of(kind: str) -> VolumeMesh:
-    return with_fibres(mixed() if kind == "mixed" else truncated_ellipsoid(kind, curved=True))
+    mesh = with_fibres(mixed() if kind == "mixed" else truncated_ellipsoid(kind, curved=True))
+    return mesh.with_data(cell={"aha": np.arange(mesh.n_cells, dtype=np.int32) % 17 + 1})
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class Case:
     format: str
     filename: str
     kinds: tuple[str, ...] = tuple(KINDS)
-    data: tuple[str, ...] = ("fiber", "sheet")
+    data: tuple[str, ...] = ("fiber", "sheet", "aha")
     tolerance: float = 0.0
     data_tolerance: float = 0.0
     by_region: bool = False
@@ -42,6 +43,8 @@ CASES = [
     Case("gmsh41", "lv.msh", by_region=True),
     Case("dolfinx", "mesh.xdmf", kinds=("tetra", "tetra10", "hexahedron")),
     Case("fenics", "mesh.xdmf", kinds=("tetra",)),
+    Case("med", "lv.med"),
+    Case("medit", "lv.mesh", kinds=("tetra", "wedge", "hexahedron", "mixed"), data=()),
 ]
 
 
@@ -51,6 +54,7 @@ def test_everything_comes_back(case: Case, kind: str, tmp_path: Path) -> None:
     before = copies(mesh)
     written = write_mesh(mesh, tmp_path / case.filename, format=case.format)
     assert sorted(written) == sorted(tmp_path.iterdir())
+    assert (tmp_path / case.filename).is_file()
     back = read_mesh(tmp_path / case.filename)
     assert_same(
         back,
@@ -81,9 +85,8 @@ def test_units_are_named_where_the_file_can_and_read_back(case: Case, unit: str,
     mesh = mesh_of("tetra")
     write_mesh(mesh, tmp_path / case.filename, format=case.format, length_unit=unit)
     back = read_mesh(tmp_path / case.filename)
-    scale = {"cm": 0.1, "m": 1e-3}[unit] if case.format.startswith("gmsh") else 1.0  # Gmsh files name no unit
     # Metres need an exponent in a field of 20 characters: 13 digits are left.
-    np.testing.assert_allclose(back.points, mesh.points * scale, rtol=1e-13, atol=1e-14)
+    np.testing.assert_allclose(back.points, mesh.points, rtol=1e-13, atol=1e-14)
 
 
 def test_vtu_keeps_every_array_and_record(tmp_path: Path) -> None:
