@@ -176,7 +176,12 @@ def _flip(sheet: Sheet, active: BoolArray) -> None:
     count = len(p)
     there = edge_table(near).nodes @ np.array([count, 1])
     new = np.minimum(c, d) * count + np.maximum(c, d)
-    gain = np.where(flat & ~np.isin(new, there), then - now, -1.0)
+    allowed = flat & ~np.isin(new, there)
+    # Nor may a triangle come to lie in the plane, with three corners on the rim.
+    for corner in (one, other):
+        on = sheet.on_plane[corner]
+        allowed &= ~((on[:, 0] >= 0) & (on == on[:, :1]).all(axis=1))
+    gain = np.where(allowed, then - now, -1.0)
     touched: set[int] = set()
     made: set[int] = set()
     for i in np.argsort(-gain, kind="stable").tolist():

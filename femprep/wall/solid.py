@@ -130,6 +130,7 @@ def _sheet_facets(
     origin_id = np.repeat(np.asarray(mesh.run_original_id, dtype=np.int64), np.diff(runs))
     all_points = np.concatenate([sheet.points for sheet in sheets])
     away, number = (np.asarray(found) for found in cKDTree(all_points).query(points))
+    starts = np.cumsum([0, *(len(sheet.points) for sheet in sheets)])
     found, source = [], []
     for k, sheet in enumerate(sheets):
         own = triangles[origin_id == first_id + k]
@@ -144,10 +145,18 @@ def _sheet_facets(
         sides = mapped != np.roll(mapped, 1, axis=1)
         mapped = mapped[sides.all(axis=1)]
         if len(mapped) != len(sheet.triangles):
+            lost = _lost(sheet.triangles + int(starts[k]), mapped)
+            at = all_points[lost].mean(axis=(0, 1))
             raise InputError(
-                f"of {len(sheet.triangles)} facets of surface {sheet.name!r} {len(mapped)} bound the wall; "
-                "the endocardium must lie inside the epicardium"
+                f"{len(lost)} of {len(sheet.triangles)} facets of surface {sheet.name!r} do not bound the wall, one "
+                f"near ({at[0]:.1f}, {at[1]:.1f}, {at[2]:.1f}); the endocardium must lie inside the epicardium"
             )
         found.append(mapped)
         source.append(np.full(len(mapped), k))
     return np.concatenate(found), np.concatenate(source)
+
+
+def _lost(wanted: IntArray, found: IntArray) -> IntArray:
+    """Triangles of the first list that are not in the second, whatever their winding."""
+    there = {tuple(row) for row in np.sort(found, axis=1).tolist()}
+    return np.array([row for row in np.sort(wanted, axis=1).tolist() if tuple(row) not in there]).reshape(-1, 3)

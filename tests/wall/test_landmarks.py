@@ -65,6 +65,16 @@ def test_the_offset_moves_the_base_towards_the_apex():
     assert find_apex(seg, base_offset=3.0).point == pytest.approx(find_apex(seg).point)
 
 
+def test_a_slice_that_leaves_cavity_bare_is_passed_over():
+    radii = [10.0, 26.0, 24.0, 22.0, 20.0]  # 10 + 8 mm of ring against 26 mm of cavity: half of it is bare
+    seg = stack(list("ooooo"), radii=radii)
+    base = find_base(seg, basal_end="first")
+    assert slice_of(seg, base) == pytest.approx(1.0)
+    assert "passed over slice 0" in base.source
+    seg = stack(list("ooooo"), radii=[17.5, *radii[1:]])  # 4 %
+    assert slice_of(seg, find_base(seg, basal_end="first")) == pytest.approx(0.0)
+
+
 def test_a_cylinder_has_no_base():
     with pytest.raises(InputError, match=r"both ends of the stack look alike.*give basal_end"):
         find_base(stack(list("oooo"), radii=np.full(4, 20.0)))
