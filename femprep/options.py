@@ -50,7 +50,10 @@ class SurfaceOptions(StageOptions):
     )
     spline_order: int = Field(4, ge=2, le=10, description="Order m of Wahba's spline.")
     sphere_ratio: float = Field(
-        1.25, gt=1.0, le=4.0, description="Radius of the sphere over the object's greatest distance from its barycentre."
+        1.25,
+        gt=1.0,
+        le=4.0,
+        description="Radius of the sphere over the object's greatest distance from its barycentre.",
     )
     steps: int = Field(40, ge=4, le=1000, description="Runge-Kutta steps from sphere to surface.")
     memory_limit: float = Field(4.0, gt=0, description="Largest memory a solve may need, GB.")
@@ -98,7 +101,10 @@ class VolumeOptions(StageOptions):
         True, description="Move points of the worst elements afterwards, surface points along their surface."
     )
     minimum_dihedral: float = Field(
-        10.0, ge=0, lt=70, description="Smallest dihedral angle asked of the mesh, degrees; below it the mesher retries."
+        10.0,
+        ge=0,
+        lt=70,
+        description="Smallest dihedral angle asked of the mesh, degrees; below it the mesher retries.",
     )
     mean_ratio: float = Field(
         0.82, ge=0, lt=1, description="Mean of the mean ratio asked of the mesh; below it the mesher retries."
@@ -136,17 +142,23 @@ class SweepOptions(StageOptions):
         "given. Equal columns, rows and layers give equal connectivity.",
     )
     grading: float = Field(
-        1.0, gt=0.01, lt=100, description="Height of the outermost layer over that of the innermost; above 1 is finer inside."
+        1.0,
+        gt=0.01,
+        lt=100,
+        description="Height of the outermost layer over that of the innermost; above 1 is finer inside.",
     )
     order: Literal[1, 2] = Field(1, description="Order of the elements; 2 adds mid-side nodes on the smooth surfaces.")
     minimum_thickness: float = Field(
-        1.0, gt=0, description="Least distance of the epicardium from the endocardium, mm; nearer parts are pushed outwards."
+        1.0,
+        gt=0,
+        description="Least distance of the epicardium from the endocardium, mm; nearer parts are pushed outwards.",
     )
     maximum_push: float = Field(
         8.0, ge=0, description="Farthest the epicardium may be pushed outwards to reach the least thickness, mm."
     )
     toward: tuple[float, float, float] = Field(
-        (1.0, 0.0, 0.0), description="Direction (LPS) in which the first column of elements lies, seen from the long axis."
+        (1.0, 0.0, 0.0),
+        description="Direction (LPS) in which the first column of elements lies, seen from the long axis.",
     )
 
 
@@ -238,12 +250,16 @@ class Options(StageOptions):
     structures: dict[str, tuple[int, ...]] = Field(
         default_factory=dict, description="Label numbers by structure name (lv, myo, rv, ...)."
     )
+    flip: bool = Field(False, description="Mirror the label map first, for a heart that was stored mirrored.")
     formats: tuple[str, ...] = Field((), description="Further file formats of the mesh beside mesh.vtu.")
     image: ImageOptions = ImageOptions()
     surface: SurfaceOptions = SurfaceOptions()
     wall: WallOptions = WallOptions()
     volume: VolumeOptions = VolumeOptions()
     check: CheckOptions = CheckOptions()
+    fibres: FibreOptions | None = Field(
+        None, description="Ventricular coordinates, AHA segments and fibres on the mesh; none where left out."
+    )
     export: ExportOptions = ExportOptions()
 
     @field_validator("preset")

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
+from femprep.anatomy import WallFields, add_aha, add_coordinates, add_fibres, flip, ventricular_axes
 from femprep.image import LabelObject, Segmentation
 from femprep.model import Surface, VolumeMesh, Wall
 from femprep.options import Options, choose
@@ -106,6 +107,7 @@ def mesh_segmentation(
     """
     options = choose(Options, options, changes)
     stages = Stages(progress)
+    seg = flip(seg) if options.flip else seg
     with stages("objects"):
         objects = {
             "lv": seg.object("lv", name="lv", options=options.image),
@@ -124,6 +126,13 @@ def mesh_segmentation(
         wall = build_wall(epi=epi, endo={"lv": endo}, base=base, apex=apex, options=options.wall, progress=report)
     with stages("volume") as report:
         mesh = tetrahedralize(wall, options=options.volume, progress=report)
+    if options.fibres is not None:
+        with stages("anatomy"):
+            axes = ventricular_axes(seg, basal_end=options.wall.basal_end)
+            fields = WallFields(mesh, axes)
+            for add in (add_coordinates, add_aha):
+                mesh = add(mesh, axes=axes, fields=fields)
+            mesh = add_fibres(mesh, options.fibres, axes=axes, fields=fields)
     with stages("quality"):
         quality = check(mesh, options=options.check)
     surfaces = {"lv": replace(endo, name="lv"), "epi": replace(epi, name="epi")}

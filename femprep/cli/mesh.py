@@ -9,9 +9,11 @@ import typer
 
 from femprep.cli._configuration import parse_structures, read_options
 from femprep.cli._fields import option
-from femprep.options import ImageOptions, Options, SurfaceOptions, VolumeOptions, WallOptions
+from femprep.export.table import FORMATS
+from femprep.options import FibreOptions, ImageOptions, Options, SurfaceOptions, VolumeOptions, WallOptions
 
-INPUT, SURFACES, WALL, VOLUME, OUTPUT = "Input", "Surfaces", "Wall", "Volume mesh", "Output"
+INPUT, SURFACES, WALL = "Input", "Surfaces", "Wall"
+VOLUME, FIBRES, OUTPUT = "Volume mesh", "Fibres", "Output"
 
 
 def mesh(
@@ -24,6 +26,7 @@ def mesh(
     ] = None,
     policy: Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)] = None,
     spacing: Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT)] = None,
+    flip: Annotated[bool | None, option(Options, "flip", "--flip", panel=INPUT)] = None,
     config: Annotated[
         Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)
     ] = None,
@@ -40,11 +43,15 @@ def mesh(
     minimum_thickness: Annotated[float | None, option(WallOptions, "minimum_thickness", panel=WALL)] = None,
     edge_length: Annotated[float | None, option(VolumeOptions, "edge_length", panel=VOLUME)] = None,
     time_limit: Annotated[float | None, option(VolumeOptions, "time_limit", panel=VOLUME)] = None,
+    fibres: Annotated[
+        bool,
+        typer.Option("--fibres", help="Add ventricular coordinates, AHA segments and fibres.", rich_help_panel=FIBRES),
+    ] = False,
+    endo_angle: Annotated[float | None, option(FibreOptions, "endo_angle", panel=FIBRES)] = None,
+    epi_angle: Annotated[float | None, option(FibreOptions, "epi_angle", panel=FIBRES)] = None,
     format: Annotated[
         list[str] | None,
-        typer.Option(
-            "--format", help="Further format, repeatable: abaqus, dolfinx, fenics, gmsh.", rich_help_panel=OUTPUT
-        ),
+        typer.Option("--format", help=f"Further format, repeatable: {', '.join(FORMATS)}.", rich_help_panel=OUTPUT),
     ] = None,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print nothing but errors.", rich_help_panel=OUTPUT)
@@ -63,6 +70,7 @@ def mesh(
         preset=preset,
         structures=parse_structures(structure),
         formats=tuple(format) if format else None,
+        flip=flip,
         image__policy=policy,
         image__spacing=spacing,
         surface__vertices=vertices,
@@ -75,6 +83,9 @@ def mesh(
         wall__minimum_thickness=minimum_thickness,
         volume__edge_length=edge_length,
         volume__time_limit=time_limit,
+        fibres={} if fibres else None,
+        fibres__endo_angle=endo_angle,
+        fibres__epi_angle=epi_angle,
     )
     return mesh_file(segmentation, out, options, quiet=quiet, json=json)
 

@@ -57,6 +57,20 @@ def mesh_notices(info: Mapping[str, Any]) -> list[str]:
     lines = [f"fTetWild run {i + 1} of {len(attempts)}: {run['outcome']}" for i, run in enumerate(attempts[:-1])]
     if not info.get("quality_reached", True):
         lines.append("the mesher did not reach the quality asked of it; the best of its runs was kept")
+    lines.extend(_anatomy_notices(info))
+    return lines
+
+
+def _anatomy_notices(info: Mapping[str, Any]) -> list[str]:
+    axes = info.get("axes", {})
+    lines = []
+    if axes.get("mirrored"):
+        lines.append(
+            "the heart is stored mirrored: its fibres were mirrored with it; --flip mirrors the label map first instead"
+        )
+    assumed = axes.get("info", {}).get("assumed", ())
+    if assumed:
+        lines.append(f"nothing in the labels tells {' and '.join(assumed)} of the heart: the usual was assumed")
     return lines
 
 
