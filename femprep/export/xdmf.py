@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from femprep.errors import InputError
+from femprep.export.fibres import directions
 from femprep.export.names import facet_names, region_names
 from femprep.export.split import to_tetrahedra
 from femprep.export.units import UNITS
@@ -39,7 +40,9 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     """Write ``stem.xdmf``, ``stem.h5``, ``markers.json`` (name to tag and dimension) and ``info.json`` for dolfinx.
 
     Tetrahedra of four and ten nodes and hexahedra of eight go as they are; dolfinx reads no facet tags on wedges and
-    no twenty-node hexahedra, so every other mesh is cut into linear tetrahedra, and ``info.json`` says so.
+    no twenty-node hexahedra, so every other mesh is cut into linear tetrahedra, and ``info.json`` says so. Cell data
+    (fibres, sheets, AHA segments) are attributes of the grid ``Mesh`` and arrays ``cell_data/<name>`` of the HDF5
+    file, a row per cell of the file: dolfinx' cell i is row ``mesh.topology.original_cell_index[i]``.
 
     Raises
     ------
@@ -52,15 +55,22 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
 def write_fenics(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
     """Write the same for legacy FEniCS, which reads linear tetrahedra alone: every other mesh is cut into them.
 
+    Fibre and sheet come as checkpoints too, ``stem_fiber.xdmf`` and ``stem_sheet.xdmf``:
+    ``XDMFFile(...).read_checkpoint(f, "fiber", 0)`` fills a function of ``VectorFunctionSpace(mesh, "DG", 0)``.
+
     Raises
     ------
     InputError
         Data of a cell or point array are no numbers.
     """
-    _write(mesh, folder, stem, options, whole=("tetra",))
+    written = _write(mesh, folder, stem, options, whole=("tetra",))
+    found = directions(written)
+    for name, values in zip(("fiber", "sheet"), found or ()):
+        if name in written.cell_data:
+            _write_checkpoint(written, folder, f"{stem}_{name}", name, values, UNITS[options.length_unit].per_mm)
 
 
-def _write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions, whole: tuple[str, ...]) -> None:
+def _write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions, whole: tuple[str, ...]) -> VolumeMesh:
     units = UNITS[options.length_unit]
     kinds = list(mesh.cells)
     note = ""
@@ -68,74 +78,107 @@ def _write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions, wh
         note = f"{' and '.join(kinds)} cut into linear tetrahedra"
         log.warning("%s: the reader of %s.xdmf knows no others", note, stem)
         mesh = to_tetrahedra(mesh)
-    _write_grids(mesh, folder, stem, units.per_mm)
+    (kind, cells) = next(iter(mesh.cells.items()))
+    with Document(folder, stem) as document:
+        grid = document.grid(MESH, kind, cells, "cells")
+        document.geometry(grid, mesh.points * units.per_mm)
+        for name, values in mesh.cell_data.items():
+            document.attribute(grid, name, "Cell", f"cell_data/{name}", values)
+        for name, values in mesh.point_data.items():
+            document.attribute(grid, name, "Node", f"point_data/{name}", values)
+        grid = document.grid(CELL_TAGS, kind, cells, "cell_tags")
+        document.geometry(grid)
+        document.attribute(grid, CELL_TAGS, "Cell", "cell_tags/values", mesh.region)
+        for facet_kind, block in mesh.facets.items():
+            grid = document.grid(FACET_TAGS, facet_kind, block, "facet_tags")
+            document.geometry(grid)
+            document.attribute(grid, FACET_TAGS, "Cell", "facet_tags/values", mesh.facet_tag)
     tags = {name.upper(): [tag, 3] for name, tag in region_names(mesh).items()}
     tags |= {name.upper(): [tag, 2] for name, tag in facet_names(mesh).items()}
     info = {"length_unit": units.length, "units": units.line, "source": "femprep", "changed": note}
-    _write_json(folder / "markers.json", tags)
-    _write_json(folder / "info.json", info)
+    (folder / "markers.json").write_text(json.dumps(tags, indent=2) + "\n", encoding="utf-8")
+    (folder / "info.json").write_text(json.dumps(info, indent=2) + "\n", encoding="utf-8")
+    return mesh
 
 
-def _write_json(path: Path, value: Any) -> None:
-    path.write_text(json.dumps(value, indent=2) + "\n", encoding="utf-8")
+def _write_checkpoint(mesh: VolumeMesh, folder: Path, stem: str, name: str, values: Any, scale: float) -> None:
+    """A vector per cell as dolfin's ``write_checkpoint`` writes a function of degree 0."""
+    count, where = mesh.n_cells, f"{name}/{name}_0"
+    with Document(folder, stem) as document:
+        collection = {"GridType": "Collection", "CollectionType": "Temporal", "Name": name}
+        parent = ElementTree.SubElement(document.domain, "Grid", collection)
+        grid = document.grid(f"{name}_0", "tetra", mesh.cells["tetra"], f"{where}/mesh", parent)
+        document.geometry(grid, mesh.points * scale)
+        ElementTree.SubElement(grid, "Time", {"Value": "0"})
+        element = {"ElementFamily": "DG", "ElementDegree": "0", "ElementCell": "tetrahedron"}
+        kind = {"Name": name, "Center": "Other", "AttributeType": "Vector", "ItemType": "FiniteElementFunction"}
+        function = ElementTree.SubElement(grid, "Attribute", {**kind, **element})
+        document.item(function, f"{where}/cell_dofs", np.arange(3 * count, dtype=np.int32)[:, None])
+        document.item(function, f"{where}/vector", np.asarray(values, dtype=np.float64).reshape(-1, 1))
+        document.item(function, f"{where}/x_cell_dofs", np.arange(0, 3 * count + 1, 3, dtype=np.uint64)[:, None])
+        document.item(function, f"{where}/cells", np.arange(count, dtype=np.uint64)[:, None])
 
 
-def _write_grids(mesh: VolumeMesh, folder: Path, stem: str, scale: float) -> None:
-    import h5py
+class Document:
+    """An XDMF file in the making, its arrays in an HDF5 file of the same stem beside it."""
 
-    (kind, cells), h5 = next(iter(mesh.cells.items())), f"{stem}.h5"
-    with h5py.File(folder / h5, "w") as store:
+    def __init__(self, folder: Path, stem: str) -> None:
+        import h5py
 
-        def item(parent: ElementTree.Element, where: str, values: Any) -> None:
-            array = np.ascontiguousarray(values)
-            if array.dtype.kind not in "biuf":
-                raise InputError(f"data {where.rsplit('/', 1)[-1]!r} are {array.dtype}; XDMF holds numbers")
-            array = array.astype(np.uint8) if array.dtype.kind == "b" else array
-            store.create_dataset(where, data=array, track_times=False)
-            number = {"i": "Int", "u": "UInt", "f": "Float"}[array.dtype.kind]
-            size = " ".join(map(str, array.shape))
-            attributes = {"Dimensions": size, "NumberType": number, "Precision": str(array.dtype.itemsize)}
-            ElementTree.SubElement(parent, "DataItem", {**attributes, "Format": "HDF"}).text = f"{h5}:{where}"
+        self._path, self._h5 = folder / f"{stem}.xdmf", f"{stem}.h5"
+        self._store = h5py.File(folder / self._h5, "w")
+        self._root = ElementTree.Element("Xdmf", {"Version": "3.0"})
+        self._points: Mapping[str, str] = {}
+        self.domain = ElementTree.SubElement(self._root, "Domain")
 
-        def grid(name: str, kind: str, nodes: Any, where: str) -> ElementTree.Element:
-            out = ElementTree.SubElement(domain, "Grid", {"Name": name, "GridType": "Uniform"})
-            sizes = {"NumberOfElements": str(len(nodes)), "NodesPerElement": str(nodes.shape[1])}
-            topology = ElementTree.SubElement(out, "Topology", {"TopologyType": TOPOLOGY[kind], **sizes})
-            item(topology, f"{where}/topology", nodes)
-            return out
+    def __enter__(self) -> Document:
+        return self
 
-        def geometry(parent: ElementTree.Element) -> None:
-            if MESH not in store:
-                item(ElementTree.SubElement(parent, "Geometry", {"GeometryType": "XYZ"}), f"/{MESH}/geometry", points)
-            else:
-                element = ElementTree.SubElement(parent, "Geometry", {"GeometryType": "XYZ"})
-                size = {"Dimensions": f"{len(points)} 3", "NumberType": "Float", "Precision": "8", "Format": "HDF"}
-                ElementTree.SubElement(element, "DataItem", size).text = f"{h5}:/{MESH}/geometry"
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self._store.close()
+        if kind is None:
+            ElementTree.indent(self._root)
+            ElementTree.ElementTree(self._root).write(self._path, encoding="utf-8", xml_declaration=True)
 
-        def attribute(parent: ElementTree.Element, name: str, center: str, where: str, values: Any) -> None:
-            width = np.asarray(values).shape[1:] or (1,)
-            form = {1: "Scalar", 3: "Vector", 6: "Tensor6", 9: "Tensor"}.get(int(np.prod(width)), "Matrix")
-            item(
-                ElementTree.SubElement(parent, "Attribute", {"Name": name, "AttributeType": form, "Center": center}),
-                where,
-                values,
-            )
+    def item(self, parent: ElementTree.Element, where: str, values: Any) -> dict[str, str]:
+        """Store an array and name it in the document."""
+        array = np.ascontiguousarray(values)
+        if array.dtype.kind not in "biuf":
+            raise InputError(f"data {where.rsplit('/', 1)[-1]!r} are {array.dtype}; XDMF holds numbers")
+        array = array.astype(np.uint8) if array.dtype.kind == "b" else array
+        self._store.create_dataset(where, data=array, track_times=False)
+        number = {"i": "Int", "u": "UInt", "f": "Float"}[array.dtype.kind]
+        size = " ".join(map(str, array.shape))
+        attributes = {"Dimensions": size, "NumberType": number, "Precision": str(array.dtype.itemsize), "Format": "HDF"}
+        ElementTree.SubElement(parent, "DataItem", attributes).text = f"{self._h5}:/{where}"
+        return {**attributes, "text": f"{self._h5}:/{where}"}
 
-        points = mesh.points * scale
-        root = ElementTree.Element("Xdmf", {"Version": "3.0"})
-        domain = ElementTree.SubElement(root, "Domain")
-        whole = grid(MESH, kind, cells, "/cells")
-        geometry(whole)
-        for name, values in mesh.cell_data.items():
-            attribute(whole, name, "Cell", f"/cell_data/{name}", values)
-        for name, values in mesh.point_data.items():
-            attribute(whole, name, "Node", f"/point_data/{name}", values)
-        tags = grid(CELL_TAGS, kind, cells, "/cell_tags")
-        geometry(tags)
-        attribute(tags, CELL_TAGS, "Cell", "/cell_tags/values", mesh.region)
-        for facet_kind, block in mesh.facets.items():
-            tagged = grid(FACET_TAGS, facet_kind, block, "/facet_tags")
-            geometry(tagged)
-            attribute(tagged, FACET_TAGS, "Cell", "/facet_tags/values", mesh.facet_tag)
-    ElementTree.indent(root)
-    ElementTree.ElementTree(root).write(folder / f"{stem}.xdmf", encoding="utf-8", xml_declaration=True)
+    def grid(
+        self, name: str, kind: str, nodes: Any, where: str, parent: ElementTree.Element | None = None
+    ) -> ElementTree.Element:
+        """A uniform grid with its topology."""
+        target = self.domain if parent is None else parent
+        out = ElementTree.SubElement(target, "Grid", {"Name": name, "GridType": "Uniform"})
+        sizes = {"NumberOfElements": str(len(nodes)), "NodesPerElement": str(nodes.shape[1])}
+        self.item(
+            ElementTree.SubElement(out, "Topology", {"TopologyType": TOPOLOGY[kind], **sizes}),
+            f"{where}/topology",
+            nodes,
+        )
+        return out
+
+    def geometry(self, grid: ElementTree.Element, points: Any = None) -> None:
+        """The points of a grid; without any, those of the first grid: every grid has the mesh's numbering."""
+        element = ElementTree.SubElement(grid, "Geometry", {"GeometryType": "XYZ"})
+        if points is not None:
+            self._points = self.item(element, f"{MESH}/geometry", points)
+        else:
+            attributes = {key: value for key, value in self._points.items() if key != "text"}
+            ElementTree.SubElement(element, "DataItem", attributes).text = self._points["text"]
+
+    def attribute(self, grid: ElementTree.Element, name: str, center: str, where: str, values: Any) -> None:
+        """Values at the cells or nodes of a grid."""
+        width = int(np.prod(np.asarray(values).shape[1:]))
+        form = {1: "Scalar", 3: "Vector", 6: "Tensor6", 9: "Tensor"}.get(width, "Matrix")
+        element = ElementTree.SubElement(grid, "Attribute", {"Name": name, "AttributeType": form, "Center": center})
+        self.item(element, where, values)

@@ -1,9 +1,11 @@
 """Run by the system's Python with dolfinx: inflate the mesh of an XDMF file, print what it found as JSON.
 
-Arguments: mesh.xdmf, pressure, Young's modulus, Poisson's ratio, all in the file's units.
+Arguments: mesh.xdmf, pressure, Young's modulus, Poisson's ratio, all in the file's units. Where there is a file
+``fiber.npy`` (the array ``cell_data/fiber`` of the HDF5 file), its integral over each region is printed too.
 """
 
 import json
+import os
 import sys
 
 import numpy as np
@@ -29,6 +31,14 @@ ds = ufl.Measure("ds", domain=mesh, subdomain_data=facets, metadata=rule)
 one = fem.Constant(mesh, PETSc.ScalarType(1.0))
 volumes = {n: fem.assemble_scalar(fem.form(one * dx(t))) for n, (t, dim) in markers.items() if dim == 3}
 areas = {n: fem.assemble_scalar(fem.form(one * ds(t))) for n, (t, dim) in markers.items() if dim == 2}
+
+fibres = {}
+if os.path.exists("fiber.npy"):
+    fiber = fem.Function(fem.VectorFunctionSpace(mesh, ("DG", 0)))
+    fiber.x.array[:] = np.load("fiber.npy")[mesh.topology.original_cell_index].ravel()
+    for name, (tag, dim) in markers.items():
+        if dim == 3:
+            fibres[name] = [fem.assemble_scalar(fem.form(fiber[i] * dx(tag))) for i in range(3)]
 
 degree = int(sys.argv[5]) if len(sys.argv) > 5 else 1
 space = fem.VectorFunctionSpace(mesh, ("Lagrange", degree))
@@ -65,6 +75,7 @@ print(
         {
             "volumes": volumes,
             "areas": areas,
+            "fibres": fibres,
             "greatest": float(np.linalg.norm(values, axis=1).max()),
             "cells": int(mesh.topology.index_map(3).size_local),
             "points": int(mesh.geometry.x.shape[0]),

@@ -1,9 +1,11 @@
 """Run by the system's Python with legacy dolfin: inflate the mesh of an XDMF file, print what it found as JSON.
 
-Arguments: mesh.xdmf, pressure, Young's modulus, Poisson's ratio, all in the file's units.
+Arguments: mesh.xdmf, pressure, Young's modulus, Poisson's ratio, all in the file's units. Where there is a file
+``mesh_fiber.xdmf``, the integral of the fibre over each region is printed too.
 """
 
 import json
+import os
 import sys
 
 import numpy as np
@@ -51,6 +53,15 @@ ds = Measure("ds", domain=mesh, subdomain_data=facets)
 volumes = {name: assemble(Constant(1.0) * dx(tag)) for name, (tag, dim) in markers.items() if dim == 3}
 areas = {name: assemble(Constant(1.0) * ds(tag)) for name, (tag, dim) in markers.items() if dim == 2}
 
+fibres = {}
+if os.path.exists("mesh_fiber.xdmf"):
+    fiber = Function(VectorFunctionSpace(mesh, "DG", 0))
+    with XDMFFile("mesh_fiber.xdmf") as xdmf:
+        xdmf.read_checkpoint(fiber, "fiber", 0)
+    for name, (tag, dim) in markers.items():
+        if dim == 3:
+            fibres[name] = [assemble(fiber[i] * dx(tag)) for i in range(3)]
+
 space = VectorFunctionSpace(mesh, "Lagrange", 1)
 u, v = TrialFunction(space), TestFunction(space)
 mu, la = young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))
@@ -71,6 +82,7 @@ print(
         {
             "volumes": volumes,
             "areas": areas,
+            "fibres": fibres,
             "greatest": float(np.linalg.norm(values, axis=0).max()),
             "cells": mesh.num_cells(),
             "points": mesh.num_vertices(),

@@ -6,9 +6,10 @@ import json
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
-from meshes import mixed, truncated_ellipsoid
+from meshes import mixed, truncated_ellipsoid, with_fibres
 from solver_tools import calculix_results, require_system_module, run_calculix, run_system_python
 
 from femprep.elements import ELEMENTS
@@ -53,14 +54,21 @@ def volumes_and_areas(mesh: VolumeMesh) -> tuple[dict[str, float], dict[str, flo
 @pytest.mark.parametrize("kind", ["tetra", *(pytest.param(k, marks=pytest.mark.slow) for k in ("wedge", "mixed"))])
 def test_tags_and_displacement(program: str, format: str, module: str, kind: str, tmp_path: Path) -> None:
     require_system_module(module)
-    mesh = mixed() if kind == "mixed" else truncated_ellipsoid(kind)
+    mesh = with_fibres(mixed() if kind == "mixed" else truncated_ellipsoid(kind))
     write_mesh(mesh, tmp_path / "mesh.xdmf", format=format)
+    with h5py.File(tmp_path / "mesh.h5") as store:
+        np.save(tmp_path / "fiber.npy", store["cell_data/fiber"][()])
     found = run(program, tmp_path)
     tets = to_tetrahedra(mesh)
     volumes, areas = volumes_and_areas(tets)
     assert found["volumes"] == pytest.approx(volumes, rel=1e-12)
     assert found["areas"] == pytest.approx(areas, rel=1e-12)
     assert (found["cells"], found["points"]) == (tets.n_cells, len(tets.points))
+    p = tets.points[tets.cells["tetra"]]
+    volume = np.linalg.det(p[:, 1:] - p[:, :1]) / 6
+    for name, tag in tets.region_names.items():
+        integral = volume[tets.region == tag] @ np.asarray(tets.cell_data["fiber"])[tets.region == tag]
+        np.testing.assert_allclose(found["fibres"][name.upper()], integral, rtol=1e-11, atol=1e-8)
     assert found["greatest"] == pytest.approx(calculix_greatest(tets, tmp_path), rel=1e-6)
 
 
