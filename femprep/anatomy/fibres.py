@@ -104,7 +104,7 @@ def add_fibres(
         "mirrored": mirrored,
         "convention": "helix angle positive where a fibre climbs to the right seen from outside with the base up",
         "degenerate_elements": int(np.count_nonzero(degenerate)),
-        "depth_angle_correlation": _correlation(cells, cell["fiber"]),
+        "depth_angle_correlation": _correlation(cells, cell["fiber"], mirrored),
     }
     if "hand" in fields.axes.info.get("assumed", ()) and chosen.mirrored == "auto":
         record["assumed"] = "the heart is not mirrored: nothing in the mesh tells"
@@ -186,8 +186,11 @@ def _named(result: FloatArray) -> dict[str, FloatArray]:
     return {name: result[:, :, i] for i, name in enumerate(("fiber", "sheet", "normal"))}
 
 
-def _correlation(cells: Sites, fibre: FloatArray) -> dict[str, float | None]:
-    """Pearson correlation of depth and helix angle over the elements of each free wall, as measured on the fibres."""
+def _correlation(cells: Sites, fibre: FloatArray, mirrored: bool) -> dict[str, float | None]:
+    """Pearson correlation of depth and helix angle over the elements of each free wall, as measured on the fibres.
+
+    The angle is the anatomical one: that of a mirrored heart is the negative of what is measured on its mesh.
+    """
     out: dict[str, float | None] = {}
     free = cells.outside >= 0.5 * (1 - np.abs(cells.across))
     for name, side, outward in (("lv", cells.across >= 0, -1.0), ("rv", cells.across < 0, 1.0)):
@@ -195,6 +198,7 @@ def _correlation(cells: Sites, fibre: FloatArray) -> dict[str, float | None]:
         if not at.any():
             continue
         angle = helix_angle(fibre[at], cells.to_base[at], outward * cells.to_across[at])
+        angle = -angle if mirrored else angle
         depth = 1 - np.abs(cells.across_distance[at])
         flat = np.ptp(angle) < 1e-6 or np.ptp(depth) < 1e-12
         out[name] = None if flat else round(float(np.corrcoef(depth, angle)[0, 1]), 4)

@@ -149,13 +149,12 @@ def test_drift_and_hand():
     assert rv_drift(axes, points[:1], np.ones(1), [0]) == 0.0
 
 
-@pytest.mark.parametrize("kind", ["tetra", "wedge", "hexahedron", "mixed"])
-@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize(
+    ("kind", "order"), [*((kind, order) for kind in ("tetra", "wedge", "hexahedron") for order in (1, 2)), ("mixed", 1)]
+)
 def test_flipped_mesh_is_positive_and_flips_back(kind, order):
     mesh = ellipsoid(kind, size=3, layers=1).mesh
     if order == 2:
-        if kind == "mixed":
-            pytest.skip("one quadratic type at a time")
         mesh = grown(mesh)
     twin = flip(mesh)
     assert LinearElements(twin).volume == pytest.approx(LinearElements(mesh).volume)

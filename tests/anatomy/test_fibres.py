@@ -166,6 +166,7 @@ def test_mirrored_twin_has_mirrored_fibres(rule, caplog):
     twin = flip(mesh)
     again = add_fibres(twin, rule=rule, endo_sheet_angle=20.0)
     assert again.info["fibres"]["mirrored"] is True
+    assert again.info["fibres"]["depth_angle_correlation"]["lv"] < -0.9  # of the anatomical angle
     assert "mirror image" in caplog.text
     for name in ("fiber", "sheet", "normal"):
         assert _angle(again.cell_data[name], twin.cell_data[name]).max() < 1e-3
