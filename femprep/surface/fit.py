@@ -36,6 +36,8 @@ TABLE_1: Final = {
 _FEWEST, _MOST = 50, 450
 #: Voxels of the isotropic grid along the sphere's radius, at least and at most.
 _COARSEST, _FINEST = 16.0, 64.0
+#: Least size of those voxels, in distances of neighbouring singularities.
+_DENT_FREE = 0.25
 
 
 def fit_surface(
@@ -92,14 +94,18 @@ def fit_surface(
     boundary = boundary_points(obj) if boundary is None else boundary
     if len(boundary) < 12:
         raise InputError(f"object {obj.name!r} has {len(boundary)} boundary points, too few for a surface")
-    number = _default_number(obj, boundary)
+    area = _area(obj, boundary)
+    number = _default_number(obj, area)
     singularities = number if chosen.singularities is None else chosen.singularities
     control_points = number if chosen.control_points is None else chosen.control_points
 
     axes, frame = _axes(obj)
     centre = obj.barycentre
     radius = float(chosen.sphere_ratio * np.linalg.norm(boundary.points - centre, axis=1).max())
-    voxel = float(np.clip(obj.grid.spacing.min(), radius / _FINEST, radius / _COARSEST))
+    # The paper erodes by two isotropic voxels and leaves their size open: the image's smallest. Singularities closer to
+    # the surface than about half their distance from each other would dent it, so that fine voxels are not followed.
+    wanted = max(float(obj.grid.spacing.min()), _DENT_FREE * float(np.sqrt(area / singularities)))
+    voxel = float(np.clip(wanted, radius / _FINEST, radius / _COARSEST))
     memory = required_memory(len(boundary), singularities, control_points, chosen.vertices, radius / voxel)
     if memory > chosen.memory_limit:
         raise ResourceError(
@@ -188,10 +194,13 @@ def _axes(obj: LabelObject) -> tuple[FloatArray, FloatArray]:
     return axes, frame
 
 
-def _default_number(obj: LabelObject, boundary: BoundaryPoints) -> int:
+def _area(obj: LabelObject, boundary: BoundaryPoints) -> float:
+    """Area of the object's surface, mm2: two thirds of its voxel faces', all orientations being equally likely."""
+    return float((obj.grid.voxel_volume / boundary.spacing).sum() / 1.5)
+
+
+def _default_number(obj: LabelObject, area: float) -> int:
     """M and K from the object: one for every four voxel faces of a wall along the slices."""
-    # A smooth surface has two thirds of the area of its voxel faces, all orientations being equally likely.
-    area = float((obj.grid.voxel_volume / boundary.spacing).sum() / 1.5)
     face = obj.grid.voxel_volume / float(obj.grid.spacing.min())
     # In tens: objects of about one size share their points on the sphere, which are made once.
     return int(np.clip(10 * round(area / (40.0 * face)), _FEWEST, _MOST))
