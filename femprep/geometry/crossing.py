@@ -67,13 +67,19 @@ def _segments_meet(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) -
 @compiled()
 def _flat_segment_meets(p: FloatArray, q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
     """Whether the segment p, q meets the triangle a, b, c of the same plane; the triangle may have no area."""
-    if _segments_meet(p, q, a, b) or _segments_meet(p, q, b, c) or _segments_meet(p, q, c, a):
-        return True
     for axis in range(3):
         turn = _turn(a, b, c, axis)
         if turn != 0:
-            return _turn(a, b, p, axis) == turn and _turn(b, c, p, axis) == turn and _turn(c, a, p, axis) == turn
-    return False
+            # Seen along this axis the plane is no line, so that meeting there is meeting in space.
+            first, second, third = _turn(a, b, p, axis), _turn(b, c, p, axis), _turn(c, a, p, axis)
+            if first != -turn and second != -turn and third != -turn:
+                return True
+            return (
+                _segments_meet_flat(p, q, a, b, axis)
+                or _segments_meet_flat(p, q, b, c, axis)
+                or _segments_meet_flat(p, q, c, a, axis)
+            )
+    return _segments_meet(p, q, a, b) or _segments_meet(p, q, b, c) or _segments_meet(p, q, c, a)
 
 
 @compiled()
@@ -94,8 +100,31 @@ def _segment_meets(
 
 
 @compiled()
+def _apart(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, e: FloatArray, f: FloatArray) -> bool:
+    """Whether a plane across the line between their middles separates the triangles for certain: the quick answer.
+
+    Heights above a are compared with room for rounding, so that False only means not certain.
+    """
+    nx = (a[0] - d[0]) + (b[0] - e[0]) + (c[0] - f[0])
+    ny = (a[1] - d[1]) + (b[1] - e[1]) + (c[1] - f[1])
+    nz = (a[2] - d[2]) + (b[2] - e[2]) + (c[2] - f[2])
+    lowest, highest, size = 0.0, -np.inf, 0.0
+    for i in range(5):
+        p = b if i == 0 else c if i == 1 else d if i == 2 else e if i == 3 else f
+        x, y, z = (p[0] - a[0]) * nx, (p[1] - a[1]) * ny, (p[2] - a[2]) * nz
+        size = max(size, abs(x) + abs(y) + abs(z))
+        if i < 2:
+            lowest = min(lowest, x + y + z)
+        else:
+            highest = max(highest, x + y + z)
+    return lowest - highest > 1e-14 * size
+
+
+@compiled()
 def triangles_meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, e: FloatArray, f: FloatArray) -> bool:
     """Whether the closed triangles a, b, c and d, e, f have a point in common."""
+    if _apart(a, b, c, d, e, f):
+        return False
     d_side, e_side, f_side = orient3d(a, b, c, d), orient3d(a, b, c, e), orient3d(a, b, c, f)
     if d_side == e_side == f_side and d_side != 0:
         return False
