@@ -1,28 +1,47 @@
 """Run by the system's Python with dolfinx: inflate the mesh of an XDMF file, print what it found as JSON.
 
-Arguments: mesh.xdmf, pressure, Young's modulus, Poisson's ratio, all in the file's units. Where there is a file
+Arguments: mesh.xdmf or a .msh, pressure, Young's modulus, Poisson's ratio, all in the file's units; degree of the
+displacement; path of gmsh.py for a .msh. Where there is a file
 ``fiber.npy`` (the array ``cell_data/fiber`` of the HDF5 file), its integral over each region is printed too.
 """
 
+import importlib.util
 import json
 import os
 import sys
 
 import numpy as np
+
+if len(sys.argv) > 6:
+    # dolfinx reads Gmsh's files through gmsh itself, whose module (one file beside its library) is given; dolfinx
+    # looks for it when it is imported.
+    spec = importlib.util.spec_from_file_location("gmsh", sys.argv[6])
+    gmsh = importlib.util.module_from_spec(spec)
+    sys.modules["gmsh"] = gmsh
+    spec.loader.exec_module(gmsh)
+
 import ufl
 from dolfinx import fem
-from dolfinx.io import XDMFFile
+from dolfinx.io import XDMFFile, gmshio
 from mpi4py import MPI
 from petsc4py import PETSc
 
 path, pressure, young, poisson = sys.argv[1], *map(float, sys.argv[2:5])
-with open(path.replace("mesh.xdmf", "markers.json")) as file:
-    markers = json.load(file)
-with XDMFFile(MPI.COMM_WORLD, path, "r") as xdmf:
-    mesh = xdmf.read_mesh(name="Mesh")
-    mesh.topology.create_connectivity(2, 3)
-    cells = xdmf.read_meshtags(mesh, name="Cell tags")
-    facets = xdmf.read_meshtags(mesh, name="Facet tags")
+if path.endswith(".msh"):
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.open(path)
+    groups = gmsh.model.getPhysicalGroups()
+    markers = {gmsh.model.getPhysicalName(dim, tag).upper(): [tag, dim] for dim, tag in groups}
+    mesh, cells, facets = gmshio.model_to_mesh(gmsh.model, MPI.COMM_WORLD, 0)
+else:
+    with open(path.replace("mesh.xdmf", "markers.json")) as file:
+        markers = json.load(file)
+    with XDMFFile(MPI.COMM_WORLD, path, "r") as xdmf:
+        mesh = xdmf.read_mesh(name="Mesh")
+        mesh.topology.create_connectivity(2, 3)
+        cells = xdmf.read_meshtags(mesh, name="Cell tags")
+        facets = xdmf.read_meshtags(mesh, name="Facet tags")
 
 # On hexahedra two Gauss points each way, as CalculiX' C3D8 has.
 rule = {} if mesh.topology.cell_name() == "tetrahedron" else {"quadrature_degree": 3}

@@ -28,9 +28,9 @@ def calculix_greatest(mesh: VolumeMesh, folder: Path) -> float:
     return float(np.linalg.norm(displacement, axis=1).max())
 
 
-def run(program: str, folder: Path, *more: str) -> dict[str, Any]:
+def run(program: str, folder: Path, *more: str, file: str = "mesh.xdmf") -> dict[str, Any]:
     script = HERE / f"{program}_inflation.py"
-    text = run_system_python(script, folder, "mesh.xdmf", str(PRESSURE), str(YOUNG), str(POISSON), *more)
+    text = run_system_python(script, folder, file, str(PRESSURE), str(YOUNG), str(POISSON), *more)
     found: dict[str, Any] = json.loads(next(line for line in text.splitlines() if line.startswith("RESULT"))[7:])
     return found
 
@@ -70,6 +70,20 @@ def test_tags_and_displacement(program: str, format: str, module: str, kind: str
         integral = volume[tets.region == tag] @ np.asarray(tets.cell_data["fiber"])[tets.region == tag]
         np.testing.assert_allclose(found["fibres"][name.upper()], integral, rtol=1e-11, atol=1e-8)
     assert found["greatest"] == pytest.approx(calculix_greatest(tets, tmp_path), rel=1e-6)
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("format", ["gmsh", "gmsh41"])
+def test_dolfinx_reads_the_msh_through_gmsh(format: str, tmp_path: Path) -> None:
+    require_system_module("dolfinx")
+    gmsh = pytest.importorskip("gmsh")
+    mesh = truncated_ellipsoid("tetra")
+    write_mesh(mesh, tmp_path / "lv.msh", format=format)
+    found = run("dolfinx", tmp_path, "1", gmsh.__file__, file="lv.msh")
+    volumes, areas = volumes_and_areas(mesh)
+    assert found["volumes"] == pytest.approx(volumes, rel=1e-12)
+    assert found["areas"] == pytest.approx(areas, rel=1e-12)
+    assert found["greatest"] == pytest.approx(calculix_greatest(mesh, tmp_path), rel=1e-6)
 
 
 @pytest.mark.solver
