@@ -33,7 +33,7 @@ logger = logging.getLogger(__name__)
 BASE_FACETS: Final = ("base", "mitral", "tricuspid", "aortic", "pulmonary")
 
 #: Where the RV lies from the LV in a patient, LPS: to the right and in front. Used only where nothing else tells.
-_USUAL_RV: Final = np.array([-1.0, -1.0, 0.0]) / np.sqrt(2.0)
+USUAL_RV: Final = np.array([-1.0, -1.0, 0.0]) / np.sqrt(2.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +205,7 @@ def axes_from_mesh(mesh: VolumeMesh) -> VentricularAxes:
     info: dict[str, Any] = {}
     if not len(rv):
         info["assumed"] = ["septal", "hand"]
-        septal = _USUAL_RV if abs(_USUAL_RV @ direction) < 0.9 else np.array([-1.0, 0.0, 0.0])
+        septal = USUAL_RV if abs(USUAL_RV @ direction) < 0.9 else np.array([-1.0, 0.0, 0.0])
         return VentricularAxes(apex, foot, septal, None, source="mesh", info=info)
     size = np.linalg.norm(rv_area, axis=1)
     septal = np.average(rv, axis=0, weights=size) - apex

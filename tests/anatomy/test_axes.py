@@ -32,8 +32,8 @@ def _heart(shape=(64, 64, 14), spacing=(1.6, 1.6, 8.0), mirrored: bool = False) 
     # Anatomical: long axis +z, RV at -x, front = z x (-x) = -y.
     front = -0.25 * (z + 45)
     rv = ((u + 22) / 30) ** 2 + ((v - front) / 30) ** 2 + (z / 75) ** 2 < 1
-    labels = np.where(inner, 3, np.where(outer, 2, np.where(rv, 1, 0))).reshape(shape)
-    labels[:, :, 13:] = 0
+    labels = np.where(inner, 3, np.where(outer, 2, np.where(rv, 1, 0)))
+    labels = np.where(z > 4, 0, labels).reshape(shape)
     if mirrored:
         labels = labels[:, ::-1]
     return Segmentation(labels.astype(np.uint8), grid, {"rv": 1, "myo": 2, "lv": 3})
@@ -129,6 +129,24 @@ def test_labels_without_rv_assume_and_say_so():
     assert axes.info["assumed"] == ["septal", "hand"]
 
 
+def test_image_of_cubic_voxels_may_lie_anyhow():
+    seg = _heart((64, 64, 72), (1.6, 1.6, 1.5))
+    straight = ventricular_axes(seg)
+    assert "open_voxels" in straight.info
+    lean = np.array([0.1, -0.05, 1.0])
+    assert straight.long_axis == pytest.approx(lean / np.linalg.norm(lean), abs=0.04)
+    assert straight.mirrored is False
+    assert straight.septal[0] < -0.9
+    upside_down = Segmentation(seg.labels[:, ::-1, ::-1], seg.grid, seg.structures)  # turned about x by half a turn
+    turned = ventricular_axes(upside_down)
+    assert turned.long_axis == pytest.approx(straight.long_axis * [1, -1, -1], abs=1e-9)
+    assert turned.mirrored is False
+    closed = seg.labels.copy()
+    closed[:, :, 64:][closed[:, :, 64:] == 3] = 2
+    with pytest.raises(InputError, match="closed all round"):
+        ventricular_axes(replace(seg, labels=closed))
+
+
 def test_given_basal_end_turns_the_axis():
     assert ventricular_axes(_heart(), basal_end="first").long_axis[2] < -0.9
     with pytest.raises(InputError, match="expected auto, first or last"):
@@ -200,8 +218,19 @@ def test_acdc_is_mirrored_as_stored_and_the_ct_heart_is_not(data):
         seg = read_segmentation(path, preset="acdc")
         found[number] = ventricular_axes(seg).mirrored, ventricular_axes(flip(seg)).mirrored
     assert set(found.values()) == {(True, False)}
-    ct = read_segmentation(data / "rodero01/rodero01_sax_vent_1.5x1.5x10_label.nii.gz", preset="acdc")
-    assert ventricular_axes(ct).mirrored is False
+
+
+@pytest.mark.data
+def test_one_heart_has_the_same_axes_as_a_stack_and_as_a_ct_image(data):
+    from femprep.image import read_segmentation
+
+    folder, structures = data / "rodero01", {"lv": 1, "myo": 2, "rv": 3}
+    stack = ventricular_axes(read_segmentation(folder / "rodero01_sax_vent_1.5x1.5x10_label.nii.gz", preset="acdc"))
+    for name, limit in (("rodero01_sax_4ch_1.4x1.4x8_label.nii.gz", 3.0), ("rodero01_4ch_1.0mm_label.nii.gz", 5.0)):
+        axes = ventricular_axes(read_segmentation(folder / name, structures=structures))
+        assert axes.mirrored is stack.mirrored is False
+        assert np.degrees(np.arccos(axes.long_axis @ stack.long_axis)) < limit
+        assert np.degrees(np.arccos(axes.septal @ stack.septal)) < 8.0
 
 
 @pytest.mark.data

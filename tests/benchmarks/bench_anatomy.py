@@ -3,7 +3,7 @@
     python tests/benchmarks/bench_anatomy.py
 
 Prints one line a mesh: elements, nodes, seconds of coordinates, segments and fibres (elements and nodes), their sum,
-processor time, and the mean error of the fibres against the analytic field, degrees. The fields are shared, as in the pipeline.
+processor time, and the mean error of the fibres against the analytic field, degrees. The stages share their fields.
 """
 
 from __future__ import annotations
