@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -80,8 +81,9 @@ def build_wall(
     tags = _endo_tags(endo)
     _check_together(epi, endo)
     planes = {"base": base} if apex is None else {"base": base, "apex": apex}
-    outer = clip(epi, planes)
-    inner = {name: clip(surface, planes) for name, surface in endo.items()}
+    # From here on surfaces go by their part in the wall, whatever objects they were fitted to.
+    outer = clip(replace(epi, name="epi"), planes)
+    inner = {name: clip(replace(surface, name=name), planes) for name, surface in endo.items()}
     repaired = []
     for sheet, surface in zip((outer, *inner.values()), (epi, *endo.values())):
         repaired += _even(sheet, surface, chosen)

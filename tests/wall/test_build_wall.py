@@ -83,6 +83,7 @@ def test_template_numbers_are_carried():
 
 def test_volumes_and_thickness_are_reported():
     epi, endo = ellipsoids()
+    epi = replace(epi, name="lv+myo")  # as the object it was fitted to
     wall = build_wall(epi=epi, endo={"lv": endo}, base=plane_z(12.0))
     volumes = wall.info["volumes_mm3"]
     assert volumes["epi"] - volumes["lv"] == pytest.approx(wall.volume, rel=1e-9)
