@@ -12,6 +12,9 @@ from femprep.errors import InputError
 from femprep.harmonic import kernels
 from femprep.model import FloatArray, readonly
 
+#: Points times charges times steps up to which one thread carries the points: it needs a few milliseconds.
+_FEW_INTERACTIONS = 2_000_000
+
 
 @dataclass(frozen=True, eq=False)
 class Field:
@@ -113,7 +116,9 @@ class Field:
         unit = self._unit(points)
         first, last = (np.ascontiguousarray(np.broadcast_to(v, (len(unit),)), dtype=np.float64) for v in (start, stop))
         out = np.empty_like(unit)
-        kernels.flow(unit, first, last, int(steps), *self._charges, out)
+        work = len(unit) * len(self.sources) * int(steps)
+        carry = kernels.flow if work > _FEW_INTERACTIONS else kernels.flow_alone
+        carry(unit, first, last, int(steps), *self._charges, out)
         if settle:
             kernels.settle(out, last, int(settle), *self._charges)
         return self.centre + self.radius * out

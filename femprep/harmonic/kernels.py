@@ -104,27 +104,44 @@ def _slope(
     return gx * factor, gy * factor, gz * factor
 
 
+@compiled(part=True)
+def _carry(
+    points: Any, i: int, start: Any, stop: Any, steps: int, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out: Any
+) -> None:
+    """Carry one point from its level ``start`` to its level ``stop``."""
+    x = points[i, 0]
+    y = points[i, 1]
+    z = points[i, 2]
+    h = (stop[i] - start[i]) / steps
+    for _ in range(steps):
+        ax, ay, az = _slope(x, y, z, h, sx, sy, sz, gap, weight)
+        bx, by, bz = _slope(x + 0.5 * ax, y + 0.5 * ay, z + 0.5 * az, h, sx, sy, sz, gap, weight)
+        cx, cy, cz = _slope(x + 0.5 * bx, y + 0.5 * by, z + 0.5 * bz, h, sx, sy, sz, gap, weight)
+        dx, dy, dz = _slope(x + cx, y + cy, z + cz, h, sx, sy, sz, gap, weight)
+        x += (ax + 2.0 * (bx + cx) + dx) / 6.0
+        y += (ay + 2.0 * (by + cy) + dy) / 6.0
+        z += (az + 2.0 * (bz + cz) + dz) / 6.0
+    out[i, 0] = x
+    out[i, 1] = y
+    out[i, 2] = z
+
+
 @compiled(parallel=True)
 def flow(
     points: Any, start: Any, stop: Any, steps: int, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out: Any
 ) -> None:
     """Move each point along grad u from level ``start`` to level ``stop`` by classical Runge-Kutta steps in u."""
     for i in prange(points.shape[0]):
-        x = points[i, 0]
-        y = points[i, 1]
-        z = points[i, 2]
-        h = (stop[i] - start[i]) / steps
-        for _ in range(steps):
-            ax, ay, az = _slope(x, y, z, h, sx, sy, sz, gap, weight)
-            bx, by, bz = _slope(x + 0.5 * ax, y + 0.5 * ay, z + 0.5 * az, h, sx, sy, sz, gap, weight)
-            cx, cy, cz = _slope(x + 0.5 * bx, y + 0.5 * by, z + 0.5 * bz, h, sx, sy, sz, gap, weight)
-            dx, dy, dz = _slope(x + cx, y + cy, z + cz, h, sx, sy, sz, gap, weight)
-            x += (ax + 2.0 * (bx + cx) + dx) / 6.0
-            y += (ay + 2.0 * (by + cy) + dy) / 6.0
-            z += (az + 2.0 * (bz + cz) + dz) / 6.0
-        out[i, 0] = x
-        out[i, 1] = y
-        out[i, 2] = z
+        _carry(points, i, start, stop, steps, sx, sy, sz, gap, weight, out)
+
+
+@compiled()
+def flow_alone(
+    points: Any, start: Any, stop: Any, steps: int, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out: Any
+) -> None:
+    """As flow, by one thread: for few points, which threads would spend on waiting for each other."""
+    for i in range(points.shape[0]):
+        _carry(points, i, start, stop, steps, sx, sy, sz, gap, weight, out)
 
 
 @compiled(parallel=True)

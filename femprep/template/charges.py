@@ -161,7 +161,8 @@ def _push(points: Any, i: int, others: Any) -> tuple[float, float, float, float]
     return total, fx, fy, fz
 
 
-def _all_pairs(points: Any, share: Any, force: Any) -> None:
+@compiled(parallel=True)
+def _coulomb(points: Any, share: Any, force: Any) -> None:
     """Half the potential at each charge, and the gradient of the whole energy."""
     others = points.T.copy()
     for i in prange(points.shape[0]):
@@ -172,8 +173,16 @@ def _all_pairs(points: Any, share: Any, force: Any) -> None:
         force[i, 2] = fz
 
 
-_coulomb = compiled(parallel=True)(_all_pairs)
-_coulomb_alone = compiled()(_all_pairs)
+@compiled()
+def _coulomb_alone(points: Any, share: Any, force: Any) -> None:
+    """As _coulomb, by one thread."""
+    others = points.T.copy()
+    for i in range(points.shape[0]):
+        total, fx, fy, fz = _push(points, i, others)
+        share[i] = 0.5 * total
+        force[i, 0] = fx
+        force[i, 1] = fy
+        force[i, 2] = fz
 
 
 def _neighbours(directions: FloatArray) -> tuple[FloatArray, FloatArray, float]:

@@ -1,4 +1,4 @@
-"""fit_surface against exact bodies: a ball exactly, ellipsoids to a fraction of a voxel; turned images, bounds, bytes."""
+"""fit_surface on exact bodies: a ball exactly, ellipsoids to a fraction of a voxel; turned images, bounds, bytes."""
 
 from __future__ import annotations
 
