@@ -14,6 +14,7 @@ it well posed.
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
@@ -59,6 +60,8 @@ class WallFields:
         self.epi = self._nodes("epi")
         self.base = self._nodes(*BASE_FACETS)
         self.has_apex_plane = bool(np.any(mesh.facet_tag == tags["apex"]))
+        if self.biventricular and not self.axes.insertions:
+            self.axes = self._with_insertions(keep_septal=axes is not None)
 
     def _nodes(self, *names: str, needed: bool = True) -> IntArray:
         nodes = self.space.facet_nodes(*(FACET_TAGS[name] for name in names))
@@ -107,6 +110,35 @@ class WallFields:
         """Positive in the left ventricle, negative in the right one; on the epicardium, where w is 0, as inside."""
         inner = self.space.to_nodes(self.space.to_cells(self.across))
         return np.where(np.abs(self.across) > 1e-9, self.across, inner)
+
+    def _with_insertions(self, keep_septal: bool) -> VentricularAxes:
+        """The axes with the RV insertion points: where on the epicardium the two ventricles meet.
+
+        Half-way up, as from labels: the median, before and behind, over the middle half of the heights of the groove.
+        The middle between them becomes the septal direction, unless axes were given.
+        """
+        axes, first, centres = self.axes, 0, [np.empty((0, 3))]
+        side = self.space.to_points(self.side)
+        for block in self.mesh.facets.values():
+            chosen = block[self.mesh.facet_tag[first : first + len(block)] == FACET_TAGS["epi"]]
+            first += len(block)
+            mixed = (side[chosen] < 0).any(axis=1) & (side[chosen] > 0).any(axis=1)
+            centres.append(self.mesh.points[chosen[mixed]].mean(axis=1))
+        groove = np.concatenate(centres)
+        if not len(groove):
+            return axes
+        height = axes.height(groove)
+        groove = groove[(height >= np.percentile(height, 25)) & (height <= np.percentile(height, 75))]
+        turn = (axes.angle(groove) + 180.0) % 360.0 - 180.0
+        if not ((turn > 0).any() and (turn < 0).any()):
+            return axes
+        ends = np.radians([np.median(turn[turn < 0]), np.median(turn[turn > 0])])
+        out = float(np.median(axes.radius(groove)))
+        at = axes.apex + float(np.median(axes.height(groove))) * axes.long_axis
+        ways = [np.cos(a) * axes.septal + np.sin(a) * axes.anterior for a in (*ends, ends.mean())]
+        points = {"inferior": at + out * ways[0], "anterior": at + out * ways[1]}
+        septal = axes.septal if keep_septal else ways[2]
+        return replace(axes, septal=septal, insertions=points)
 
     @cached_property
     def outside(self) -> FloatArray:

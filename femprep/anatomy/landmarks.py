@@ -128,9 +128,7 @@ def _free_line(seg: Segmentation, cavity: BoolArray, muscle: BoolArray) -> _Line
             open_ |= np.roll(free, shift, axis=axis)
     open_ = (open_ & inner)[1:-1, 1:-1, 1:-1]
     if not cavity.any() or not open_.any():
-        raise InputError(
-            "the LV cavity is empty or closed all round, so it has no base; check the label numbers"
-        )
+        raise InputError("the LV cavity is empty or closed all round, so it has no base; check the label numbers")
     points, opening = _world(cavity, seg), _world(open_, seg)
     base = opening.mean(axis=0)
     distance = np.linalg.norm(points - base, axis=1)

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from biventricular import LV_EPI, biventricular, level
+from biventricular import LV_EPI, RV_EPI, biventricular, level
 
 from femprep.anatomy.aha import add_aha
-from femprep.anatomy.axes import ventricular_axes
+from femprep.anatomy.axes import VentricularAxes, ventricular_axes
 from femprep.anatomy.coordinates import add_coordinates
 from femprep.anatomy.fibres import add_fibres, helix_angle, quadrature_fibres
 from femprep.anatomy.fields import WallFields
@@ -55,6 +55,21 @@ def test_mesh_is_found_anatomical_and_its_twin_mirrored(fields):
     assert fields.axes.septal[0] < -0.9
     assert fields.axes.anterior[1] < -0.9
     assert ventricular_axes(flip(fields.mesh)).mirrored is True
+
+
+def test_insertion_points_lie_in_the_grooves(fields):
+    front, back = fields.axes.insertions["anterior"], fields.axes.insertions["inferior"]
+    for point in (front, back):
+        assert level(point[None], LV_EPI)[0] == pytest.approx(1, abs=0.08)
+        assert level(point[None], RV_EPI)[0] == pytest.approx(1, abs=0.08)
+    assert front[1] < -20
+    assert back[1] > 20
+    turn = fields.axes.angle(np.array([front, back]))
+    assert turn[0] == pytest.approx(360 - turn[1], abs=1e-6)
+    given = VentricularAxes([0.0, 0, -62], [0.0, 0, 10], [-1.0, 0, 0], False)
+    kept = WallFields(fields.mesh, given).axes
+    assert kept.septal == pytest.approx([-1, 0, 0])
+    assert sorted(kept.insertions) == ["anterior", "inferior"]
 
 
 def test_coordinates_on_their_surfaces(fields):
