@@ -31,6 +31,8 @@ _log = logging.getLogger(__name__)
 
 #: Share of the progress that belongs to the mesher.
 _MESHER_SHARE = 0.9
+#: How the outcome of a run is told whose mesh is sound but poorer than asked.
+_MISSED = "below what was asked"
 #: Largest relative difference between the volumes of mesh and wall.
 _VOLUME_LIMIT = 0.02
 
@@ -143,7 +145,11 @@ def tetrahedralize(
 
 
 def attempts(options: VolumeOptions, outcome: Callable[[], str]) -> Iterator[Attempt]:
-    """Parameters of the runs: those asked for, then looser after a time limit, tighter after anything else."""
+    """Parameters of the runs: those asked for, then others, by the outcome of the run before.
+
+    After a time limit everything is looser. Where the quality was missed the stop energy is lower: a tighter envelope
+    would only keep more of the wall's small triangles. After a crash or a wrong mesh both are tighter.
+    """
     envelope = options.edge_length / 20.0 if options.envelope is None else options.envelope
     energy = options.stop_energy
     yield Attempt(envelope, energy)
@@ -151,7 +157,8 @@ def attempts(options: VolumeOptions, outcome: Callable[[], str]) -> Iterator[Att
         if "time_limit" in outcome():
             envelope, energy = 1.5 * envelope, 2.0 * energy
         else:
-            envelope, energy = envelope / 1.5, min(energy, max(6.0, energy - 2.0))
+            energy = min(energy, max(6.0, energy - 2.0))
+            envelope = envelope if _MISSED in outcome() else envelope / 1.5
         yield Attempt(envelope, energy)
 
 
@@ -270,7 +277,7 @@ def _checked_boundary(points: FloatArray, cells: IntArray, wall: Wall) -> IntArr
 def _missed(candidate: _Candidate) -> str:
     return (
         f"smallest dihedral angle {candidate.smallest_dihedral:.1f} degrees, mean of the mean ratio "
-        f"{candidate.mean_ratio:.3f}: below what was asked"
+        f"{candidate.mean_ratio:.3f}: {_MISSED}"
     )
 
 

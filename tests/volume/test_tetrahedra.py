@@ -168,13 +168,15 @@ def test_retries_tighter_after_a_crash_and_says_so(mesher, coarse_wall, coarse_m
     assert used.asked[0]["edge_length_abs"] == 6.0
 
 
-def test_attempts_are_looser_after_a_time_limit():
+def test_attempts_follow_the_outcome():
     options = VolumeOptions(retries=3, envelope=0.1, stop_energy=7.0)
     assert [a.envelope for a in attempts(options, lambda: "... (option time_limit)")] == pytest.approx(
         [0.1, 0.15, 0.225, 0.3375]
     )
     assert [a.stop_energy for a in attempts(options, lambda: "... (option time_limit)")] == [7.0, 14.0, 28.0, 56.0]
     assert [a.stop_energy for a in attempts(options, lambda: "bad")] == [7.0, 6.0, 6.0, 6.0]
+    assert [a.envelope for a in attempts(options, lambda: "... below what was asked")] == [0.1] * 4
+    assert [a.stop_energy for a in attempts(VolumeOptions(), lambda: "... below what was asked")] == [10.0, 8.0, 6.0]
     assert [a.stop_energy for a in attempts(VolumeOptions(stop_energy=5.0), lambda: "bad")] == [5.0, 5.0, 5.0]
 
 
