@@ -1,4 +1,4 @@
-"""Linear finite elements for scalar problems: a VolumeMesh in; stiffness, gradients and Dirichlet solutions out.
+"""Linear finite elements for scalar problems: a VolumeMesh in; stiffness matrices, gradients and means out.
 
 Tetrahedra are P1, wedges and hexahedra Q1 with full quadrature; quadratic elements are taken by their corner nodes and
 their mid-side nodes get the mean of the two ends. A stiffness matrix without a mass term has rows that sum to zero, so
@@ -7,8 +7,7 @@ only the entries of one triangle are ever assembled, on a pattern that is sorted
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -16,13 +15,10 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from femprep.anatomy.conjugate import conjugate_gradients
 from femprep.anatomy.shapes import centre, quadrature, shape_functions
 from femprep.elements import ELEMENTS
 from femprep.errors import InputError
-from femprep.model import FloatArray, IntArray, VolumeMesh, tag_name
-
-logger = logging.getLogger(__name__)
+from femprep.model import FloatArray, IntArray, VolumeMesh
 
 _CHUNK: Final = 20_000
 
@@ -54,6 +50,10 @@ class LinearElements:
         Their positions, mm.
     volume : (n_cells,) array
         Element volumes, mm3.
+    n_pieces : int
+        Number of pieces of the mesh that share no node.
+    piece : (n,) array
+        Which of them each node belongs to.
 
     Raises
     ------
@@ -142,7 +142,7 @@ class LinearElements:
         self._indices = col[self._order].astype(np.int32)
         self._indptr = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=self.n))]).astype(np.int32)
         graph = sp.csr_array((np.ones(len(row)), self._indices, self._indptr), shape=(self.n, self.n))
-        self.n_pieces, self._piece = connected_components(graph, directed=False)
+        self.n_pieces, self.piece = connected_components(graph, directed=False)
 
     def _matrix(self, pair_values: FloatArray) -> sp.csr_array:
         off = np.bincount(self._edge, weights=pair_values, minlength=len(self._proper))[self._proper]
@@ -263,64 +263,3 @@ class LinearElements:
             found.append(compact[compact >= 0])  # mid-side nodes have no compact number
             first += len(block)
         return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
-
-    def solve(
-        self,
-        matrix: sp.csr_array,
-        fixed: Mapping[int, float] | tuple[IntArray, FloatArray],
-        rhs: FloatArray | None = None,
-    ) -> FloatArray:
-        """Solve K u = f with u prescribed at some nodes, by conjugate gradients scaled with the diagonal.
-
-        Parameters
-        ----------
-        matrix : sparse (n, n)
-            Symmetric positive semidefinite, from :meth:`stiffness`.
-        fixed : pair of arrays, or mapping of facet tag to value
-            Nodes (compact numbers) and their values; or the values on the facets of each tag.
-        rhs : (n,) array, optional
-            Right-hand side; zero where not given.
-
-        Raises
-        ------
-        InputError
-            A piece of the mesh has no node with a prescribed value.
-        StageError
-            The iteration does not converge.
-        """
-        nodes, values = self._fixed(fixed)
-        without = np.setdiff1d(np.arange(self.n_pieces), self._piece[nodes])
-        if len(without):
-            node = int(np.flatnonzero(self._piece == without[0])[0])
-            raise InputError(
-                f"{len(without)} of {self.n_pieces} separate pieces of the mesh touch no boundary that a value is "
-                f"prescribed on, the first near {np.round(self.points[node], 2).tolist()} mm; remove them "
-                "or tag their facets"
-            )
-        out = np.zeros(self.n)
-        out[nodes] = values
-        free = np.ones(self.n, dtype=bool)
-        free[nodes] = False
-        if not free.any():
-            return out
-        right = (np.zeros(self.n) if rhs is None else rhs) - matrix @ out
-        inner = matrix[free][:, free]
-        diagonal = inner.diagonal()
-        scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-        inner.data *= scale[inner.indices] * np.repeat(scale, np.diff(inner.indptr))
-        u, steps = conjugate_gradients(inner, right[free] * scale)
-        logger.debug("conjugate gradients: %d unknowns, %d iterations", len(u), steps)
-        out[free] = u * scale
-        return out
-
-    def _fixed(self, fixed: Mapping[int, float] | tuple[IntArray, FloatArray]) -> tuple[IntArray, FloatArray]:
-        if not isinstance(fixed, Mapping):
-            return fixed[0], np.asarray(fixed[1], dtype=float)
-        value = np.full(self.n, np.nan)
-        for tag, number in fixed.items():
-            nodes = self.facet_nodes(tag)
-            if not len(nodes):
-                raise InputError(f"the mesh has no facets tagged {tag_name(tag)!r}")
-            value[nodes] = number
-        nodes = np.flatnonzero(np.isfinite(value))
-        return nodes, value[nodes]

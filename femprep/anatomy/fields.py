@@ -21,6 +21,7 @@ from typing import Final
 import numpy as np
 
 from femprep.anatomy.axes import BASE_FACETS, VentricularAxes, ventricular_axes
+from femprep.anatomy.dirichlet import solve
 from femprep.anatomy.fem import LinearElements
 from femprep.anatomy.frames import normalise
 from femprep.errors import InputError
@@ -94,7 +95,7 @@ class WallFields:
         Its zeros are the epicardium and the middle of the septum: w > 0 is the left ventricle, w < 0 the right one,
         and 1 - |w| runs from each endocardium to the epicardium or to the middle of the septum.
         """
-        return self.space.solve(self._laplace, self._transmural_sides)
+        return solve(self.space, self._laplace, self._transmural_sides)
 
     @property
     def _transmural_sides(self) -> tuple[IntArray, FloatArray]:
@@ -145,12 +146,12 @@ class WallFields:
         """Harmonic field: 1 on the epicardium, 0 on the endocardia (phi_epi of Bayer et al.)."""
         if not self.biventricular:
             return 1.0 - self.across
-        return self.space.solve(self._laplace, self._dirichlet((self.epi, 1.0), (self.lv, 0.0), (self.rv, 0.0)))
+        return solve(self.space, self._laplace, self._dirichlet((self.epi, 1.0), (self.lv, 0.0), (self.rv, 0.0)))
 
     @cached_property
     def upward(self) -> FloatArray:
         """Harmonic field: 0 at the apex, 1 at the base (psi_ab of Bayer et al.)."""
-        return self.space.solve(self._laplace, self._apicobasal_sides)
+        return solve(self.space, self._laplace, self._apicobasal_sides)
 
     @cached_property
     def upward_distance(self) -> FloatArray:
@@ -192,7 +193,7 @@ class WallFields:
         size = np.linalg.norm(gradient, axis=1)
         weight = np.maximum(size, 1e-9 * size.max())
         matrix = self.space.stiffness(normalise(gradient), weight, cross)
-        return self.space.solve(matrix, sides)
+        return solve(self.space, matrix, sides)
 
     @cached_property
     def turn(self) -> tuple[FloatArray, FloatArray]:
@@ -212,14 +213,14 @@ class WallFields:
         start = around / square[:, None]  # the gradient of the geometric angle
         weight = square / square.max()
         anchor = (np.array([0]), np.array([0.0]))
-        v = space.solve(space.stiffness(weight=weight), anchor, -space.load(start * weight[:, None]))
+        v = solve(space, space.stiffness(weight=weight), anchor, -space.load(start * weight[:, None]))
         total = start + space.gradient(v)
         length = np.linalg.norm(total, axis=1)
         direction, weight = normalise(total), np.maximum(weight * length, 1e-9 * (weight * length).max())
         along = np.sum(direction * start, axis=1, keepdims=True) * direction
         cross = CROSS["turn"]
         flow = weight[:, None] * (along + cross * (start - along))
-        v = space.solve(space.stiffness(direction, weight, cross), anchor, -space.load(flow))
+        v = solve(space, space.stiffness(direction, weight, cross), anchor, -space.load(flow))
         mass = space.to_cells(v)
         v -= np.average(mass, weights=space.volume)
         return np.cos(angle + v), np.sin(angle + v)
