@@ -15,18 +15,30 @@ FOREIGN = "tag_names"
 
 
 def region_names(mesh: VolumeMesh) -> dict[str, int]:
-    """Tags of the regions of a mesh by name, in order of their numbers."""
+    """Tags of the regions of a mesh by name, in order of their numbers; each name fit for every format."""
     return _named(mesh, np.unique(mesh.region))
 
 
 def facet_names(mesh: VolumeMesh) -> dict[str, int]:
-    """Tags of the facets of a mesh by name, in order of their numbers."""
+    """Tags of the facets of a mesh by name, in order of their numbers; each name fit for every format."""
     return _named(mesh, np.unique(mesh.facet_tag))
 
 
 def _named(mesh: VolumeMesh, tags: Iterable[int]) -> dict[str, int]:
     foreign = {int(number): name for name, number in mesh.info.get(FOREIGN, {}).items()}
-    return {foreign.get(int(tag), tag_name(int(tag))): int(tag) for tag in tags}
+    found: dict[str, int] = {}
+    for tag in map(int, tags):
+        name = label(foreign.get(tag, tag_name(tag)))
+        # Decks know no case: names that differ in it alone, or became equal, get their number behind them.
+        taken = {other.lower() for other in found}
+        found[f"{name}_{tag}" if name.lower() in taken else name] = tag
+    return found
+
+
+def label(name: str) -> str:
+    """A name as sets, groups and files may be called everywhere: letters, digits and ``_``, a letter first."""
+    plain = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")[:60]
+    return plain if plain[:1].isalpha() else f"set_{plain}".rstrip("_")
 
 
 def tag_number(name: str) -> int | None:

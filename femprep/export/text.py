@@ -14,13 +14,17 @@ def number(value: float, width: int = FIELD) -> str:
     text = repr(float(value))
     if len(text) <= width:
         return text
-    size = abs(value)
-    whole = len(str(int(size))) if 1 <= size < 10.0 ** (width - 2) else 0
-    # Without the zero before the point; one decimal less where rounding makes the number longer.
-    room = width - (value < 0) - whole - 1
-    plain = [f"{value:.{room - less}f}".replace("0.", ".", 1 if size < 1 else 0) for less in (0, 1) if room > less]
-    scientific = [f"{value:.{digits}e}" for digits in range(width - 6, width - 10, -1)]
-    return min((t for t in plain + scientific if len(t) <= width), key=lambda t: abs(float(t) - value))
+    size, room = abs(value), width - (value < 0)
+    for less in (0, 1):  # one digit less where rounding, or a long exponent, makes the number longer
+        if 1e-4 <= size < 10.0 ** (room - 2):
+            whole = len(str(int(size))) if size >= 1 else 0
+            text = f"{value:.{room - 1 - whole - less}f}"
+            text = text.replace("0.", ".", 1) if size < 1 else text
+        else:
+            text = f"{value:.{room - 6 - less}e}"
+        if len(text) <= width:
+            break
+    return text
 
 
 def rows(*columns: npt.ArrayLike, separator: str = ", ", width: int | None = FIELD) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from meshes import truncated_ellipsoid
 from femprep.errors import FileError, InputError, OptionError
 from femprep.export import FORMATS, read_mesh, require_formats, write_format, write_mesh
 from femprep.export.files import whole_files
+from femprep.export.names import facet_names, region_names
 
 
 def test_unknown_format_names_the_known_ones(tmp_path: Path) -> None:
@@ -82,3 +84,16 @@ def test_ending_alone_chooses_the_format(tmp_path: Path) -> None:
     for ending in (".vtu", ".inp", ".msh"):
         assert write_mesh(mesh, tmp_path / f"lv{ending}") == [tmp_path / f"lv{ending}"]
         assert read_mesh(tmp_path / f"lv{ending}").n_cells == mesh.n_cells
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_names_from_elsewhere_do_no_harm(name: str, tmp_path: Path) -> None:
+    """Names with blanks, quotes, slashes or nothing but a number stay within the folder and apart."""
+    mesh = truncated_ellipsoid("tetra")
+    strange = {'../../Left "ventricle"': 1, "42": 3, "a/b": 101, "a b": 102, "<base> & more": 103, "*NODE": 104}
+    mesh = replace(mesh, info={"tag_names": strange})
+    (tmp_path / "out").mkdir()
+    write_format(mesh, tmp_path / "out", name)
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    assert set(facet_names(mesh)) == {"a_b", "a_b_102", "base_more", "NODE"}
+    assert set(region_names(mesh)) == {"Left_ventricle", "set_42"}
