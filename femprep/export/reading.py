@@ -10,7 +10,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-from femprep.errors import FemprepError, FileError, MissingDependencyError
+import numpy as np
+
+from femprep.errors import FemprepError, FileError, InputError, MissingDependencyError
 from femprep.export.foreign import from_meshio
 from femprep.export.units import UNITS
 from femprep.model import VolumeMesh
@@ -43,14 +45,25 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         raise FileError(f"mesh file {str(path)!r} does not exist")
     read = _READERS.get(path.suffix.lower(), _meshio)
     try:
-        return read(path)
+        mesh = read(path)
+        _require_finite(mesh)
     except MissingDependencyError:
         raise
     except FemprepError as error:
         raise FileError(f"{str(path)!r}: {error}" if str(path) not in str(error) else str(error)) from error
-    except (OSError, ValueError, KeyError, IndexError, AssertionError, TypeError, AttributeError) as error:
-        # A parser that meets what it does not expect: the file is at fault, not the program.
-        raise FileError(f"{str(path)!r} is damaged or no mesh: {type(error).__name__}: {error}") from error
+    except Exception as error:
+        # A parser that meets what it does not expect, of whatever library: the file is at fault, not the program.
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise FileError(f"{str(path)!r} is damaged or no mesh: {reason}") from error
+    return mesh
+
+
+def _require_finite(mesh: VolumeMesh) -> None:
+    wrong = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
+    if wrong.size:
+        raise InputError(
+            f"point {wrong[0]} is {mesh.points[wrong[0]].tolist()} ({wrong.size} such); give finite numbers"
+        )
 
 
 def _vtk(path: Path) -> VolumeMesh:

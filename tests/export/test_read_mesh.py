@@ -138,3 +138,9 @@ def test_format_that_needs_a_further_package_names_it(tmp_path: Path) -> None:
     (tmp_path / "lv.exo").write_bytes(b"CDF")
     with pytest.raises(MissingDependencyError, match="needs the package netCDF4"):
         read_mesh(tmp_path / "lv.exo")
+
+
+def test_coordinates_that_are_no_numbers_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "deck.inp").write_text(FOREIGN_DECK.replace("40,           0.", "40,           nan"))
+    with pytest.raises(FileError, match=r"point 3 is \[nan, 0.0, 1.0\] \(1 such\)"):
+        read_mesh(tmp_path / "deck.inp")
