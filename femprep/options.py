@@ -151,7 +151,8 @@ class SweepOptions(StageOptions):
     minimum_thickness: float = Field(
         1.0,
         gt=0,
-        description="Least distance of the epicardium from the endocardium, mm; nearer parts are pushed outwards.",
+        description="Least distance of the epicardium from the endocardium, mm; nearer parts are pushed outwards. "
+        "A fifth of an edge for each layer is the least in any case.",
     )
     maximum_push: float = Field(
         8.0, ge=0, description="Farthest the epicardium may be pushed outwards to reach the least thickness, mm."
@@ -191,7 +192,8 @@ class ExportOptions(StageOptions):
 
     length_unit: Literal["mm", "cm", "m"] = Field(
         "mm",
-        description="Unit of length in the files of solvers; femprep's own files stay in mm, openCARP's in micrometres.",
+        description="Unit of length in the files of solvers; femprep's own files stay in mm, openCARP's are in "
+        "micrometres.",
     )
     step: Literal["none", "inflation"] = Field(
         "none",
@@ -200,8 +202,8 @@ class ExportOptions(StageOptions):
     )
     material: Literal["linear", "neo-hookean", "orthotropic"] = Field(
         "linear",
-        description="Material of the step: linear elastic, neo-Hookean (large deformations, pressure follows the wall), "
-        "or linear elastic and stiffer along the fibres, which the mesh must have.",
+        description="Material of the step: linear elastic, neo-Hookean (large deformations, pressure follows the "
+        "wall), or linear elastic and stiffer along the fibres, which the mesh must have.",
     )
     young_modulus: float = Field(30.0, gt=0, description="Young's modulus of the material of the step, kPa.")
     poisson_ratio: float = Field(0.4, gt=-1, lt=0.5, description="Poisson's ratio of the material of the step.")
