@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import numba
 import numpy as np
 import pytest
 import trimesh
@@ -79,3 +80,18 @@ def test_bad_input_is_refused():
         closest_points(points, cells, [0.0, 0.0, 0.0])
     with pytest.raises(InputError, match="query point 0 is"):
         closest_points(points, cells, [[np.inf, 0.0, 0.0]])
+
+
+def test_one_thread_and_several_give_the_same_bytes():
+    points, cells = box()
+    # Points on the diagonals are equally close to several triangles.
+    q = np.vstack([np.random.default_rng(4).normal(size=(999, 3)) * 2, np.linspace(-2, 2, 101)[:, None] * np.ones(3)])
+    several = closest_points(points, cells, q)
+    threads = numba.get_num_threads()
+    try:
+        numba.set_num_threads(1)
+        one = closest_points(points, cells, q)
+    finally:
+        numba.set_num_threads(threads)
+    assert one.triangle.tobytes() == several.triangle.tobytes()
+    assert one.points.tobytes() == several.points.tobytes()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import Final
 
@@ -21,6 +22,7 @@ METHODS: Final[Mapping[str, Callable[[LabelObject], Surface]]] = MappingProxyTyp
         "marching cubes, Taubin": marching_cubes_taubin,
         "surface nets": surface_nets,
         "slice-wise distance, Taubin": slice_interpolation,
+        "slice-wise distance, Akima, Taubin": partial(slice_interpolation, between="akima"),
         "slice-wise distance, Taubin, remeshed": remeshed,
     }
 )

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final, Literal
+
 import numpy as np
 import numpy.typing as npt
 
@@ -12,10 +16,17 @@ from femprep.surface.reference.taubin import ITERATIONS, PASS_BAND, smooth
 
 FloatArray = npt.NDArray[np.float64]
 
-METHOD = "slice-wise distance, Taubin"
+Between = Literal["cubic", "akima"]
+
+#: Name of the method by what it interpolates with.
+METHOD: Final[Mapping[Between, str]] = MappingProxyType(
+    {"cubic": "slice-wise distance, Taubin", "akima": "slice-wise distance, Akima, Taubin"}
+)
 
 
-def slice_interpolation(obj: LabelObject, iterations: int = ITERATIONS, pass_band: float = PASS_BAND) -> Surface:
+def slice_interpolation(
+    obj: LabelObject, iterations: int = ITERATIONS, pass_band: float = PASS_BAND, between: Between = "cubic"
+) -> Surface:
     """Shape-based interpolation [1]_: signed distances within the slices, cubic between, contour, Taubin.
 
     Parameters
@@ -23,6 +34,9 @@ def slice_interpolation(obj: LabelObject, iterations: int = ITERATIONS, pass_ban
     obj : LabelObject
     iterations, pass_band
         Of the smoothing, as for ``marching_cubes_taubin``.
+    between : str
+        ``"cubic"``: cubic spline between the slices, as usual. ``"akima"``: modified Akima, which does not swing over
+        where the outline jumps from slice to slice, and is the most accurate of those tried on hearts.
 
     Returns
     -------
@@ -33,19 +47,26 @@ def slice_interpolation(obj: LabelObject, iterations: int = ITERATIONS, pass_ban
     .. [1] Raya & Udupa, Shape-based interpolation of multidimensional objects, IEEE Trans. Med. Imaging 9(1), 1990.
        doi:10.1109/42.52980
     """
-    phi, grid = interpolated_distance(obj)
+    phi, grid = interpolated_distance(obj, between)
     polygons = image_of(phi.astype(np.float32), grid.spacing).contour([0.0], method="flying_edges")
     return surface_of(
-        smooth(polygons, iterations, pass_band), grid, obj.name, METHOD, iterations=iterations, pass_band=pass_band
+        smooth(polygons, iterations, pass_band),
+        grid,
+        obj.name,
+        METHOD[between],
+        iterations=iterations,
+        pass_band=pass_band,
     )
 
 
-def interpolated_distance(obj: LabelObject) -> tuple[FloatArray, Grid]:
-    """Signed distance within the slices, interpolated between them by cubic splines to voxels of equal sides.
+def interpolated_distance(obj: LabelObject, between: Between = "cubic") -> tuple[FloatArray, Grid]:
+    """Signed distance within the slices, interpolated between them to voxels of equal sides.
 
     Parameters
     ----------
     obj : LabelObject
+    between : str
+        As for :func:`slice_interpolation`.
 
     Returns
     -------
@@ -54,7 +75,7 @@ def interpolated_distance(obj: LabelObject) -> tuple[FloatArray, Grid]:
     grid : Grid
         As the object's, with the pixel size across the slices too.
     """
-    from scipy.interpolate import CubicSpline
+    from scipy.interpolate import Akima1DInterpolator, CubicSpline
 
     axis = obj.stack_axis
     in_plane = [float(s) for a, s in enumerate(obj.grid.spacing) if a != axis]
@@ -69,7 +90,9 @@ def interpolated_distance(obj: LabelObject) -> tuple[FloatArray, Grid]:
         phi[empty] = -np.abs(phi[end]) - step * abs(empty - end)
     count = int(np.floor((len(phi) - 1) * step / min(in_plane))) + 1
     height = np.arange(count) * min(in_plane) / step
-    fine = np.moveaxis(CubicSpline(np.arange(len(phi)), phi, axis=0)(height), 0, axis)
+    slices = np.arange(len(phi))
+    curve = CubicSpline(slices, phi) if between == "cubic" else Akima1DInterpolator(slices, phi, method="makima")
+    fine = np.moveaxis(curve(height), 0, axis)
     spacing = np.array(obj.grid.spacing)
     spacing[axis] = min(in_plane)
     return np.ascontiguousarray(fine), Grid(fine.shape, spacing, obj.grid.origin, obj.grid.direction)
