@@ -35,6 +35,10 @@ class Format:
         For whom it is.
     carries : str
         What of a mesh it holds.
+    elements : str
+        Which elements it holds, and what becomes of the others.
+    units : str
+        In which unit of length it is, and whether the file names it.
     read_by : str
         The programs that read it in our tests.
     unread_by : str
@@ -49,6 +53,8 @@ class Format:
     home: str
     program: str
     carries: str
+    elements: str
+    units: str
     read_by: str
     unread_by: str = ""
     folder: bool = False
@@ -72,6 +78,8 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "vtu:write",
                 "VTK, ParaView",
                 "regions, facet tags, all cell and point data, names, planes (facets as field data)",
+                "all",
+                "mm",
                 "VTK, meshio",
             ),
             Format(
@@ -82,6 +90,8 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "Abaqus, CalculiX",
                 "regions and AHA segments (ELSET, NSET), facet tags (NSET, element SURFACE), fibres and sheets "
                 "(DISTRIBUTION, ORIENTATION), three materials and an inflation step on request",
+                "all",
+                "as asked, named in the file",
                 "CalculiX",
                 "Abaqus",
             ),
@@ -91,8 +101,9 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "dolfinx/mesh.xdmf",
                 "xdmf:write",
                 "dolfinx, cardiac_geometries",
-                "cell tags, facet tags, names (markers.json), cell and point data; "
-                "tetrahedra and 8-node hexahedra as they are, others cut into tetrahedra",
+                "cell tags, facet tags, names (markers.json), fibres and other cell and point data",
+                "tetra, tetra10, hexahedron; of hexahedron20 the corners; others cut into tetrahedra",
+                "as asked, named in info.json",
                 "dolfinx 0.5",
                 "cardiac_geometries",
             ),
@@ -102,7 +113,9 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "fenics/mesh.xdmf",
                 "xdmf:write_fenics",
                 "legacy FEniCS",
-                "as dolfinx, on linear tetrahedra, into which all others are cut",
+                "as dolfinx, and fibres and sheets as checkpoints",
+                "tetra; others cut into tetrahedra",
+                "as asked, named in info.json",
                 "dolfin 2019.2",
             ),
             Format(
@@ -110,9 +123,11 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 (".msh",),
                 "mesh.msh",
                 "gmsh:write",
-                "Gmsh 2.2, scikit-fem, FreeFEM, many more",
+                "Gmsh 2.2, scikit-fem, dolfinx, many more",
                 "regions and facet tags as named physical groups, point data",
-                "Gmsh, scikit-fem, meshio",
+                "all",
+                "as asked, named in the file",
+                "Gmsh, scikit-fem, dolfinx 0.5 (through gmsh), meshio",
             ),
             Format(
                 "gmsh41",
@@ -121,7 +136,9 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "gmsh:write_41",
                 "Gmsh 4.1, dolfinx",
                 "regions and facet tags as entities and named physical groups, cell, facet and point data",
-                "Gmsh, dolfinx, meshio",
+                "all",
+                "as asked, named in the file",
+                "Gmsh, dolfinx 0.5 (through gmsh), meshio",
             ),
             Format(
                 "febio",
@@ -131,6 +148,8 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "FEBio 4",
                 "parts, regions and AHA segments (ElementSet), facet tags (NodeSet, Surface), fibres and sheets "
                 "(mat_axis), three materials and an inflation step on request",
+                "all",
+                "as asked, named in the file",
                 "febio-python",
                 "FEBio",
             ),
@@ -140,9 +159,10 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "opencarp/mesh.pts",
                 "opencarp:write",
                 "openCARP, meshtool",
-                "region tags, fibres and sheets (.lon), facet tags (.surf, .vtx), AHA segments (.dat); "
-                "linear elements, micrometres",
-                "our tests' own parser",
+                "region tags, fibres and sheets (.lon), facet tags (.surf, .vtx), AHA segments (.dat)",
+                "linear; of quadratic ones the corners",
+                "micrometres",
+                "a parser after meshtool's sources",
                 "openCARP, meshtool",
             ),
             Format(
@@ -153,6 +173,8 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "svMultiPhysics, SimVascular",
                 "mesh-complete folder: regions (DOMAIN_ID), faces with global numbers, fibres and sheets (FIB_DIR), "
                 "cell and point data",
+                "all",
+                "as asked, not named",
                 "VTK",
                 "svMultiPhysics",
                 folder=True,
@@ -164,6 +186,8 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "med:write",
                 "Salome, code_aster",
                 "groups for regions, AHA segments, facets and their nodes, fibres and other data as fields",
+                "all",
+                "as asked, named in the file",
                 "medconforme, Gmsh, meshio",
                 "Salome, code_aster",
             ),
@@ -173,7 +197,9 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "mesh.mesh",
                 "medit:write",
                 "FreeFEM, MMG",
-                "regions and facet tags as references, fibres and sheets (.sol); linear elements",
+                "regions and facet tags as references, fibres and sheets (.sol)",
+                "linear; of quadratic ones the corners",
+                "as asked, named in the file",
                 "FreeFEM, meshio",
             ),
             Format(
@@ -183,8 +209,10 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "lsdyna:write",
                 "LS-DYNA",
                 "parts, regions and AHA segments (SET_SOLID), facet tags (SET_NODE_LIST, SET_SEGMENT), fibres and "
-                "sheets (ELEMENT_SOLID_ORTHO); linear elements and 10-node tetrahedra",
-                "ansys-dyna-core",
+                "sheets (ELEMENT_SOLID_ORTHO)",
+                "tetra, tetra10, wedge, hexahedron; others refused",
+                "as asked, named in the file",
+                "ansys-dyna-core (PyDyna)",
                 "LS-DYNA",
             ),
         )

@@ -14,7 +14,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.export.fibres import directions
 from femprep.export.names import facet_names, region_names
-from femprep.export.split import to_tetrahedra
+from femprep.export.split import linear, to_tetrahedra
 from femprep.export.units import UNITS
 from femprep.model import VolumeMesh
 from femprep.options import ExportOptions
@@ -39,8 +39,9 @@ TOPOLOGY: Final[Mapping[str, str]] = {
 def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
     """Write ``stem.xdmf``, ``stem.h5``, ``markers.json`` (name to tag and dimension) and ``info.json`` for dolfinx.
 
-    Tetrahedra of four and ten nodes and hexahedra of eight go as they are; dolfinx reads no facet tags on wedges and
-    no twenty-node hexahedra, so every other mesh is cut into linear tetrahedra, and ``info.json`` says so. Cell data
+    Tetrahedra of four and ten nodes and hexahedra of eight go as they are. dolfinx reads no quadratic hexahedra from
+    XDMF: of those the corners go. It reads no facet tags on wedges: they, and mixed meshes, are cut into linear
+    tetrahedra. ``info.json`` says so. Cell data
     (fibres, sheets, AHA segments) are attributes of the grid ``Mesh`` and arrays ``cell_data/<name>`` of the HDF5
     file, a row per cell of the file: dolfinx' cell i is row ``mesh.topology.original_cell_index[i]``.
 
@@ -74,7 +75,10 @@ def _write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions, wh
     units = UNITS[options.length_unit]
     kinds = list(mesh.cells)
     note = ""
-    if len(kinds) != 1 or kinds[0] not in whole:
+    if kinds == ["hexahedron20"] and "hexahedron" in whole:
+        note = "hexahedron20 reduced to their corners"
+        mesh = linear(mesh, "dolfinx")
+    elif len(kinds) != 1 or kinds[0] not in whole:
         note = f"{' and '.join(kinds)} cut into linear tetrahedra"
         log.warning("%s: the reader of %s.xdmf knows no others", note, stem)
         mesh = to_tetrahedra(mesh)
