@@ -19,6 +19,25 @@ TagArray = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True)
+class Group:
+    """Points that belong to one surface, or to one edge between two surfaces.
+
+    Attributes
+    ----------
+    nodes : (k,) array
+        Their numbers.
+    finder : ClosestFinder
+        The surface; an edge is made of triangles without area.
+    direction : (t, 3) array
+        Unit normal of each triangle of the surface, unit vector along each segment of the edge.
+    """
+
+    nodes: IntArray
+    finder: ClosestFinder
+    direction: FloatArray
+
+
+@dataclass(frozen=True)
 class Constraints:
     """What holds the points of a mesh to the wall.
 
@@ -27,30 +46,51 @@ class Constraints:
     freedom : (n,) array
         In how many directions a point may move: 3 inside, 2 on a surface or plane, 1 on the edge between two tags,
         0 where more of them meet.
-    basis : (n, 3, 3) array
-        The directions, as rows; the first ``freedom`` of them count.
     planes : mapping of str to Plane
         Planes of the wall.
     plane_points : mapping of str to array
         Numbers of the points that lie in each.
-    groups : tuple of (array, ClosestFinder)
-        Numbers of the points of each surface or edge, and that surface or edge.
+    groups : tuple of Group
+        The boundary points by where they belong.
     """
 
     freedom: npt.NDArray[np.int64]
-    basis: FloatArray
     planes: Mapping[str, Plane]
     plane_points: Mapping[str, IntArray]
-    groups: tuple[tuple[IntArray, ClosestFinder], ...]
+    groups: tuple[Group, ...]
 
-    def targets(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Numbers of all held points, and the closest point for each of the surface, edge or plane it belongs to."""
+    def targets(self, points: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Where the boundary points belong, and where all points may go.
+
+        Parameters
+        ----------
+        points : (n, 3) array
+            Points as they are, mm.
+
+        Returns
+        -------
+        nodes : (h,) array
+            Numbers of all held points.
+        places : (h, 3) array
+            The closest point for each, of the surface, edge or plane it belongs to, mm.
+        basis : (n, 3, 3) array
+            Unit directions each point may move in, as rows; the first ``freedom`` of them count.
+        """
         places = points.copy()
-        for nodes, finder in self.groups:
-            places[nodes] = finder(points[nodes]).points
+        basis = np.tile(np.eye(3), (len(points), 1, 1))
+        for group in self.groups:
+            closest = group.finder(points[group.nodes])
+            places[group.nodes] = closest.points
+            direction = group.direction[closest.triangle]
+            if len(group.nodes) and self.freedom[group.nodes[0]] == 2:
+                basis[group.nodes, :2] = _tangents(direction)
+            else:
+                basis[group.nodes, 0] = direction
         self.flatten(places)
-        held = np.unique(np.concatenate([*(nodes for nodes, _ in self.groups), *self.plane_points.values()]))
-        return held, places[held]
+        for name, plane in self.planes.items():
+            _flatten(basis, self.freedom, self.plane_points[name], plane)
+        held = np.unique(np.concatenate([*(group.nodes for group in self.groups), *self.plane_points.values()]))
+        return held, places[held], basis
 
     def flatten(self, points: FloatArray) -> None:
         """Project the points of each plane onto it, in place; twice, so that the rounding of the first step is gone."""
@@ -60,13 +100,13 @@ class Constraints:
                 points[nodes] -= plane.signed_distance(points[nodes])[:, None] * plane.normal
 
 
-def constrain(points: FloatArray, facets: IntArray, tag: TagArray, wall: Wall) -> Constraints:
+def constrain(count: int, facets: IntArray, tag: TagArray, wall: Wall) -> Constraints:
     """Find what each boundary point is held to.
 
     Parameters
     ----------
-    points : (n, 3) array
-        mm.
+    count : int
+        Number of points.
     facets : (f, 3) array
         Boundary facets.
     tag : (f,) array
@@ -75,37 +115,29 @@ def constrain(points: FloatArray, facets: IntArray, tag: TagArray, wall: Wall) -
         The wall they lie on.
     """
     tags = np.unique(tag)
-    member = np.zeros((len(points), len(tags)), dtype=bool)
+    member = np.zeros((count, len(tags)), dtype=bool)
     for column, value in enumerate(tags):
         member[np.unique(facets[tag == value]), column] = True
     number = member.sum(axis=1)
     plane_points = {name: np.flatnonzero(member[:, tags == FACET_TAGS[name]].any(axis=1)) for name in wall.planes}
-    groups: list[tuple[IntArray, ClosestFinder]] = []
-    freedom = np.full(len(points), 3, dtype=np.int64)
-    freedom[number == 1], freedom[number == 2], freedom[number > 2] = 2, 1, 0
-    basis = np.tile(np.eye(3), (len(points), 1, 1))
+    freedom = np.array([3, 2, 1, 0])[np.minimum(number, 3)]
+    groups: list[Group] = []
     sides = _edges_between_tags(wall)
     for key in np.unique(member[(number == 1) | (number == 2)], axis=0):
         nodes = np.flatnonzero((member == key).all(axis=1))
         names = tuple(int(t) for t in tags[key])
         if len(names) == 1:
             triangles = wall.triangles[wall.facet_tag == names[0]]
-            finder = ClosestFinder(wall.points, triangles)
-            there = finder(points[nodes]).triangle
-            basis[nodes, :2] = _tangents(normals(wall.points, triangles)[there])
+            groups.append(Group(nodes, ClosestFinder(wall.points, triangles), normals(wall.points, triangles)))
         elif names in sides:
             edges = sides[names]
-            # An edge is a triangle without area: the closest point of one is that of the other.
-            finder = ClosestFinder(wall.points, edges[:, [0, 1, 1]])
             along = wall.points[edges[:, 1]] - wall.points[edges[:, 0]]
-            basis[nodes, 0] = (along / np.linalg.norm(along, axis=1, keepdims=True))[finder(points[nodes]).triangle]
+            along /= np.linalg.norm(along, axis=1, keepdims=True)
+            # An edge is a triangle without area: the closest point of one is that of the other.
+            groups.append(Group(nodes, ClosestFinder(wall.points, edges[:, [0, 1, 1]]), along))
         else:  # two surfaces that do not meet on the wall
             freedom[nodes] = 0
-            continue
-        groups.append((nodes, finder))
-    for name, plane in wall.planes.items():
-        _flatten(basis, freedom, plane_points[name], plane)
-    return Constraints(freedom, basis, wall.planes, plane_points, tuple(groups))
+    return Constraints(freedom, wall.planes, plane_points, tuple(groups))
 
 
 def _flatten(basis: FloatArray, freedom: IntArray, nodes: IntArray, plane: Plane) -> None:

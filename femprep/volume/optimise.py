@@ -32,10 +32,13 @@ REGULAR_SINE: Final = 2.0 * np.sqrt(2.0) / 3.0
 POOR: Final = float(np.sin(np.radians(25.0)) / REGULAR_SINE)
 #: A point is not put onto the wall where this would leave an element below this quality (and worse than before).
 SOUND: Final = float(np.sin(np.radians(18.0)) / REGULAR_SINE)
+#: As SOUND, for points that could not be put there: what they may cost at worst.
+LEAST: Final = float(np.sin(np.radians(12.0)) / REGULAR_SINE)
 #: How often all points are gone through for the mean quality.
 RELAXATIONS: Final = 3
-#: First step of a search by the mean edge length, and how often it is halved.
+#: First step of a search by the mean edge length, inside and on a curved surface, and how often it is halved.
 _FIRST_STEP: Final = 0.2
+_SURFACE_STEP: Final = 0.06
 _HALVINGS: Final = 5
 
 
@@ -96,30 +99,56 @@ def optimise(
     start, around = _stars(cells, len(x))
     poor_before = int((tet_quality(x, cells) < poor).sum())
     constraints.flatten(x)
-    _try_places(x, cells, start, around, *constraints.targets(x), SOUND)
+    basis = _put_back(x, x, cells, start, around, constraints, SOUND)
     for _ in range(RELAXATIONS):
-        _relax(x, cells, start, around, constraints.freedom, constraints.basis, poor)
-        _try_places(x, cells, start, around, *constraints.targets(x), SOUND)
-    done, last = 0, -np.inf
-    count = len(cells) + 1
+        home = x.copy()
+        _relax(x, cells, start, around, constraints.freedom, basis, poor)
+        basis = _put_back(x, home, cells, start, around, constraints, SOUND)
+    done, last = 0, (-np.inf, 0)
     for done in range(1, sweeps + 1):
         quality = tet_quality(x, cells)
-        worst = np.flatnonzero(quality < poor)
-        if len(worst) == 0 or (quality.min() <= last + 1e-4 and len(worst) >= count):
+        now = float(quality.min()), -int((quality < poor).sum())
+        if now[1] == 0 or (now[0] <= last[0] + 1e-4 and now[1] <= last[1]):
             done -= 1
             break
-        last, count = float(quality.min()), len(worst)
-        worst = worst[np.argsort(quality[worst], kind="stable")]
-        _, first = np.unique(cells[worst].ravel(), return_index=True)
-        movable = cells[worst].ravel()[np.sort(first)]
-        _search(x, cells, start, around, movable, constraints.freedom, constraints.basis)
-        nodes, places = constraints.targets(x)
-        _try_places(x, cells, start, around, nodes, places, SOUND)
+        last, home = now, x.copy()
+        _search(x, cells, start, around, _points_of_poor(quality, cells, poor), constraints.freedom, basis)
+        basis = _put_back(x, home, cells, start, around, constraints, SOUND)
+    # What is still off the wall goes there for a little less quality, which points inside then make good.
+    basis = _put_back(x, x, cells, start, around, constraints, LEAST)
+    inside = np.where(constraints.freedom == 3, 3, 0)
+    for _ in range(2):
+        _search(x, cells, start, around, _points_of_poor(tet_quality(x, cells), cells, poor), inside, basis)
     constraints.flatten(x)
-    nodes, places = constraints.targets(x)
+    nodes, places, _ = constraints.targets(x)
     off = np.linalg.norm(places - x[nodes], axis=1)
     after = int((tet_quality(x, cells) < poor).sum())
     return Outcome(x, done, poor_before, after, float(off.max(initial=0.0)))
+
+
+def _put_back(
+    x: FloatArray,
+    home: FloatArray,
+    cells: IntArray,
+    start: IntArray,
+    around: IntArray,
+    constraints: Constraints,
+    sound: float,
+) -> FloatArray:
+    """Put boundary points back onto the wall, in place, and where they cannot go there back home; new directions."""
+    nodes, places, basis = constraints.targets(x)
+    _try_places(x, cells, start, around, nodes, places, sound)
+    off = np.flatnonzero((x[nodes] != places).any(axis=1) & (x[nodes] != home[nodes]).any(axis=1))
+    if len(off):
+        _try_places(x, cells, start, around, nodes[off], home[nodes[off]], sound)
+    return basis
+
+
+def _points_of_poor(quality: FloatArray, cells: IntArray, poor: float) -> IntArray:
+    """Points of elements below a quality, those of the worst first."""
+    worst = np.flatnonzero(quality < poor)
+    nodes = cells[worst[np.argsort(quality[worst], kind="stable")]].ravel()
+    return np.asarray(nodes[np.sort(np.unique(nodes, return_index=True)[1])])
 
 
 def _stars(cells: IntArray, count: int) -> tuple[IntArray, IntArray]:
@@ -240,7 +269,7 @@ def _relax(
                 w = t[around[k], j]
                 length += np.sqrt((p[w, 0] - p[v, 0]) ** 2 + (p[w, 1] - p[v, 1]) ** 2 + (p[w, 2] - p[v, 2]) ** 2)
                 count += 1
-        size = _FIRST_STEP * length / (0.75 * count)
+        size = (_FIRST_STEP if freedom[v] == 3 else _SURFACE_STEP) * length / (0.75 * count)
         for _ in range(3):
             for k in range(freedom[v]):
                 for way in (-1.0, 1.0):
@@ -281,20 +310,15 @@ def _search(
                     length += np.sqrt((p[w, 0] - p[v, 0]) ** 2 + (p[w, 1] - p[v, 1]) ** 2 + (p[w, 2] - p[v, 2]) ** 2)
                     step += p[w] - p[v]
                     count += 1
-        size = _FIRST_STEP * length / count
-        # First the middle of the neighbours, as far as the directions allow.
-        home[:] = p[v]
-        step /= count
-        for k in range(freedom[v]):
-            along = step[0] * basis[v, k, 0] + step[1] * basis[v, k, 1] + step[2] * basis[v, k, 2]
-            p[v] += along * basis[v, k]
-        if freedom[v] == 3:
-            p[v] = home + step
-        value = _star(p, t, start, around, v, best)
-        if value > best:
-            best = value
-        else:
-            p[v] = home
+        size = (_FIRST_STEP if freedom[v] == 3 else _SURFACE_STEP) * length / count
+        if freedom[v] == 3:  # first the middle of the neighbours
+            home[:] = p[v]
+            p[v] = home + step / count
+            value = _star(p, t, start, around, v, best)
+            if value > best:
+                best = value
+            else:
+                p[v] = home
         for _ in range(_HALVINGS):
             for _ in range(4):
                 home[:] = p[v]

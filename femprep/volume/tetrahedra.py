@@ -191,7 +191,7 @@ def _finish(run: Run, wall: Wall, options: VolumeOptions, attempt: Attempt) -> _
     points, cells = _used(run.points, run.cells)
     facets = _checked_boundary(points, cells, wall)
     tag = tag_facets(points, facets, wall, attempt.envelope)
-    constraints = constrain(points, facets, tag, wall)
+    constraints = constrain(len(points), facets, tag, wall)
     before = points.copy()
     if options.optimise:
         outcome = optimise(points, cells, constraints)
