@@ -220,6 +220,16 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
 )
 
 
+def markdown_table() -> str:
+    """The table as the README has it."""
+    head = ("`--format`", "for", "carries", "elements", "unit of length", "read in the tests by", "not read there by")
+    body = [
+        (f"`{e.name}`", e.program, e.carries, e.elements, e.units, e.read_by, e.unread_by or "-")
+        for e in FORMATS.values()
+    ]
+    return "".join(f"| {' | '.join(row)} |\n" for row in (head, ("---",) * len(head), *body))
+
+
 def require_formats(names: Iterable[str]) -> tuple[Format, ...]:
     """The formats of those names.
 

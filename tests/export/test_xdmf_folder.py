@@ -10,6 +10,7 @@ import pytest
 from meshes import mixed, truncated_ellipsoid
 
 from femprep.export import FORMATS, read_mesh, write_format, write_mesh
+from femprep.export.table import markdown_table
 
 TAGS = {"LV": [1, 3], "SEPTUM": [3, 3], "ENDO": [101, 2], "EPI": [102, 2], "BASE": [103, 2], "APEX": [104, 2]}
 
@@ -55,3 +56,6 @@ def test_table_says_of_every_format_what_it_is() -> None:
         assert entry.units
         assert entry.read_by
         assert callable(entry.writer)
+    lines = markdown_table().splitlines()
+    assert [line.split("|")[1].strip(" `") for line in lines[2:]] == list(FORMATS)
+    assert len({line.count("|") for line in lines}) == 1
