@@ -9,9 +9,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.errors import InputError, ResourceError, StageError
+from femprep.errors import InputError, ResourceError
 from femprep.harmonic.field import Field, fit_strength
-from femprep.harmonic.leastsquares import BLOCK, fit_spline
+from femprep.harmonic.leastsquares import BLOCK
 from femprep.harmonic.sources import place_sources
 from femprep.harmonic.spline import Basis
 from femprep.image.boundary import BoundaryPoints, boundary_points
@@ -19,7 +19,7 @@ from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
 from femprep.model import FloatArray, Surface
 from femprep.options import SurfaceOptions, choose
-from femprep.surface.shape import HarmonicShape
+from femprep.surface.mend import sound_map
 from femprep.template import charge_template, sphere_points
 
 _log = logging.getLogger(__name__)
@@ -81,6 +81,8 @@ def fit_surface(
         An option is unknown or out of range.
     ResourceError
         The fit would need more memory than ``memory_limit``.
+    StageError
+        Triangles cross or are folded, and no smoothing of the surface mends it.
 
     References
     ----------
@@ -125,15 +127,11 @@ def fit_surface(
     level = field.potential(boundary.points)
     feet = field.directions(field.flow(boundary.points, level, 0.0, chosen.steps))
     tell("surface", 0.7)
-    stopping, solve = fit_spline(Basis(sphere_points(control_points) @ frame.T, chosen.spline_order), feet, level)
     tell("surface", 0.8)
-    shape = HarmonicShape(field, stopping, 0.5 * float(level.min()), 1.5 * float(level.max()), chosen.steps)
-    points = shape(directions)
-    if not np.all(np.isfinite(points)):
-        raise StageError(
-            f"the surface of {obj.name!r} has {int((~np.isfinite(points)).any(axis=1).sum())} lost vertices"
-        )
-    raw = stopping(directions)
+    basis = Basis(sphere_points(control_points) @ frame.T, chosen.spline_order)
+    mapped = sound_map(field, basis, feet, level, directions, template.cells, chosen.steps, obj.name)
+    shape, points, directions = mapped.shape, mapped.points, mapped.directions
+    raw = shape.stopping(directions)
     residual = (level - shape.levels(feet)) / np.linalg.norm(field.gradient(boundary.points), axis=1)
     held = int(np.count_nonzero((raw < shape.lowest) | (raw > shape.highest)))
     if held:
@@ -153,8 +151,7 @@ def fit_surface(
         "residual_p95": float(np.quantile(np.abs(residual), 0.95)),
         "within_1mm": float(np.mean(np.abs(residual) <= 1.0)),
         "stopping_held": held,
-        "smoothing": solve["smoothing"],
-        "underdetermined": solve["underdetermined"],
+        **mapped.info,
         "sources": placement,
         "memory_gb": memory,
         "seconds": time.perf_counter() - began,
