@@ -19,8 +19,8 @@ from femprep.geometry.triangles import vertex_normals
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-#: Reach of a patch in mean edge lengths of its vertex: wide enough that two to four overlap everywhere.
-_REACH = 1.35
+#: Reach of a patch in mean edge lengths of its vertex: wide enough that two or three overlap everywhere.
+_REACH = 1.1
 #: A vertex with fewer neighbours in two rings than this gets quadratic heights only.
 _CUBIC = 12
 
@@ -71,7 +71,18 @@ class PatchSurface:
         return np.asarray(cKDTree(self.points).query(np.asarray(queries, dtype=np.float64))[1], dtype=np.int64)
 
     def project(self, queries: npt.ArrayLike, near: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
-        """Feet of queries near the surface on it, and the unit normals there.
+        """Feet of points near the surface on it, and the unit normals there; arguments as of :meth:`settle`."""
+        points, normals, _ = self.settle(queries, near)
+        return points, normals
+
+    def settle(
+        self,
+        queries: npt.ArrayLike,
+        near: IntArray | None = None,
+        flat: npt.ArrayLike | None = None,
+        planes: npt.ArrayLike | None = None,
+    ) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Put points near the surface onto it, and those of a rim onto their plane as well, exactly.
 
         Parameters
         ----------
@@ -79,16 +90,25 @@ class PatchSurface:
             mm.
         near : (q,) array, optional
             A vertex near each query, from which its closest one is found; by default all are searched.
+        flat : (q,) array, optional
+            0 for a point of the surface, k for one of its curve in the plane number k, counted from 1.
+        planes : (p, 4) array, optional
+            Unit normal and offset of each plane.
 
         Returns
         -------
         points, normals : (q, 3) arrays
+            Feet and unit normals of the surface there.
+        near : (q,) array
+            The vertex closest to each.
         """
         points = np.array(queries, dtype=np.float64, order="C")
         normals = np.empty_like(points)
         start = self.nearest(points) if near is None else np.array(near, dtype=np.int64)
-        _project_all(points, normals, start, *self.arrays)
-        return points, normals
+        kind = np.zeros(len(points), dtype=np.int64) if flat is None else np.asarray(flat, dtype=np.int64)
+        table = np.zeros((0, 4)) if planes is None else np.ascontiguousarray(planes, dtype=np.float64)
+        settle_all(points, normals, start, kind, table, self.arrays)
+        return points, normals, start
 
 
 def _rows(matrix: Any) -> IntArray:
@@ -205,17 +225,49 @@ def project(
     return x, y, z, nx, ny, nz, near
 
 
-@compiled(parallel=True)
-def _project_all(
-    queries: Any, normals: Any, near: Any, points: Any, frames: Any, coefficients: Any, reach: Any, ring: Any
-) -> None:
-    for i in prange(len(queries)):
-        x, y, z, nx, ny, nz, _ = project(
-            queries[i, 0], queries[i, 1], queries[i, 2], near[i], points, frames, coefficients, reach, ring
+@compiled()
+def settle(
+    point: Any,
+    normal: Any,
+    near: int,
+    flat: int,
+    planes: Any,
+    points: Any,
+    frames: Any,
+    coefficients: Any,
+    reach: Any,
+    ring: Any,
+) -> int:
+    """Put a point onto its surface, in place; a rim point onto the plane as well. Returns the closest vertex."""
+    rounds = 1 if flat == 0 else 4
+    for r in range(rounds):
+        x, y, z, nx, ny, nz, near = project(
+            point[0], point[1], point[2], near, points, frames, coefficients, reach, ring
         )
-        queries[i, 0] = x
-        queries[i, 1] = y
-        queries[i, 2] = z
-        normals[i, 0] = nx
-        normals[i, 1] = ny
-        normals[i, 2] = nz
+        point[0] = x
+        point[1] = y
+        point[2] = z
+        normal[0] = nx
+        normal[1] = ny
+        normal[2] = nz
+        if flat > 0:
+            plane = planes[flat - 1]
+            gap = plane[0] * x + plane[1] * y + plane[2] * z - plane[3]
+            tilt = plane[0] * nx + plane[1] * ny + plane[2] * nz
+            # Along the surface while both are near a right angle, else straight: at the end straight, exactly.
+            rise = 1.0 - tilt * tilt
+            along = r < rounds - 1 and rise > 0.05
+            for k in range(3):
+                if along:
+                    point[k] -= gap * (plane[k] - tilt * normal[k]) / rise
+                else:
+                    point[k] -= gap * plane[k]
+    return near
+
+
+@compiled(parallel=True)
+def settle_all(moving: Any, normals: Any, near: Any, flat: Any, planes: Any, surface: Any) -> None:
+    """Put all points onto their surface and planes, in place."""
+    points, frames, coefficients, reach, ring = surface
+    for v in prange(len(moving)):
+        near[v] = settle(moving[v], normals[v], near[v], flat[v], planes, points, frames, coefficients, reach, ring)

@@ -1,0 +1,90 @@
+"""Endocardium and epicardium in, an epicardium that keeps a least distance from the endocardium out."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import numpy as np
+
+from femprep.errors import InputError
+from femprep.geometry.closest import ClosestFinder
+from femprep.geometry.triangles import vertex_normals
+from femprep.model import FloatArray, Plane, Surface
+
+_log = logging.getLogger(__name__)
+
+#: Rounds of pushing: neighbours of a pushed vertex follow it, which may bring others nearer.
+_ROUNDS = 8
+#: Share of the least distance by which it may be missed.
+_CLOSE = 0.02
+#: What lies farther above the base than this is cut away and stays as it is, mm.
+_ABOVE = 1.0
+
+
+def push_apart(
+    endo: Surface, epi: Surface, base: Plane, least: float, most: float
+) -> tuple[FloatArray, dict[str, Any]]:
+    """Push vertices of the epicardium outwards until they are at least a given distance from the endocardium.
+
+    Parameters
+    ----------
+    endo, epi : Surface
+        Closed.
+    base : Plane
+        What lies well above it is left alone.
+    least : float
+        Least distance, mm.
+    most : float
+        Farthest a vertex may be pushed, mm.
+
+    Returns
+    -------
+    points : (n, 3) array
+        Vertices of the epicardium.
+    info : dict
+        ``vertices`` pushed, the farthest push ``maximum_mm`` and the distance asked for, ``least_mm``.
+
+    Raises
+    ------
+    InputError
+        A vertex would have to be pushed farther.
+    """
+    from scipy.sparse import coo_matrix
+
+    finder = ClosestFinder(endo.points, endo.triangles)
+    points = np.array(epi.points)
+    low = base.signed_distance(points) < _ABOVE
+    inner = endo.points[base.signed_distance(endo.points) < _ABOVE]
+    cells = epi.triangles
+    edges = np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]])
+    matrix = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(points),) * 2).tocsr()
+    degree = np.maximum(np.asarray(matrix.sum(axis=1)).ravel(), 1.0)
+    for _ in range(_ROUNDS):
+        wanted = np.where(low, least - finder.signed(points), 0.0)
+        # Seen from the other side as well: an edge of the endocardium may come close between vertices.
+        other = ClosestFinder(points, cells)
+        short = least + other.signed(inner)
+        feet = cells[other(inner).triangle]
+        for corner in range(3):
+            np.maximum.at(wanted, feet[:, corner], np.where(low[feet[:, corner]], short, 0.0))
+        if wanted.max() <= _CLOSE * least:
+            break
+        wanted = np.maximum(wanted, 0.0)
+        # Wide enough that no dent is left: neighbours go part of the way.
+        for _ in range(2):
+            wanted = np.maximum(wanted, 0.7 * np.asarray(matrix @ wanted) / degree)
+        points += wanted[:, None] * vertex_normals(points, cells)
+    moved = np.linalg.norm(points - epi.points, axis=1)
+    short = np.where(low, least - finder.signed(points), 0.0)
+    worst = int(np.argmax(np.maximum(moved - most, short - 0.5 * least)))
+    if moved.max() > most or short.max() > 0.5 * least:
+        raise InputError(
+            f"epicardium {epi.name!r} comes nearer than {least:g} mm to endocardium {endo.name!r} near "
+            f"{np.round(epi.points[worst], 1).tolist()} (mm LPS) and would have to be pushed by more than {most:g} mm; "
+            "lower minimum_thickness, raise maximum_push or mend the labels"
+        )
+    count = int(np.count_nonzero(moved > 1e-6))
+    if count:
+        _log.warning("epicardium pushed outwards by up to %.2f mm at %d vertices", moved.max(), count)
+    return points, {"vertices": count, "maximum_mm": float(moved.max()), "least_mm": least}
