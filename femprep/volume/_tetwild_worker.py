@@ -57,6 +57,7 @@ def main(folder: Path, parent: int, time_limit: float) -> None:
 
     with np.load("input.npz") as data:
         given = {name: data[name] for name in data.files}
+    Path("input.npz").unlink()  # little is left behind if both processes are killed
     settings = json.loads(str(given.pop("settings")))
     points, cells = pytetwild.tetrahedralize(
         given.pop("points"), given.pop("triangles").astype(np.uint32), vtk_ordering=True, **settings, **given

@@ -2,6 +2,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import textwrap
 import time
 from pathlib import Path
@@ -52,15 +53,19 @@ def pid_written(path: Path):
     return lambda: int(path.read_text()) if path.exists() and path.read_text() else None
 
 
-def leftovers() -> set[str]:
-    import tempfile
+@pytest.fixture
+def temporary(monkeypatch, tmp_path) -> Path:
+    """A folder for temporary files that no other process uses."""
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    return folder
 
-    return set(map(str, Path(tempfile.gettempdir()).glob("femprep-tetwild-*")))
 
-
-def test_meshes_a_tetrahedron():
+def test_meshes_a_tetrahedron(temporary):
     before = Path.cwd()
     result = run()
+    assert not list(temporary.iterdir())
     x = result.points[result.cells]
     volume = np.linalg.det(x[:, 1:] - x[:, :1]) / 6
     assert volume.min() > 0
@@ -72,15 +77,14 @@ def test_meshes_a_tetrahedron():
     assert not Path("__tracked_surface.stl").exists()
 
 
-def test_crash_becomes_one_line(monkeypatch, tmp_path):
+def test_crash_becomes_one_line(monkeypatch, tmp_path, temporary):
     fake_worker(monkeypatch, tmp_path, "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
-    before = leftovers()
     with pytest.raises(
         StageError, match=r"^the mesher was ended by SIGSEGV after .* choose another edge_length"
     ) as error:
         run()
     assert "\n" not in str(error.value)
-    assert leftovers() == before
+    assert not list(temporary.iterdir())
 
 
 def test_exception_in_the_child_is_quoted(monkeypatch, tmp_path):
@@ -103,13 +107,12 @@ HANG = """
 
 
 @linux
-def test_time_limit_ends_the_child(monkeypatch, tmp_path):
+def test_time_limit_ends_the_child(monkeypatch, tmp_path, temporary):
     fake_worker(monkeypatch, tmp_path, HANG.format(pid=str(tmp_path / "pid")))
-    before = leftovers()
     with pytest.raises(StageError, match=r"did not finish within 1 s \(option time_limit\)"):
         run(time_limit=1.0)
     assert not alive(int((tmp_path / "pid").read_text()))
-    assert leftovers() == before
+    assert not list(temporary.iterdir())
 
 
 @linux
