@@ -22,6 +22,7 @@ from femprep.options import SweepOptions, choose
 from femprep.surface.apart import push_apart
 from femprep.surface.axial import Axial
 from femprep.surface.denser import denser
+from femprep.surface.refine import refine, scatter
 from femprep.surface.resolution import HEIGHT, coarser, corners_of, make_cup, resolution
 from femprep.surface.sliding import colour, judge, slide
 from femprep.template.cup import Cup
@@ -88,6 +89,7 @@ def match_surfaces(
     corners = corners_of(chosen)
     axial = Axial.of(endo, base, apex, np.asarray(chosen.toward))
     columns, rows, layers = resolution(axial, endo, epi, chosen, corners, apex is not None)
+    sparse = len(endo.points), len(epi.points)
     endo, epi = denser(endo), denser(epi)
     least = max(chosen.minimum_thickness, _THIN * chosen.edge_length * layers)
     pushed, push = push_apart(endo, epi, base, least, chosen.maximum_push)
@@ -96,14 +98,16 @@ def match_surfaces(
     table = np.array([[*plane.normal, plane.offset] for plane in planes.values()])
     tell("match", 0.2)
 
-    clouds = [axial.cloud(s.points, t) for s, t in zip(surfaces, (endo.triangles, epi.triangles))]
+    clouds = [
+        axial.cloud(s.points, t, n) for s, t, n in zip(surfaces, (endo.triangles, epi.triangles), sparse, strict=True)
+    ]
     levels = [make_cup(c, r, corners, apex is not None) for c, r in coarser(columns, rows, corners, apex is not None)]
-    positions = [_carry(disk, points, levels[0].disk) for disk, points in clouds]
+    positions = [scatter(disk, points, levels[0].disk) for disk, points in clouds]
     state = _State(surfaces, table)
     sweeps = []
     for number, cup in enumerate(levels):
         if number:
-            positions = [_carry(*_with_fringe(levels[number - 1], p), cup.disk) for p in positions]
+            positions = [refine(levels[number - 1], p, cup) for p in positions]
         most = _SWEEPS[0] if number == 0 else _SWEEPS[2] if number == len(levels) - 1 else _SWEEPS[1]
         edges = chosen.edge_length * columns / cup.columns
         positions, made = state.relax(cup, positions, edges, layers * cup.columns / columns, most)
@@ -131,45 +135,6 @@ def match_surfaces(
         "seconds": time.perf_counter() - began,
     }
     return MatchedSurfaces(cup, inner, outer, layers, *surfaces, planes, info)
-
-
-def _carry(disk: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Interpolation of positions ``(n, 3)`` at places of the disk to other places."""
-    from scipy.interpolate import LinearNDInterpolator
-
-    result = np.asarray(LinearNDInterpolator(disk, values)(wanted))
-    if not np.all(np.isfinite(result)):
-        raise StageError(
-            f"{int((~np.isfinite(result)).any(axis=1).sum())} of {len(wanted)} vertices of the cup find no place on a "
-            "surface; the base plane cuts it too near its end"
-        )
-    return result
-
-
-def _with_fringe(cup: Cup, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Disk and positions with a row more beyond each rim, extrapolated: finer rims lie a little outside of it."""
-    disks, places = [cup.disk], [points]
-    width = cup.columns
-    for rim, inward in ((cup.base, -1), (cup.apex, 1)):
-        if len(rim):
-            # The row next to the rim; with staggered rows the mean of the two vertices below it.
-            below = rim + inward * width
-            disk, place = cup.disk[below], points[below]
-            if cup.cells.shape[1] == 3:
-                gap = np.linalg.norm(disk - cup.disk[rim], axis=1)
-                turned = np.roll(below, 1)
-                side = np.linalg.norm(cup.disk[turned] - cup.disk[rim], axis=1)
-                back = np.roll(below, -1)
-                other = np.where(
-                    (side < np.linalg.norm(cup.disk[back] - cup.disk[rim], axis=1))[:, None],
-                    turned[:, None],
-                    back[:, None],
-                )[:, 0]
-                disk, place = 0.5 * (disk + cup.disk[other]), 0.5 * (place + points[other])
-                del gap
-            disks.append(cup.disk[rim] + 0.5 * (cup.disk[rim] - disk))
-            places.append(points[rim] + 0.5 * (points[rim] - place))
-    return np.concatenate(disks), np.concatenate(places)
 
 
 class _State:
