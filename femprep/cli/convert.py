@@ -7,6 +7,11 @@ from typing import Annotated
 
 import typer
 
+from femprep.cli._fields import option
+from femprep.options import ExportOptions, choose
+
+DECK = "Deck"
+
 
 def convert(
     mesh: Annotated[Path, typer.Argument(help="Mesh file to read.")],
@@ -14,6 +19,13 @@ def convert(
     format: Annotated[
         str | None, typer.Option("--format", help="Format of the new file, where its ending does not tell.")
     ] = None,
+    length_unit: Annotated[str | None, option(ExportOptions, "length_unit", panel=DECK)] = None,
+    step: Annotated[str | None, option(ExportOptions, "step", panel=DECK)] = None,
+    material: Annotated[str | None, option(ExportOptions, "material", panel=DECK)] = None,
+    young_modulus: Annotated[float | None, option(ExportOptions, "young_modulus", panel=DECK)] = None,
+    poisson_ratio: Annotated[float | None, option(ExportOptions, "poisson_ratio", panel=DECK)] = None,
+    fibre_stiffness: Annotated[float | None, option(ExportOptions, "fibre_stiffness", panel=DECK)] = None,
+    pressure: Annotated[float | None, option(ExportOptions, "pressure", panel=DECK)] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
     """Write a mesh in another format.
@@ -22,7 +34,17 @@ def convert(
     """
     from femprep.export import read_mesh, write_mesh
 
-    paths = write_mesh(read_mesh(mesh), out, format=format)
+    given = {
+        "length_unit": length_unit,
+        "step": step,
+        "material": material,
+        "young_modulus": young_modulus,
+        "poisson_ratio": poisson_ratio,
+        "fibre_stiffness": fibre_stiffness,
+        "pressure": pressure,
+    }
+    options = choose(ExportOptions, None, {name: value for name, value in given.items() if value is not None})
+    paths = write_mesh(read_mesh(mesh), out, format=format, options=options)
     if not quiet:
         for path in paths:
             typer.echo(path)

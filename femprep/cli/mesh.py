@@ -10,7 +10,7 @@ import typer
 from femprep.cli._configuration import parse_structures, read_options
 from femprep.cli._fields import option
 from femprep.export.table import FORMATS
-from femprep.options import FibreOptions, ImageOptions, Options, SurfaceOptions, VolumeOptions, WallOptions
+from femprep.options import ExportOptions, FibreOptions, ImageOptions, Options, SurfaceOptions, VolumeOptions, WallOptions
 
 INPUT, SURFACES, WALL = "Input", "Surfaces", "Wall"
 VOLUME, FIBRES, OUTPUT = "Volume mesh", "Fibres", "Output"
@@ -53,6 +53,8 @@ def mesh(
         list[str] | None,
         typer.Option("--format", help=f"Further format, repeatable: {', '.join(FORMATS)}.", rich_help_panel=OUTPUT),
     ] = None,
+    length_unit: Annotated[str | None, option(ExportOptions, "length_unit", panel=OUTPUT)] = None,
+    step: Annotated[str | None, option(ExportOptions, "step", panel=OUTPUT)] = None,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print nothing but errors.", rich_help_panel=OUTPUT)
     ] = False,
@@ -86,6 +88,8 @@ def mesh(
         fibres={} if fibres else None,
         fibres__endo_angle=endo_angle,
         fibres__epi_angle=epi_angle,
+        export__length_unit=length_unit,
+        export__step=step,
     )
     return mesh_file(segmentation, out, options, quiet=quiet, json=json)
 
