@@ -13,6 +13,13 @@ from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationErro
 
 from femprep.errors import OptionError
 
+#: Limits of a mesher's elements, in place of the defaults where they are not given: swept layers follow the wall, so
+#: their elements are flatter where it is thin.
+MESHER_LIMITS: dict[str, dict[str, float]] = {
+    "tetwild": {},
+    "sweep": {"minimum_dihedral": 8.0, "mean_of_mean_ratio": 0.75},
+}
+
 #: Structures of known data sets: label numbers by structure name.
 PRESETS: dict[str, dict[str, tuple[int, ...]]] = {
     "acdc": {"rv": (1,), "myo": (2,), "lv": (3,)},
@@ -83,7 +90,9 @@ class WallOptions(StageOptions):
 class VolumeOptions(StageOptions):
     """Filling the wall with elements."""
 
-    mesher: Literal["tetwild"] = Field("tetwild", description="Which mesher fills the wall.")
+    mesher: Literal["tetwild", "sweep"] = Field(
+        "tetwild", description="Which mesher fills the wall: fTetWild, or layers swept from surface to surface."
+    )
     edge_length: float = Field(2.5, gt=0, description="Edge length of the elements, mm.")
     envelope: float | None = Field(
         None,
@@ -258,6 +267,7 @@ class Options(StageOptions):
     surface: SurfaceOptions = SurfaceOptions()
     wall: WallOptions = WallOptions()
     volume: VolumeOptions = VolumeOptions()
+    sweep: SweepOptions = SweepOptions()
     check: CheckOptions = CheckOptions()
     fibres: FibreOptions | None = Field(
         None, description="Ventricular coordinates, AHA segments and fibres on the mesh; none where left out."
@@ -277,6 +287,19 @@ class Options(StageOptions):
         if not isinstance(value, Mapping):
             return value
         return {name: (labels,) if isinstance(labels, int) else labels for name, labels in value.items()}
+
+    @property
+    def limits(self) -> CheckOptions:
+        """Limits of the check: those given, else those of the mesher, else the defaults."""
+        given = {name: getattr(self.check, name) for name in self.check.model_fields_set}
+        return CheckOptions(**{**MESHER_LIMITS[self.volume.mesher], **given})
+
+    @property
+    def layers(self) -> SweepOptions:
+        """Options of the sweep with the edge length of the volume mesh, unless they have one of their own."""
+        if "edge_length" in self.sweep.model_fields_set:
+            return self.sweep
+        return self.sweep.model_copy(update={"edge_length": self.volume.edge_length})
 
     @property
     def labels(self) -> dict[str, tuple[int, ...]]:

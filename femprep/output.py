@@ -17,7 +17,7 @@ from femprep.report.notices import gather, mesh_notices, object_notices, wall_no
 from femprep.report.page import histogram, report_page
 from femprep.report.picture import finish_picture, start_picture
 from femprep.report.slices import STROKES, slice_pictures
-from femprep.report.volumes import cavity_volume, voxel_volume
+from femprep.report.volumes import cavity_volume, facet_triangles, voxel_volume
 
 #: Measures the page draws, with their titles.
 CHARTS = {
@@ -198,14 +198,11 @@ def _volumes(run: Run) -> list[VolumeRecord]:
 
 
 def _slices(run: Run) -> list[str]:
-    first, parts = 0, {}
-    for kind, block in run.mesh.facets.items():
-        tags = run.mesh.facet_tag[first : first + len(block)]
-        first += len(block)
-        if kind.startswith("tri"):
-            for name, tag in run.mesh.facet_names.items():
-                if name.startswith(("endo", "epi")):
-                    parts[name] = (run.mesh.points, block[tags == tag][:, :3])
+    parts = {
+        name: (run.mesh.points, facet_triangles(run.mesh, name))
+        for name in run.mesh.facet_names
+        if name.startswith(("endo", "epi"))
+    }
     return slice_pictures(run.segmentation, parts)
 
 

@@ -9,10 +9,12 @@ from dataclasses import dataclass, field, replace
 
 from femprep.anatomy import WallFields, add_aha, add_coordinates, add_fibres, flip, ventricular_axes
 from femprep.image import LabelObject, Segmentation
-from femprep.model import Surface, VolumeMesh, Wall
+from femprep.model import Plane, Surface, VolumeMesh, Wall
 from femprep.options import Options, choose
 from femprep.surface import fit_surface
+from femprep.surface.matching import match_surfaces
 from femprep.volume import QualityReport, check, tetrahedralize
+from femprep.volume.sweep import boundary_wall, sweep
 from femprep.wall import build_wall, extend_apex, find_apex, find_base
 
 Progress = Callable[[str, float], None]
@@ -122,10 +124,8 @@ def mesh_segmentation(
         endo = fit_surface(objects["lv"], options=options.surface, progress=report)
     with stages("surface epi") as report:
         epi = fit_surface(objects["epi"], boundary=boundary, options=options.surface, progress=report)
-    with stages("wall") as report:
-        wall = build_wall(epi=epi, endo={"lv": endo}, base=base, apex=apex, options=options.wall, progress=report)
-    with stages("volume") as report:
-        mesh = tetrahedralize(wall, options=options.volume, progress=report)
+    fill = _swept if options.volume.mesher == "sweep" else _tetrahedra
+    wall, mesh = fill(endo, epi, base, apex, options, stages)
     if options.fibres is not None:
         with stages("anatomy"):
             axes = ventricular_axes(seg, basal_end=options.wall.basal_end)
@@ -134,9 +134,31 @@ def mesh_segmentation(
                 mesh = add(mesh, axes=axes, fields=fields)
             mesh = add_fibres(mesh, options.fibres, axes=axes, fields=fields)
     with stages("quality"):
-        quality = check(mesh, options=options.check)
+        quality = check(mesh, options=options.limits)
     surfaces = {"lv": replace(endo, name="lv"), "epi": replace(epi, name="epi")}
     return Run(seg, options, objects, surfaces, wall, mesh, quality, stages.seconds)
+
+
+def _tetrahedra(
+    endo: Surface, epi: Surface, base: Plane, apex: Plane | None, options: Options, stages: Stages
+) -> tuple[Wall, VolumeMesh]:
+    """Join the surfaces to a wall and fill it by fTetWild."""
+    with stages("wall") as report:
+        wall = build_wall(epi=epi, endo={"lv": endo}, base=base, apex=apex, options=options.wall, progress=report)
+    with stages("volume") as report:
+        mesh = tetrahedralize(wall, options=options.volume, progress=report)
+    return wall, mesh
+
+
+def _swept(
+    endo: Surface, epi: Surface, base: Plane, apex: Plane | None, options: Options, stages: Stages
+) -> tuple[Wall, VolumeMesh]:
+    """Match the surfaces and fill the wall between them by layers; its boundary is the wall."""
+    with stages("match") as report:
+        matched = match_surfaces(endo=endo, epi=epi, base=base, apex=apex, options=options.layers, progress=report)
+    with stages("volume") as report:
+        mesh = sweep(matched, options=options.layers, progress=report)
+    return boundary_wall(mesh), mesh
 
 
 def fit_surfaces(

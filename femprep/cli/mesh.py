@@ -10,7 +10,16 @@ import typer
 from femprep.cli._configuration import parse_structures, read_options
 from femprep.cli._fields import option
 from femprep.export.table import FORMATS
-from femprep.options import ExportOptions, FibreOptions, ImageOptions, Options, SurfaceOptions, VolumeOptions, WallOptions
+from femprep.options import (
+    ExportOptions,
+    FibreOptions,
+    ImageOptions,
+    Options,
+    SurfaceOptions,
+    SweepOptions,
+    VolumeOptions,
+    WallOptions,
+)
 
 INPUT, SURFACES, WALL = "Input", "Surfaces", "Wall"
 VOLUME, FIBRES, OUTPUT = "Volume mesh", "Fibres", "Output"
@@ -41,7 +50,11 @@ def mesh(
     basal_end: Annotated[str | None, option(WallOptions, "basal_end", panel=WALL)] = None,
     base_offset: Annotated[float | None, option(WallOptions, "base_offset", panel=WALL)] = None,
     minimum_thickness: Annotated[float | None, option(WallOptions, "minimum_thickness", panel=WALL)] = None,
+    mesher: Annotated[str | None, option(VolumeOptions, "mesher", panel=VOLUME)] = None,
     edge_length: Annotated[float | None, option(VolumeOptions, "edge_length", panel=VOLUME)] = None,
+    element: Annotated[str | None, option(SweepOptions, "element", panel=VOLUME)] = None,
+    layers: Annotated[int | None, option(SweepOptions, "layers", panel=VOLUME, default="from the edge length")] = None,
+    order: Annotated[str | None, option(SweepOptions, "order", panel=VOLUME)] = None,
     time_limit: Annotated[float | None, option(VolumeOptions, "time_limit", panel=VOLUME)] = None,
     fibres: Annotated[
         bool,
@@ -83,7 +96,11 @@ def mesh(
         wall__basal_end=basal_end,
         wall__base_offset=base_offset,
         wall__minimum_thickness=minimum_thickness,
+        volume__mesher=mesher,
         volume__edge_length=edge_length,
+        sweep__element=element,
+        sweep__layers=layers,
+        sweep__order=int(order) if order in ("1", "2") else order,
         volume__time_limit=time_limit,
         fibres={} if fibres else None,
         fibres__endo_angle=endo_angle,
