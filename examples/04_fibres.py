@@ -26,8 +26,8 @@ ENDO_ANGLE, EPI_ANGLE = 60.0, -60.0
 def thickness(mesh: fp.VolumeMesh, points: np.ndarray) -> np.ndarray:
     """Wall thickness at points in the wall: to the endocardium and to the epicardium the nearest way, mm."""
     triangles = mesh.facets["triangle"]
-    sides = (triangles[mesh.facet_tag == mesh.facet_names[name]] for name in ("endo", "epi"))
-    return sum(ClosestFinder(mesh.points, side)(points).distance for side in sides)
+    endo, epi = (triangles[mesh.facet_tag == mesh.facet_names[name]] for name in ("endo", "epi"))
+    return ClosestFinder(mesh.points, endo)(points).distance + ClosestFinder(mesh.points, epi)(points).distance
 
 
 def streamlines(mesh: fp.VolumeMesh, angle: np.ndarray, count: int) -> Any:
