@@ -1,0 +1,63 @@
+"""``femprep check`` and ``femprep compare`` on files, with their exit statuses."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+import femprep as fp
+from femprep.cli import main
+
+CUBE = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=float)
+
+
+def write_tetrahedra(path: Path, cells: list[list[int]]) -> Path:
+    meshio.write(path, meshio.Mesh(CUBE, [("tetra", np.array(cells))]))
+    return path
+
+
+def sphere(path: Path, radius: float) -> Path:
+    from femprep.template import charge_template
+
+    template = charge_template(300)
+    fp.write_surface(fp.Surface(radius * template.directions, template.cells), path)
+    return path
+
+
+def test_check_passes_a_sound_mesh_of_anyone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cells = [[0, 4, 2, 1], [4, 6, 2, 7], [1, 4, 7, 5], [1, 2, 3, 7], [1, 2, 7, 4]]
+    assert main(["check", str(write_tetrahedra(tmp_path / "cube.vtu", cells)), "--json"]) in (0, 1)
+    record = json.loads(capsys.readouterr().out)
+    assert record["volume"] == pytest.approx(1.0)
+    assert record["validity"]["inverted_elements"] == 0
+    assert record["validity"]["untagged_boundary_facets"] is None
+
+
+def test_check_fails_an_inverted_element(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_tetrahedra(tmp_path / "bad.vtu", [[0, 4, 2, 1], [4, 6, 2, 7], [1, 4, 5, 7]])
+    assert main(["check", str(path)]) == 1
+    assert "inverted" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", [["check", "none.vtu"], ["compare", "none.vtp", "none.vtp"]])
+def test_missing_file(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(command) == 2
+    assert "none.vt" in capsys.readouterr().err
+
+
+def test_compare_measures_concentric_spheres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    a, b = sphere(tmp_path / "a.vtp", 20.0), sphere(tmp_path / "b.vtp", 23.0)
+    assert main(["compare", str(a), str(b), "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["distance"]["mean"] == pytest.approx(3.0, abs=0.05)
+    assert record["volume"]["difference_percent"] == pytest.approx(100 * ((20 / 23) ** 3 - 1), abs=0.01)
+    assert record["a"]["q"]["mean"] > 0.98
+    assert main(["compare", str(a), str(a)]) == 0
+    same = re.search(r"^distance: mean (\S+),", capsys.readouterr().out, flags=re.MULTILINE)
+    assert same is not None
+    assert float(same[1]) < 1e-12
