@@ -1,4 +1,4 @@
-"""A volume mesh to Medit's ``.mesh`` (FreeFEM, MMG): tags as references, fibres beside it in a ``.sol``."""
+"""A volume mesh to Medit's ``.mesh`` (FreeFEM, MMG): tags as references, fibres and AHA segments in a ``.sol``."""
 
 from __future__ import annotations
 
@@ -27,10 +27,11 @@ MEDIT_SECTIONS: Final = {
 
 
 def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
-    """Write ``stem.mesh`` and, where there are fibres, ``stem.fiber.sol``.
+    """Write ``stem.mesh`` and, where the mesh has them, ``stem.fiber.sol`` and ``stem.aha.sol``.
 
     References are the tags; comments name them. Elements are linear: of quadratic ones the corners are written. The
-    ``.sol`` holds for each element the fibre and, where there is one, the sheet.
+    first ``.sol`` holds for each element the fibre and, where there is one, the sheet; the second its AHA segment,
+    because an element has but one reference.
     """
     mesh = linear(mesh, "Medit")
     with (folder / f"{stem}.mesh").open("w", encoding="utf-8", newline="\n") as file:
@@ -40,6 +41,9 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
         vectors = found if "sheet" in mesh.cell_data else found[:1]
         with (folder / f"{stem}.fiber.sol").open("w", encoding="ascii", newline="\n") as file:
             file.writelines(_solution(mesh, vectors))
+    if "aha" in mesh.cell_data:
+        with (folder / f"{stem}.aha.sol").open("w", encoding="ascii", newline="\n") as file:
+            file.writelines(_solution(mesh, (np.asarray(mesh.cell_data["aha"]),)))
 
 
 def _mesh(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
@@ -58,12 +62,13 @@ def _mesh(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield "\nEnd\n"
 
 
-def _solution(mesh: VolumeMesh, vectors: tuple[np.ndarray, ...]) -> Iterator[str]:
+def _solution(mesh: VolumeMesh, fields: tuple[np.ndarray, ...]) -> Iterator[str]:
+    # Number of fields, and of each its kind: 1 is a scalar, 2 a vector.
+    kinds = f"{len(fields)} {' '.join(str(values.ndim) for values in fields)}"
     yield "MeshVersionFormatted 2\n\nDimension 3\n"
     first = 0
     for kind, block in mesh.cells.items():
-        # Number of fields, and of each its kind: 2 is a vector.
-        yield f"\nSolAt{MEDIT_SECTIONS[kind]}\n{len(block)}\n{len(vectors)} {' '.join('2' for _ in vectors)}\n"
-        yield rows(*(v[first : first + len(block)] for v in vectors), separator=" ", width=None)
+        yield f"\nSolAt{MEDIT_SECTIONS[kind]}\n{len(block)}\n{kinds}\n"
+        yield rows(*(values[first : first + len(block)] for values in fields), separator=" ", width=None)
         first += len(block)
     yield "\nEnd\n"

@@ -197,7 +197,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "mesh.mesh",
                 "medit:write",
                 "FreeFEM, MMG",
-                "regions and facet tags as references, fibres and sheets (.sol)",
+                "regions and facet tags as references, fibres, sheets and AHA segments (.sol)",
                 "linear; of quadratic ones the corners",
                 "as asked, named in the file",
                 "FreeFEM, meshio",
