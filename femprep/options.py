@@ -47,7 +47,11 @@ class ImageOptions(StageOptions):
 class SurfaceOptions(StageOptions):
     """Fitting a closed template surface to an object."""
 
-    method: Literal["paper"] = Field("paper", description="Which method fits the surface.")
+    method: Literal["paper", "even"] = Field(
+        "paper",
+        description="paper: the surface as published, smoothed only where its triangles would cross. even: that "
+        "surface, lightly smoothed, and its vertices moved along it until the triangles are even.",
+    )
     vertices: int = Field(1500, ge=12, le=20000, description="Number of vertices V of the template sphere.")
     singularities: int | None = Field(
         None, ge=4, description="Number of singularities M; from the object where not given."

@@ -19,7 +19,7 @@ from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
 from femprep.model import FloatArray, Surface
 from femprep.options import SurfaceOptions, choose
-from femprep.surface.mend import sound_map
+from femprep.surface.mend import Target, sound_map
 from femprep.template import charge_template, sphere_points
 
 _log = logging.getLogger(__name__)
@@ -51,7 +51,10 @@ def fit_surface(
     """Fit a closed, smooth surface with a given number of vertices to a segmented object.
 
     A pre-meshed sphere about the object's barycentre is carried along the gradient of a harmonic field to the
-    surface that fits the object's boundary points in the least squares sense.
+    surface that fits the object's boundary points in the least squares sense. Its vertices stay where
+    the paper has them (``method="paper"``), or are moved along that surface until the triangles are even (``"even"``).
+
+    No surface is returned whose triangles cross or are folded: the stopping function is smoothed until none do.
 
     Parameters
     ----------
@@ -70,8 +73,9 @@ def fit_surface(
     Returns
     -------
     Surface
-        ``directions`` are the template's vertices, ``shape`` the smooth surface as a :class:`HarmonicShape`, ``info``
-        tells the parameters, residuals (mm) and what was adapted.
+        ``directions`` are the template's vertices, moved or not, ``shape`` the smooth surface as a
+        :class:`HarmonicShape`, so that ``shape(directions)`` is ``points``; ``info`` tells the parameters, residuals
+        (mm), and under ``notices`` what was mended.
 
     Raises
     ------
@@ -82,7 +86,7 @@ def fit_surface(
     ResourceError
         The fit would need more memory than ``memory_limit``.
     StageError
-        Triangles cross or are folded, and no smoothing of the surface mends it.
+        Triangles cross or are folded, and neither smoothing nor moving vertices mends it.
 
     References
     ----------
@@ -129,7 +133,8 @@ def fit_surface(
     tell("surface", 0.7)
     tell("surface", 0.8)
     basis = Basis(sphere_points(control_points) @ frame.T, chosen.spline_order)
-    mapped = sound_map(field, basis, feet, level, directions, template.cells, chosen.steps, obj.name)
+    target = Target(field, basis, feet, level, directions, template.cells, frame, chosen.steps, obj.name)
+    mapped = sound_map(target, even=chosen.method == "even")
     shape, points, directions = mapped.shape, mapped.points, mapped.directions
     raw = shape.stopping(directions)
     residual = (level - shape.levels(feet)) / np.linalg.norm(field.gradient(boundary.points), axis=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -11,13 +12,19 @@ from femprep.harmonic.field import Field
 from femprep.harmonic.leastsquares import fit_spline
 from femprep.harmonic.spline import Basis
 from femprep.model import FloatArray, IntArray
+from femprep.surface.even import even_out
 from femprep.surface.shape import HarmonicShape
-from femprep.surface.soundness import find_faults
+from femprep.surface.soundness import Faults, find_faults
 
 _log = logging.getLogger(__name__)
 
 #: Smoothing of the stopping function, step by step: none as in the paper, then just enough for a sound surface.
-_SMOOTHING: Final = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)
+_PAPER: Final = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)
+#: Vertices that move see the stopping function between the template's own directions too: never without smoothing.
+_EVEN: Final = (1e-6, 1e-5, 1e-4)
+#: For the sake of even triangles alone, least Q, smoothing goes up to here.
+_WISHED: Final = 0.5
+_WORTH: Final = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +40,8 @@ class Mapped:
     points : (V, 3) array
         The vertices, ``shape(directions)``, mm LPS.
     info : dict
-        ``smoothing`` used, ``underdetermined``, and under ``notices`` what had to be mended.
+        ``smoothing`` used, ``underdetermined``, ``even`` (how much triangles gained, where vertices were moved), and
+        under ``notices`` what had to be mended.
     """
 
     shape: HarmonicShape
@@ -42,19 +50,11 @@ class Mapped:
     info: dict[str, Any]
 
 
-def sound_map(
-    field: Field,
-    basis: Basis,
-    feet: FloatArray,
-    level: FloatArray,
-    directions: FloatArray,
-    cells: IntArray,
-    steps: int,
-    name: str,
-) -> Mapped:
-    """Fit the stopping function and carry the template to it; smooth it step by step until no triangles cross.
+@dataclass(frozen=True, eq=False)
+class Target:
+    """What the stopping function is fitted to, and what is carried to it.
 
-    Parameters
+    Attributes
     ----------
     field : Field
         The harmonic field.
@@ -68,34 +68,84 @@ def sound_map(
         The template's vertices.
     cells : (T, 3) array
         Its triangles.
+    axes : (3, 3) array
+        The image's axes as a rotation, columns.
     steps : int
         Runge-Kutta steps of a flow line.
     name : str
         The object's, for messages.
+    """
+
+    field: Field
+    basis: Basis
+    feet: FloatArray
+    level: FloatArray
+    directions: FloatArray
+    cells: IntArray
+    axes: FloatArray
+    steps: int
+    name: str
+
+    def mapped(self, smoothing: float, even: bool) -> tuple[Mapped, Faults]:
+        """The template on the surface of one smoothing, its vertices moved or not, and its faults."""
+        stopping, solve = fit_spline(self.basis, self.feet, self.level, smoothing=smoothing)
+        bounds = 0.5 * float(self.level.min()), 1.5 * float(self.level.max())
+        shape = HarmonicShape(self.field, stopping, *bounds, self.steps)
+        info: dict[str, Any] = {"smoothing": solve["smoothing"], "underdetermined": solve["underdetermined"]}
+        if even:
+            directions, points, info["even"] = even_out(shape, self.directions, self.cells, self.axes)
+        else:
+            directions, points = self.directions, shape(self.directions)
+        return Mapped(shape, directions, points, info), find_faults(points, self.cells, self.field)
+
+
+def sound_map(target: Target, even: bool) -> Mapped:
+    """Fit the stopping function and carry the template to it; mend it step by step until no triangles cross.
+
+    Parameters
+    ----------
+    target : Target
+        What to fit and to carry.
+    even : bool
+        Move the vertices along the surface to even triangles. Otherwise the surface is the paper's, and they are
+        moved only where no smoothing mends it.
 
     Raises
     ------
     StageError
         No step gave a surface without crossing or folded triangles.
     """
-    bounds = 0.5 * float(level.min()), 1.5 * float(level.max())
-    first = None
-    for smoothing in _SMOOTHING:
-        stopping, solve = fit_spline(basis, feet, level, smoothing=smoothing)
-        shape = HarmonicShape(field, stopping, *bounds, steps)
-        points = shape(directions)
-        faults = find_faults(points, cells, field)
-        if not faults:
-            notices: list[str] = []
-            if first is not None:
-                used = solve["smoothing"]
-                notices.append(f"surface {name} had {first}; smoothing its stopping function by {used:g} mended it")
-                _log.warning(notices[0])
-            info = {"smoothing": solve["smoothing"], "underdetermined": solve["underdetermined"], "notices": notices}
-            return Mapped(shape, directions, points, info)
-        _log.info("surface of %r with smoothing %g: %s", name, smoothing, faults)
-        first = first or faults
-    raise StageError(
-        f"the surface of {name!r} has {first} and could not be mended; raise the number of vertices "
-        f"({len(directions)}), lower control_points ({basis.size - 1}), or mend the labels there"
-    )
+    first: Faults | None = None
+    found: list[Mapped] = []
+    for smoothing, moved in _steps(even):
+        mapped, faults = target.mapped(smoothing, moved)
+        if faults:
+            _log.info("surface of %r with smoothing %g: %s", target.name, smoothing, faults)
+            first = first or faults
+            if found:
+                break
+            continue
+        found.append(mapped)
+        if not moved or smoothing >= _WORTH or mapped.info["even"]["q_min"][1] >= _WISHED:
+            break
+    if not found:
+        raise StageError(
+            f"the surface of {target.name!r} has {first} and could not be mended; raise the number of vertices "
+            f"({len(target.directions)}), lower control_points ({target.basis.size - 1}), or mend the labels there"
+        )
+    best = max(found, key=lambda one: one.info["even"]["q_min"][1] if "even" in one.info else 1.0)
+    best.info["notices"] = []
+    if first is not None:
+        how = f"smoothing its stopping function by {best.info['smoothing']:g}"
+        if "even" in best.info and not even:
+            how += " and moving its vertices along it"
+        best.info["notices"].append(f"surface {target.name} had {first}; {how} mended it")
+        _log.warning(best.info["notices"][0])
+    return best
+
+
+def _steps(even: bool) -> Iterator[tuple[float, bool]]:
+    """Smoothing, and whether vertices are moved, in the order they are tried."""
+    if not even:
+        yield from ((smoothing, False) for smoothing in _PAPER)
+    yield from ((smoothing, True) for smoothing in _EVEN)

@@ -30,6 +30,8 @@ class Faults:
         The middle of the first faulty triangle, mm LPS.
     inward : bool
         The enclosed volume is not positive.
+    triangles : (k,) array
+        The crossing and the turned triangles.
     """
 
     lost: int
@@ -37,6 +39,7 @@ class Faults:
     turned: int
     place: FloatArray
     inward: bool
+    triangles: IntArray
 
     def __bool__(self) -> bool:
         """Whether there is any."""
@@ -75,12 +78,13 @@ def find_faults(points: FloatArray, cells: IntArray, field: Field) -> Faults:
     """
     lost = int(np.count_nonzero(~np.isfinite(points).all(axis=1)))
     if lost:
-        return Faults(lost, 0, 0, np.full(3, np.nan), False)
+        return Faults(lost, 0, 0, np.full(3, np.nan), False, np.empty(0, dtype=np.int64))
     middle = points[cells].mean(axis=1)
     crossing = np.unique(self_intersections(points, cells))
     turned = np.flatnonzero(np.einsum("ij,ij->i", area_vectors(points, cells), field.gradient(middle)) >= 0.0)
-    first = np.concatenate([crossing, turned, np.zeros(1, dtype=np.int64)])[0]
-    return Faults(0, len(crossing), len(turned), middle[first], volume(points, cells) <= 0.0)
+    faulty = np.concatenate([crossing, turned])
+    place = middle[faulty[0]] if len(faulty) else middle.mean(axis=0)
+    return Faults(0, len(crossing), len(turned), place, volume(points, cells) <= 0.0, np.unique(faulty))
 
 
 def _count(number: int, one: str, several: str) -> str:

@@ -13,7 +13,7 @@ from femprep.harmonic.field import Field
 from femprep.harmonic.spline import Basis
 from femprep.image import read_segmentation
 from femprep.surface.fit import fit_surface
-from femprep.surface.mend import sound_map
+from femprep.surface.mend import Target, sound_map
 from femprep.surface.soundness import find_faults
 from femprep.template import charge_template, sphere_points
 
@@ -73,19 +73,11 @@ def test_what_cannot_be_mended_is_refused_with_place_and_remedy() -> None:
     charges = np.column_stack([18.0 * np.cos(angle) - 4.0, 18.0 * np.sin(angle), np.zeros(25)])
     field = Field(np.zeros(3), 50.0, charges, np.full(25, 0.22))
     ball = charge_template(300)
-    with pytest.raises(
-        StageError, match=r"'hoop' has \d+ crossing triangles.* near \[.*mm LPS.*raise .* vertices \(300"
-    ):
-        sound_map(
-            field,
-            Basis(sphere_points(60)),
-            sphere_points(400),
-            np.full(400, 1.2),
-            ball.directions,
-            ball.cells,
-            40,
-            "hoop",
-        )
+    feet, level, basis = sphere_points(400), np.full(400, 1.2), Basis(sphere_points(60))
+    target = Target(field, basis, feet, level, ball.directions, ball.cells, np.eye(3), 40, "hoop")
+    message = r"'hoop' has \d+ crossing triangles.* near \[.*mm LPS.*raise .* vertices \(300"
+    with pytest.raises(StageError, match=message):
+        sound_map(target, even=False)
 
 
 @pytest.mark.data
