@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -95,7 +94,6 @@ def fit_surface(
     """
     chosen = choose(SurfaceOptions, options, changes)
     tell = progress or (lambda stage, fraction: None)
-    began = time.perf_counter()
     tell("surface", 0.0)
     boundary = boundary_points(obj) if boundary is None else boundary
     if len(boundary) < 12:
@@ -159,7 +157,6 @@ def fit_surface(
         **mapped.info,
         "sources": placement,
         "memory_gb": memory,
-        "seconds": time.perf_counter() - began,
     }
     tell("surface", 1.0)
     return Surface(points, template.cells, name=obj.name, directions=directions, shape=shape, info=info)

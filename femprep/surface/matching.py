@@ -9,7 +9,6 @@ them are best, on a coarse cup first and on finer ones from there.
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -84,7 +83,6 @@ def match_surfaces(
     """
     chosen = choose(SweepOptions, options, changes)
     tell = progress or (lambda stage, fraction: None)
-    began = time.perf_counter()
     tell("match", 0.0)
     corners = corners_of(chosen)
     axial = Axial.of(endo, base, apex, np.asarray(chosen.toward))
@@ -132,7 +130,6 @@ def match_surfaces(
         "pushed": push,
         "levels": [level.columns for level in levels],
         "sweeps": sweeps,
-        "seconds": time.perf_counter() - began,
     }
     return MatchedSurfaces(cup, inner, outer, layers, *surfaces, planes, info)
 

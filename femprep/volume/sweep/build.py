@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -61,7 +60,6 @@ def sweep(
     """
     chosen = choose(SweepOptions, options, changes)
     tell = progress or (lambda stage, fraction: None)
-    began = time.perf_counter()
     tell("volume", 0.0)
     cup = matched.cup
     count, corners = len(cup.disk), cup.cells.shape[1]
@@ -120,7 +118,7 @@ def sweep(
     if chosen.order == 2:
         mesh = quadratic(mesh, matched, depth)
     tell("volume", 1.0)
-    return _with_seconds(mesh, time.perf_counter() - began)
+    return mesh
 
 
 def depths(layers: int, grading: float) -> FloatArray:
@@ -159,9 +157,3 @@ def _connect(
         groups = [(tag, checkered(f, colour, count)) for tag, f in groups]
     tags = np.concatenate([np.full(len(f), FACET_TAGS[tag]) for tag, f in groups])
     return "tetra", tetrahedra, {"triangle": np.concatenate([f for _, f in groups])}, tags
-
-
-def _with_seconds(mesh: VolumeMesh, seconds: float) -> VolumeMesh:
-    from dataclasses import replace
-
-    return replace(mesh, info={**mesh.info, "seconds": seconds})
