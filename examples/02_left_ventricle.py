@@ -1,6 +1,8 @@
 """The main job on a phantom left ventricle: label map in, tagged tetrahedra with fibres out, and a picture of them.
 
     python examples/02_left_ventricle.py [--out FOLDER] [--edge 2.5] [--picture examples/pictures/demo.png]
+
+The volumes of the mesh stand beside those of the exact phantom below the same base plane.
 """
 
 from __future__ import annotations
