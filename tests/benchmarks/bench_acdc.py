@@ -56,20 +56,24 @@ def choose(rows: list[dict[str, str]], count: int) -> list[dict[str, str]]:
     return picked
 
 
-def one_surface(job: tuple[str, str, str, str]) -> dict[str, Any]:
-    """Fit the LV cavity, LV + myocardium and the RV cavity of one map; measure them."""
+#: Objects of the surface benchmark: the structures each is the union of.
+OBJECTS = {"lv": ("lv",), "epi": ("lv", "myo"), "rv": ("rv",)}
+
+
+def one_surface(job: tuple[str, str, str, str, tuple[str, ...]]) -> dict[str, Any]:
+    """Fit the LV cavity, LV + myocardium and the RV cavity of one map, or some of them; measure them."""
     import femprep as fp
     from femprep.geometry.intersection import self_intersections
     from femprep.geometry.triangles import triangle_quality
 
-    name, path, group, method = job
+    name, path, group, method, objects = job
     row: dict[str, Any] = {"case": name, "group": group}
     outcomes = []
-    for key, parts in {"lv": ("lv",), "epi": ("lv", "myo"), "rv": ("rv",)}.items():
+    for key in objects:
         try:
             start = time.perf_counter()
             seg = fp.read_segmentation(path, preset="acdc")
-            fitted = fp.fit_surfaces(seg, {key: parts}, fp.Options(surface={"method": method}))
+            fitted = fp.fit_surfaces(seg, {key: OBJECTS[key]}, fp.Options(surface={"method": method}))
             row[f"{key}_seconds"] = time.perf_counter() - start
             surface = fitted.surfaces[key]
             quality = triangle_quality(surface.points, surface.triangles)
@@ -137,6 +141,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     parser.add_argument("--count", type=int, default=None, help="maps to run [surfaces: all, meshes: 24]")
     parser.add_argument("--edge", type=float, default=2.5, help="edge length of the meshes, mm")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
+    parser.add_argument("--objects", nargs="+", choices=tuple(OBJECTS), default=list(OBJECTS), help="surfaces to fit")
     parser.add_argument("--method", choices=("paper", "even"), default="paper", help="of fitting surfaces")
     parser.add_argument("--csv", type=Path, help="file for a line per case")
     given = parser.parse_args(arguments)
@@ -144,7 +149,8 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     rows = cases(data)
     if given.what == "surfaces":
         rows = rows if given.count is None else choose(rows, given.count)
-        jobs: list[Any] = [(row["id"], str(data / "acdc" / row["file"]), row["group"], given.method) for row in rows]
+        rest = (given.method, tuple(given.objects))
+        jobs: list[Any] = [(row["id"], str(data / "acdc" / row["file"]), row["group"], *rest) for row in rows]
         work: Any = one_surface
     else:
         chosen = choose(rows, given.count or 24)
