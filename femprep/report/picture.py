@@ -49,7 +49,6 @@ def draw(mesh_path: str, facets_path: str, png_path: str) -> None:
 
     mesh, facets = pv.read(mesh_path), pv.read(facets_path)
     tags = facets.cell_data["facet_tag"]
-    base = facets.extract_cells(tags == np.bincount(tags).argmax())
     _, _, axes = np.linalg.svd(mesh.points - mesh.points.mean(axis=0), full_matrices=False)
     up, across = axes[0], axes[1]
     if "base" in facets.field_data:
