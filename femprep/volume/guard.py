@@ -4,8 +4,9 @@ Whatever happens to the child (crash, hang, too much memory) becomes one line; w
 child does not outlive it.
 
 - An exception in this thread, Ctrl-C and one raised by ``progress`` included, kills the child and removes its folder.
-- When this process is killed outright: on Linux the kernel kills the child (``PR_SET_PDEATHSIG``). Elsewhere a
-  watchdog process, which waits for the end of a pipe that this process holds open, kills it. Both hold for SIGKILL.
+- When this process is killed outright, SIGKILL included: on Linux the kernel kills the child at once
+  (``PR_SET_PDEATHSIG``). Everywhere a watchdog process, which waits for the end of a pipe that this process holds
+  open, kills the child if need be and removes its folder.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.spawn import get_executable
 from pathlib import Path
@@ -40,13 +42,21 @@ WORKER: Final = Path(__file__).with_name("_tetwild_worker.py")
 #: Seconds between two looks at the child.
 PULSE: Final = 0.2
 
+#: Reads the child's number from a pipe until the pipe ends, which is when the process that holds it does.
 _WATCHDOG = """
-import os, signal, sys
-sys.stdin.buffer.read()
-try:
-    os.kill(int(sys.argv[1]), getattr(signal, "SIGKILL", signal.SIGTERM))
-except OSError:
-    pass
+import os, shutil, signal, sys, time
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+pids = [int(line) for line in sys.stdin.buffer]
+for pid in pids:
+    try:
+        os.kill(pid, getattr(signal, "SIGKILL", signal.SIGTERM))
+    except OSError:
+        pass
+for _ in range(100):
+    shutil.rmtree(sys.argv[1], ignore_errors=True)
+    if not os.path.exists(sys.argv[1]):
+        break
+    time.sleep(0.1)
 """
 
 
@@ -80,6 +90,7 @@ def run_tetwild(
     triangles: IntArray,
     settings: Mapping[str, Any],
     *,
+    arrays: Mapping[str, npt.NDArray[Any]] | None = None,
     time_limit: float,
     memory_limit: float,
     pulse: Callable[[float], None] | None = None,
@@ -93,6 +104,8 @@ def run_tetwild(
         A surface that has been validated: fTetWild checks nothing.
     settings : mapping
         Further arguments of ``pytetwild.tetrahedralize``.
+    arrays : mapping of str to array, optional
+        Those of its arguments that are arrays.
     time_limit : float
         s.
     memory_limit : float
@@ -110,9 +123,10 @@ def run_tetwild(
         pytetwild cannot be imported.
     """
     start = time.perf_counter()
-    with tempfile.TemporaryDirectory(prefix="femprep-tetwild-", ignore_cleanup_errors=True) as name:
+    with _watched_folder() as (name, watchdog):
         folder = Path(name)
-        np.savez(folder / "input.npz", points=points, triangles=triangles, settings=json.dumps(dict(settings)))
+        text = json.dumps(dict(settings))
+        np.savez(folder / "input.npz", points=points, triangles=triangles, settings=text, **(arrays or {}))
         with (folder / "log.txt").open("wb") as log:
             # -P keeps the script's own folder off the import path; this process' path goes to the child as it is.
             child = subprocess.Popen(
@@ -123,16 +137,12 @@ def run_tetwild(
                 cwd=name,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
             )
-            watchdog = None
             try:
-                watchdog = None if sys.platform == "linux" else start_watchdog(child.pid)
+                watch(watchdog, child.pid)
                 _wait(child, start, time_limit, memory_limit, pulse)
             finally:
                 child.kill()
                 child.wait()
-                if watchdog is not None:
-                    watchdog.kill()
-                    watchdog.wait()
         seconds = time.perf_counter() - start
         _judge_exit(child.returncode, seconds, _last_line(folder / "log.txt"))
         with np.load(folder / "output.npz") as data:
@@ -146,14 +156,39 @@ def run_tetwild(
             )
 
 
-def start_watchdog(pid: int) -> subprocess.Popen[bytes]:
-    """Start a process that kills ``pid`` when this process ends: it reads a pipe that only this process holds open."""
+@contextmanager
+def _watched_folder() -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+    """A temporary folder that goes when the block ends, or when this process does, and the watchdog that sees to it."""
+    with tempfile.TemporaryDirectory(prefix="femprep-tetwild-", ignore_cleanup_errors=True) as name:
+        watchdog = start_watchdog(name)
+        try:
+            yield name, watchdog
+        finally:
+            watchdog.kill()
+            watchdog.wait()
+            if watchdog.stdin is not None:
+                watchdog.stdin.close()
+
+
+def start_watchdog(folder: str) -> subprocess.Popen[bytes]:
+    """Start a process that removes a folder when this process ends: it reads a pipe that only this process holds open.
+
+    Signals to this process's group, as a terminal sends them, do not reach it.
+    """
     return subprocess.Popen(
-        [os.fsdecode(get_executable()), "-I", "-S", "-c", _WATCHDOG, str(pid)],
+        [os.fsdecode(get_executable()), "-I", "-S", "-c", _WATCHDOG, folder],
         stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
+        start_new_session=True,
     )
+
+
+def watch(watchdog: subprocess.Popen[bytes], pid: int) -> None:
+    """Have a watchdog kill the process ``pid`` first."""
+    if watchdog.stdin is not None:
+        watchdog.stdin.write(f"{pid}\n".encode())
+        watchdog.stdin.flush()
 
 
 def _wait(

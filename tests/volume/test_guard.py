@@ -164,18 +164,25 @@ PARENT = """
 
 @linux
 @pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM", "SIGINT"])
-def test_no_orphan_when_the_parent_is_ended(tmp_path, name):
+def test_neither_orphan_nor_folder_when_the_parent_is_ended(tmp_path, name):
     pid = tmp_path / "pid"
     script = PARENT.format(folder=str(tmp_path), worker=str(guard.WORKER), pid=str(pid))
+    folder = tmp_path / "temporary"
+    folder.mkdir()
     parent = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        [sys.executable, "-c", textwrap.dedent(script)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "TMPDIR": str(folder)},
     )
     try:
         child = wait_for(pid_written(pid))
         assert alive(child)
+        assert [path.name.startswith("femprep-tetwild-") for path in folder.iterdir()] == [True]
         parent.send_signal(getattr(signal, name))
         parent.wait(timeout=20)
         wait_for(lambda: not alive(child), 10.0)
+        wait_for(lambda: not list(folder.iterdir()))
     finally:
         parent.kill()
         parent.wait()
@@ -183,19 +190,22 @@ def test_no_orphan_when_the_parent_is_ended(tmp_path, name):
 
 WATCHED = """
     import sys, time
-    from femprep.volume.guard import start_watchdog
-    start_watchdog(int(sys.argv[1]))
+    from femprep.volume.guard import start_watchdog, watch
+    watch(start_watchdog(sys.argv[2]), int(sys.argv[1]))
     print("ready", flush=True)
     time.sleep(100)
 """
 
 
 @linux
-def test_watchdog_ends_a_process_when_this_one_is_killed():
+def test_watchdog_ends_a_process_and_removes_its_folder_when_this_one_is_killed(tmp_path):
     """What other systems than Linux rely on."""
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (folder / "file").touch()
     child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(100)"])
     parent = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(WATCHED), str(child.pid)], stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", textwrap.dedent(WATCHED), str(child.pid), str(folder)], stdout=subprocess.PIPE, text=True
     )
     try:
         assert parent.stdout is not None
@@ -203,6 +213,7 @@ def test_watchdog_ends_a_process_when_this_one_is_killed():
         assert child.poll() is None
         os.kill(parent.pid, signal.SIGKILL)
         assert child.wait(timeout=20) == -signal.SIGKILL
+        wait_for(lambda: not folder.exists())
     finally:
         for process in (parent, child):
             process.kill()
