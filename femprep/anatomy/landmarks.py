@@ -16,6 +16,7 @@ import numpy.typing as npt
 from femprep.anatomy.axes import USUAL_RV, VentricularAxes, hand, rv_drift
 from femprep.anatomy.frames import normalise
 from femprep.errors import InputError
+from femprep.image.slices import relative_slope
 from femprep.model import FloatArray
 
 if TYPE_CHECKING:
@@ -63,11 +64,11 @@ def axes_from_labels(seg: Segmentation, *, basal_end: str = "auto") -> Ventricul
     cavity, muscle = seg.mask("lv"), seg.mask("myo")
     spacing = seg.grid.spacing
     stack = bool(spacing.max() >= _STACK * spacing.min())
-    line = _stack_line(seg, cavity, muscle, basal_end) if stack else _free_line(seg, cavity, muscle)
+    rv = seg.mask("rv") if "rv" in seg.structures and set(seg.structures["rv"]) <= set(seg.present) else None
+    line = _stack_line(seg, cavity, muscle, rv, basal_end) if stack else _free_line(seg, cavity, muscle)
     info: dict[str, Any] = dict(line.evidence)
     direction = normalise(line.base - line.apex)
 
-    rv = seg.mask("rv") if "rv" in seg.structures and set(seg.structures["rv"]) <= set(seg.present) else None
     if rv is None or rv.sum() < 8:
         info["assumed"] = ["septal", "hand"]
         helper = USUAL_RV if abs(USUAL_RV @ direction) < 0.9 else np.array([-1.0, 0.0, 0.0])
@@ -76,7 +77,7 @@ def axes_from_labels(seg: Segmentation, *, basal_end: str = "auto") -> Ventricul
     axes = VentricularAxes(line.apex, line.base, points.mean(axis=0) - line.apex, None, source="labels")
     drift = rv_drift(axes, points, np.ones(len(points)), _levels(rv, points, axes, line.stack))
     mirrored = hand(drift)
-    info["rv_drift_degrees"] = round(drift, 1)
+    info.update(drift.record())
     if mirrored is None:
         info["assumed"] = ["hand"]
     axes = VentricularAxes(line.apex, line.base, axes.septal, mirrored, source="labels")
@@ -85,7 +86,7 @@ def axes_from_labels(seg: Segmentation, *, basal_end: str = "auto") -> Ventricul
     return VentricularAxes(line.apex, line.base, septal, mirrored, insertions, source="labels", info=info)
 
 
-def _stack_line(seg: Segmentation, cavity: BoolArray, muscle: BoolArray, basal_end: str) -> _Line:
+def _stack_line(seg: Segmentation, cavity: BoolArray, muscle: BoolArray, rv: BoolArray | None, basal_end: str) -> _Line:
     """The line through the cavity's centroids, weighed with the roots of their areas.
 
     Slices that are shifted against each other so do not tilt it much.
@@ -96,7 +97,9 @@ def _stack_line(seg: Segmentation, cavity: BoolArray, muscle: BoolArray, basal_e
     slices, inner = np.flatnonzero(area), np.flatnonzero(inside.any(axis=(1, 2)))
     if len(inner) < 2:
         raise InputError(f"the LV cavity lies in {len(inner)} slice(s) of the stack; its long axis needs at least 2")
-    basal, evidence = _basal_end(area, slices, basal_end)
+    right = np.moveaxis(rv, axis, 0).sum(axis=(1, 2)) if rv is not None else np.zeros(len(area))
+    covered = slice(slices[0], slices[-1] + 1)
+    basal, evidence = _basal_end(area[covered], right[covered], basal_end)
     index = [np.insert(np.argwhere(inside[k]).mean(axis=0), axis, k) for k in inner]
     weight = np.sqrt(inside[inner].sum(axis=(1, 2)))
     at_zero, step = np.polynomial.polynomial.polyfit(inner, seg.grid.to_world(index), 1, w=weight)
@@ -106,16 +109,15 @@ def _stack_line(seg: Segmentation, cavity: BoolArray, muscle: BoolArray, basal_e
     return _Line(apex, at_zero + step * ends[1], evidence, axis)
 
 
-def _basal_end(area: FloatArray, slices: npt.NDArray[np.intp], basal_end: str) -> tuple[int, dict[str, Any]]:
-    """+1 where the last slice is basal: the cross-section grows towards the base."""
-    k = slices - slices.mean()
-    slope = float((k @ area[slices]) / (k @ k) / area[slices].mean())
-    evidence: dict[str, Any] = {"area_slope_per_slice": round(slope, 4)}
+def _basal_end(area: npt.NDArray[Any], right: npt.NDArray[Any], basal_end: str) -> tuple[int, dict[str, Any]]:
+    """+1 where the last slice is basal: towards the base the left ventricle grows, and the right one more so."""
+    slope, right_slope = relative_slope(area), relative_slope(right)
+    evidence: dict[str, Any] = {"area_slope_per_slice": round(slope, 4), "rv_slope_per_slice": round(right_slope, 4)}
     if basal_end != "auto":
         return (1 if basal_end == "last" else -1), {**evidence, "given": basal_end}
-    if slope == 0.0:
+    if slope + right_slope == 0.0:
         raise InputError("both ends of the stack look alike, so the base cannot be found; give basal_end first or last")
-    return (1 if slope > 0 else -1), evidence
+    return (1 if slope + right_slope > 0 else -1), evidence
 
 
 def _free_line(seg: Segmentation, cavity: BoolArray, muscle: BoolArray) -> _Line:

@@ -1,4 +1,4 @@
-"""A mask and its grid in; area and centroid of every slice of the stack out."""
+"""A mask and its grid in; area and centroid of every slice of the stack out, and how areas grow along it."""
 
 from __future__ import annotations
 
@@ -96,3 +96,12 @@ def slice_table(mask: npt.NDArray[np.bool_], grid: Grid, axis: int | None = None
     return SliceTable(
         axis, index, count[index] * pixel, count[index], grid.to_world(centre), float(grid.spacing[axis]), normal
     )
+
+
+def relative_slope(area: npt.ArrayLike) -> float:
+    """Slope of an area over its slices, ``(n,)`` in the order of the stack, relative to its mean; 0 without any."""
+    values = np.asarray(area, dtype=np.float64)
+    if len(values) < 2 or not values.any():
+        return 0.0
+    k = np.arange(len(values)) - (len(values) - 1) / 2
+    return float((k @ values) / (k @ k) / values.mean())
