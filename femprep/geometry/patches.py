@@ -39,6 +39,8 @@ class PatchSurface:
     ----------
     points : (n, 3) array
         The vertices.
+    triangles : (m, 3) array
+        The triangles.
     arrays : tuple of arrays
         What the compiled kernels take: vertices, frames, coefficients, reaches, neighbours.
     """
@@ -47,7 +49,8 @@ class PatchSurface:
         from scipy.sparse import coo_matrix
 
         self.points: FloatArray = np.ascontiguousarray(points, dtype=np.float64)
-        cells = np.asarray(triangles, dtype=np.int64)
+        self.triangles: IntArray = np.ascontiguousarray(triangles, dtype=np.int64)
+        cells = self.triangles
         count = len(self.points)
         edges = np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]])
         both = np.concatenate([edges, edges[:, ::-1]])
@@ -69,6 +72,14 @@ class PatchSurface:
         from scipy.spatial import cKDTree
 
         return np.asarray(cKDTree(self.points).query(np.asarray(queries, dtype=np.float64))[1], dtype=np.int64)
+
+    def bend(self) -> FloatArray:
+        """How the unit normal changes with the point at each vertex, ``(n, 3, 3)`` 1/mm: minus the shape operator."""
+        _, frames, heights, _, _ = self.arrays
+        second = np.zeros((len(self.points), 2, 2))
+        second[:, 0, 0], second[:, 1, 1] = 2.0 * heights[:, 2], 2.0 * heights[:, 4]
+        second[:, 0, 1] = second[:, 1, 0] = heights[:, 3]
+        return -np.einsum("nai,nab,nbj->nij", frames[:, :2], second, frames[:, :2])
 
     def project(self, queries: npt.ArrayLike, near: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
         """Feet of points near the surface on it, and the unit normals there; arguments as of :meth:`settle`."""
