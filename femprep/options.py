@@ -42,6 +42,9 @@ class ImageOptions(StageOptions):
         None, description="Voxel sizes in mm that replace the file's, for a file that carries none."
     )
     minimum_voxels: int = Field(8, ge=1, description="Smallest number of voxels an object may have.")
+    correct_shifts: bool = Field(
+        False, description="Estimate breath-hold shifts of the slices from the labels and move the slices back."
+    )
 
 
 class SurfaceOptions(StageOptions):

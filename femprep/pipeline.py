@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from femprep.anatomy import WallFields, add_aha, add_coordinates, add_fibres, flip, ventricular_axes
-from femprep.image import LabelObject, Segmentation
+from femprep.image import LabelObject, Segmentation, align_slices
 from femprep.model import Plane, Surface, VolumeMesh, Wall
 from femprep.options import Options, choose
 from femprep.surface import fit_surface
@@ -110,6 +110,7 @@ def mesh_segmentation(
     options = choose(Options, options, changes)
     stages = Stages(progress)
     seg = flip(seg) if options.flip else seg
+    seg = _aligned(seg, options, stages)
     with stages("objects"):
         objects = {
             "lv": seg.object("lv", name="lv", options=options.image),
@@ -137,6 +138,14 @@ def mesh_segmentation(
         quality = check(mesh, options=options.limits)
     surfaces = {"lv": replace(endo, name="lv"), "epi": replace(epi, name="epi")}
     return Run(seg, options, objects, surfaces, wall, mesh, quality, stages.seconds)
+
+
+def _aligned(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:
+    """The segmentation, its slices moved back against breath-hold shifts where that is asked for."""
+    if not options.image.correct_shifts:
+        return seg
+    with stages("slice shifts"):
+        return align_slices(seg)
 
 
 def _tetrahedra(
@@ -184,6 +193,7 @@ def fit_surfaces(
     """
     options = options or Options()
     stages = Stages(progress)
+    seg = _aligned(seg, options, stages)
     found, surfaces = {}, {}
     for name, parts in objects.items():
         with stages(f"surface {name}") as report:

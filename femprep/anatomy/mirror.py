@@ -49,8 +49,12 @@ def flip(heart: VolumeMesh | Segmentation, *, plane: Plane | None = None) -> Vol
         raise InputError("a label map is mirrored in its own grid; a plane can be given for a mesh only")
     axis = next(a for a in range(3) if a != heart.stack_axis)
     labels = np.flip(heart.labels, axis=axis)
+    offsets = heart.grid.offsets
+    grid = (
+        heart.grid if offsets is None else replace(heart.grid, offsets=offsets * np.where(np.arange(3) == axis, -1, 1))
+    )
     flipped = not heart.info.get("flipped", False)
-    return replace(heart, labels=labels, info={**heart.info, "flipped": flipped})
+    return replace(heart, labels=labels, grid=grid, info={**heart.info, "flipped": flipped})
 
 
 def _flip_mesh(mesh: VolumeMesh, plane: Plane | None) -> VolumeMesh:

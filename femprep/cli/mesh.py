@@ -35,6 +35,9 @@ def mesh(
     ] = None,
     policy: Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)] = None,
     spacing: Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT)] = None,
+    correct_shifts: Annotated[
+        bool | None, option(ImageOptions, "correct_shifts", "--correct-shifts", panel=INPUT)
+    ] = None,
     flip: Annotated[bool | None, option(Options, "flip", "--flip", panel=INPUT)] = None,
     config: Annotated[
         Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)
@@ -88,6 +91,7 @@ def mesh(
         flip=flip,
         image__policy=policy,
         image__spacing=spacing,
+        image__correct_shifts=correct_shifts,
         surface__vertices=vertices,
         surface__singularities=singularities,
         surface__control_points=control_points,

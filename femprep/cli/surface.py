@@ -32,6 +32,9 @@ def surface(
     ] = None,
     policy: Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)] = None,
     spacing: Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT)] = None,
+    correct_shifts: Annotated[
+        bool | None, option(ImageOptions, "correct_shifts", "--correct-shifts", panel=INPUT)
+    ] = None,
     config: Annotated[
         Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)
     ] = None,
@@ -58,6 +61,7 @@ def surface(
         structures=parse_structures(structure),
         image__policy=policy,
         image__spacing=spacing,
+        image__correct_shifts=correct_shifts,
         surface__vertices=vertices,
         surface__method=method,
         surface__singularities=singularities,

@@ -8,6 +8,7 @@ from femprep.image.object import LabelObject, make_object
 from femprep.image.reader import read_segmentation, write_segmentation
 from femprep.image.resample import isotropic
 from femprep.image.segmentation import Segmentation
+from femprep.image.shifts import SliceShifts, align_slices, estimate_shifts
 from femprep.image.slices import SliceTable, slice_table
 from femprep.image.topology import Topology, topology
 
@@ -16,9 +17,12 @@ __all__ = [
     "Grid",
     "LabelObject",
     "Segmentation",
+    "SliceShifts",
     "SliceTable",
     "Topology",
+    "align_slices",
     "boundary_points",
+    "estimate_shifts",
     "isotropic",
     "make_object",
     "read_segmentation",

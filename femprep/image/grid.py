@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -28,12 +28,16 @@ class Grid:
     direction : (3, 3) array
         Column ``a`` is the unit vector in world coordinates along which index ``a`` grows. May be oblique and may be
         left-handed.
+    offsets : (n, 3) array, optional
+        How far each slice of the stack is moved along the three axes, mm, zero along the stack: slices that were put
+        right against each other by broken pixels. Between slices the offset is interpolated.
     """
 
     shape: tuple[int, int, int]
     spacing: FloatArray
     origin: FloatArray
     direction: FloatArray
+    offsets: FloatArray | None = None
 
     def __post_init__(self) -> None:
         shape = tuple(int(n) for n in self.shape)
@@ -51,6 +55,12 @@ class Grid:
         error = np.abs(self.direction.T @ self.direction - np.eye(3)).max()
         if not error < 1e-4:
             raise InputError(f"grid directions are not orthonormal (off by {error:.2g}): {self.direction.tolist()}")
+        if self.offsets is not None:
+            axis = self.stack_axis
+            offsets = readonly(self.offsets, np.float64, (shape[axis], 3), "grid offsets")
+            if not np.all(np.isfinite(offsets)) or np.any(offsets[:, axis]):
+                raise InputError("grid offsets are not finite, or move slices along the stack")
+            object.__setattr__(self, "offsets", offsets if np.any(offsets) else None)
 
     @property
     def voxel_volume(self) -> float:
@@ -68,17 +78,39 @@ class Grid:
         """Whether the axes i, j, k form a right-handed system in the world."""
         return bool(np.linalg.det(self.direction) > 0.0)
 
+    def offset_at(self, position: npt.ArrayLike) -> FloatArray:
+        """Offset ``(n, 3)`` mm along the axes at (fractional) slice numbers ``(n,)``, constant beyond the ends."""
+        position = np.asarray(position, dtype=np.float64)
+        if self.offsets is None:
+            return np.zeros((*position.shape, 3))
+        numbers = np.arange(len(self.offsets))
+        return np.stack([np.interp(position, numbers, self.offsets[:, a]) for a in range(3)], axis=-1)
+
     def to_world(self, index: npt.ArrayLike) -> FloatArray:
         """World points ``(n, 3)`` mm LPS of (fractional) indices ``(n, 3)``."""
-        return np.asarray(
-            self.origin + (np.asarray(index, dtype=np.float64) * self.spacing) @ self.direction.T, dtype=np.float64
-        )
+        index = np.asarray(index, dtype=np.float64)
+        local = index * self.spacing
+        if self.offsets is not None:
+            local += self.offset_at(index[..., self.stack_axis])
+        return np.asarray(self.origin + local @ self.direction.T, dtype=np.float64)
 
     def to_index(self, points: npt.ArrayLike) -> FloatArray:
         """Fractional indices ``(n, 3)`` of world points ``(n, 3)`` mm LPS."""
-        offset = np.asarray(points, dtype=np.float64) - self.origin
-        return np.asarray((offset @ np.linalg.inv(self.direction).T) / self.spacing, dtype=np.float64)
+        local = (np.asarray(points, dtype=np.float64) - self.origin) @ np.linalg.inv(self.direction).T
+        if self.offsets is not None:
+            axis = self.stack_axis
+            # Slices stay in their planes, so that the number of the slice is known first.
+            local -= self.offset_at(local[..., axis] / self.spacing[axis])
+        return np.asarray(local / self.spacing, dtype=np.float64)
+
+    @property
+    def regular(self) -> Grid:
+        """The same grid without offsets."""
+        return self if self.offsets is None else replace(self, offsets=None)
 
     def window(self, first: tuple[int, int, int], shape: tuple[int, int, int]) -> Grid:
         """The grid of a box of voxels that begins at index ``first`` (may lie outside) and has the given shape."""
-        return Grid(shape, self.spacing, self.to_world(np.asarray(first, dtype=float)), self.direction)
+        origin = self.regular.to_world(np.asarray(first, dtype=float))
+        axis = self.stack_axis
+        offsets = None if self.offsets is None else self.offset_at(first[axis] + np.arange(shape[axis]))
+        return Grid(shape, self.spacing, origin, self.direction, offsets)

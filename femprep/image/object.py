@@ -76,7 +76,12 @@ class LabelObject:
             np.count_nonzero(self.mask, axis=tuple(a for a in range(3) if a != axis)) @ np.arange(n) / total
             for axis, n in enumerate(self.mask.shape)
         ]
-        return self.grid.to_world(np.array(centre))
+        at = self.grid.regular.to_world(np.array(centre))
+        if self.grid.offsets is None:
+            return at
+        axis = self.stack_axis
+        share = np.count_nonzero(self.mask, axis=tuple(a for a in range(3) if a != axis)) / total
+        return np.asarray(at + self.grid.direction @ (share @ self.grid.offsets), dtype=np.float64)
 
     @property
     def stack_axis(self) -> int:

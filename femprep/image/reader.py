@@ -106,6 +106,7 @@ def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
     seg : Segmentation
     path : path
         ``.nii``, ``.nii.gz``, ``.nrrd``, ``.mha`` or ``.mhd``. NIfTI holds origin and directions in single precision.
+        Offsets of single slices (of less than a pixel, see :func:`align_slices`) have no place in these formats.
 
     Raises
     ------

@@ -57,7 +57,7 @@ def isotropic(obj: LabelObject, spacing: float | None = None) -> LabelObject:
     mask.setflags(write=False)
     step = np.array([c[1] - c[0] for c in centres])
     start = np.array([c[0] for c in centres]) + (np.array(low) - PADDING) * step
-    grid = Grid(mask.shape, np.full(3, size), obj.grid.to_world(start), obj.grid.direction)
+    grid = Grid(mask.shape, np.full(3, size), obj.grid.regular.to_world(start), obj.grid.direction)
     return LabelObject(mask, grid, obj.name, {**obj.report, "resampled_spacing": size, "resampled_by": method})
 
 
@@ -79,8 +79,9 @@ def _by_shape(obj: LabelObject, axis: int, ends: tuple[int, int], centres: list[
     def distance(k: int) -> npt.NDArray[np.float64]:
         if k not in slices:
             signed = _signed_distance(np.take(obj.mask, k, axis=axis), spacing)
+            moved = obj.grid.offset_at(k) / obj.grid.spacing
             for direction, a in enumerate(flat):
-                signed = _linear(signed, centres[a], direction)
+                signed = _linear(signed, centres[a] - moved[a], direction)
             for old in [n for n in slices if n < k - 1]:
                 del slices[old]
             slices[k] = signed

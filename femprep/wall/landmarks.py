@@ -166,11 +166,9 @@ def _plane(seg: Segmentation, stack: Stack, slice_: int, towards: int, inward: f
     """Plane through the centre of a slice, its normal along the stack in the given sense."""
     index = (np.asarray(seg.labels.shape, dtype=float) - 1.0) / 2.0
     index[stack.axis] = slice_
-    step = index.copy()
-    step[stack.axis] += towards
-    point, further = np.asarray(seg.grid.to_world(np.stack([index, step])), dtype=float)
+    point = seg.grid.to_world(index)
     # A grid of ITK is orthogonal, so the direction of the stack is also the normal of its slices.
-    normal = (further - point) / np.linalg.norm(further - point)
+    normal = towards * seg.grid.direction[:, stack.axis] / np.linalg.norm(seg.grid.direction[:, stack.axis])
     return Plane(point - inward * normal, normal, source=source)
 
 

@@ -26,7 +26,7 @@ def surface_of(polygons: Any, grid: Grid, name: str, method: str, **info: Any) -
     polygons = polygons.triangulate()
     local = np.asarray(polygons.points, dtype=np.float64)
     cells = np.asarray(polygons.regular_faces, dtype=np.int64)
-    points = grid.origin + local @ grid.direction.T
+    points = grid.to_world(local / grid.spacing)
     if volume(points, cells) < 0.0:
         cells = cells[:, ::-1]
     return Surface(points, cells, name=name, info={"method": method, **info})

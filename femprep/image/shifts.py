@@ -1,0 +1,216 @@
+"""A Segmentation in, the breath-hold shift of each of its slices out; and the same with its slices moved back.
+
+Each slice of a stack is taken in a breath-hold of its own, and lies displaced in its plane where the heart was not
+where it was in the last one. All structures of a slice are displaced together, while the heart's own shape, tilt and
+bend make them move smoothly and each in its own way: that tells the two apart. A displacement that is itself a straight
+line along the stack (the whole heart sheared) cannot be told from the heart, and is left.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from femprep.image.mixed import find_jumps
+from femprep.image.segmentation import Segmentation
+from femprep.model import FloatArray, IntArray, readonly
+
+_log = logging.getLogger(__name__)
+
+#: A structure counts in slices where it has this many pixels, and if it has at least so many such slices.
+_PIXELS: Final = 12
+_SLICES: Final = 5
+#: Least standard deviation of a structure's centroid, in pixels.
+_NOISE: Final = 0.15
+#: Twice the logarithm of the ratio of likelihoods from which shifts are believed: by chance about once in 140 stacks.
+_EVIDENCE: Final = 6.0
+
+
+@dataclass(frozen=True, eq=False)
+class SliceShifts:
+    """How far slices lie displaced in their planes.
+
+    Attributes
+    ----------
+    axis : int
+        Grid axis across the slices.
+    index : (n,) array
+        Numbers of the slices that hold a structure, increasing.
+    shift : (n, 2) array
+        Displacement along the two in-plane axes of the grid, in their order, mm; zero where evidence is thin.
+    deviation : (n,) array
+        Standard deviation of each of the two, mm; it holds the tilt of the whole heart, which labels do not tell.
+    evidence : float
+        Twice the logarithm of the ratio of likelihoods with shifts and without; below 6 all shifts are zero.
+    zigzag : tuple of 2 floats
+        Greatest in-plane distance of a structure's centroid from the middle of its neighbours', mm: as it is, and with
+        the slices moved back.
+    structures : tuple of str
+        Structures the shifts were found from.
+    """
+
+    axis: int
+    index: IntArray
+    shift: FloatArray
+    deviation: FloatArray
+    evidence: float
+    zigzag: tuple[float, float]
+    structures: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        count = len(self.index)
+        object.__setattr__(self, "index", readonly(self.index, np.int64, (count,), "slice index"))
+        object.__setattr__(self, "shift", readonly(self.shift, np.float64, (count, 2), "slice shift"))
+        object.__setattr__(self, "deviation", readonly(self.deviation, np.float64, (count,), "shift deviation"))
+
+    @property
+    def largest(self) -> float:
+        """Length of the largest shift, mm."""
+        return float(np.linalg.norm(self.shift, axis=1).max(initial=0.0))
+
+    def record(self) -> dict[str, Any]:
+        """All of it, JSON-ready, with a line for people under ``notices``."""
+        if self.largest:
+            moved = ", ".join(f"{k}: ({x:+.1f}, {y:+.1f})" for k, (x, y) in zip(self.index, self.shift) if x or y)
+            line = (
+                f"slices were moved back in their planes against breath-hold shifts of up to {self.largest:.1f} mm; "
+                f"the largest zig-zag of a centroid fell from {self.zigzag[0]:.1f} to {self.zigzag[1]:.1f} mm; shifts "
+                f"in mm along the image's in-plane axes, by slice: {moved}"
+            )
+        else:
+            line = (
+                f"no slice was moved: the labels show no breath-hold shifts (evidence {self.evidence:.1f}, less than 6)"
+            )
+        return {
+            "unit": "mm",
+            "axis": self.axis,
+            "slices": [
+                {"slice": int(k), "shift": [float(x) for x in s], "deviation": round(float(d), 2)}
+                for k, s, d in zip(self.index, self.shift, self.deviation)
+            ],
+            "evidence": round(self.evidence, 2),
+            "zigzag": [round(z, 2) for z in self.zigzag],
+            "structures": list(self.structures),
+            "notices": [line],
+        }
+
+
+def estimate_shifts(seg: Segmentation) -> SliceShifts:
+    """Estimate how far each slice of a stack is displaced in its plane, from the labels alone.
+
+    In each slice the centroid of every named structure, its holes filled, is taken. Their smooth courses along the
+    stack and the jumps they share are separated by :func:`~femprep.image.mixed.find_jumps`. A slice in which structures
+    have another form than in those next to it, as where the stack ends in the middle of the valves, tells little.
+
+    Parameters
+    ----------
+    seg : Segmentation
+        A stack of slices; only structures with a name count.
+
+    Returns
+    -------
+    SliceShifts
+        To 0.01 mm. All zero where fewer than five slices hold a structure, or where the labels give no evidence of
+        shifts beyond what smooth structures and errors of their outlines explain.
+    """
+    axis = seg.stack_axis
+    flat = [a for a in range(3) if a != axis]
+    spacing = seg.grid.spacing[flat]
+    names, places, positions, changes = [], [], [], []
+    for name in seg.structures:
+        if not set(seg.structures[name]) <= set(seg.present):
+            continue
+        place, position, change = _outlines(np.moveaxis(seg.mask(name), axis, 0), spacing)
+        if len(place) >= _SLICES:
+            names.append(name)
+            places.append(place)
+            changes.append(change)
+            positions.append(position + seg.grid.offset_at(place)[:, flat])
+    if not names:
+        return SliceShifts(axis, np.empty(0, dtype=np.int64), np.empty((0, 2)), np.empty(0), 0.0, (0.0, 0.0), ())
+    jumps = find_jumps(places, positions, changes, float(seg.grid.spacing[axis]), _NOISE * float(spacing.max()))
+    shift = np.round(jumps.size, 2) if jumps.evidence >= _EVIDENCE else np.zeros_like(jumps.size)
+    at = [np.searchsorted(jumps.place, place) for place in places]
+    before = max(_zigzag(position) for position in positions)
+    after = max(_zigzag(position - shift[rows]) for position, rows in zip(positions, at))
+    # A rounded zero may carry a sign.
+    return SliceShifts(axis, jumps.place, shift + 0.0, jumps.deviation, jumps.evidence, (before, after), tuple(names))
+
+
+def align_slices(seg: Segmentation, shifts: SliceShifts | None = None) -> Segmentation:
+    """Move the slices of a stack back in their planes, against their breath-hold shifts.
+
+    Labels move by whole pixels, so that none is drawn anew; what is left, at most half a pixel, the grid carries as an
+    offset of the slice, which boundary points, contours and centroids have in them.
+
+    Parameters
+    ----------
+    seg : Segmentation
+    shifts : SliceShifts, optional
+        As estimated from the labels where not given.
+
+    Returns
+    -------
+    Segmentation
+        On a grid that is wider by what slices moved; ``info["slice_shifts"]`` tells each slice's shift. The same one,
+        with that record, where no slice is displaced.
+    """
+    shifts = estimate_shifts(seg) if shifts is None else shifts
+    info = {**seg.info, "slice_shifts": shifts.record()}
+    _log.info(info["slice_shifts"]["notices"][0])
+    if not shifts.largest:
+        return replace(seg, info=info)
+    axis = shifts.axis
+    flat = [a for a in range(3) if a != axis]
+    count = seg.grid.shape[axis]
+    # Slices without a structure move with their nearest neighbour.
+    back = -np.stack([_nearest(shifts.index, shifts.shift[:, a], count) for a in range(2)], axis=1)
+    pixels = np.rint(back / seg.grid.spacing[flat]).astype(np.int64)
+    room = int(np.abs(pixels).max())
+    padding = [(0, 0) if a == axis else (room, room) for a in range(3)]
+    wide = np.moveaxis(np.pad(seg.labels, padding), axis, 0)
+    moved = np.stack([np.roll(plane, step, axis=(0, 1)) for plane, step in zip(wide, pixels)])
+    labels = np.ascontiguousarray(np.moveaxis(moved, 0, axis))
+    corner = [0 if a == axis else -room for a in range(3)]
+    grid = seg.grid.window((corner[0], corner[1], corner[2]), labels.shape)
+    offsets = np.array(grid.offset_at(np.arange(count)))
+    offsets[:, flat] += back - pixels * seg.grid.spacing[flat]
+    return replace(seg, labels=labels, grid=replace(grid, offsets=offsets), info=info)
+
+
+def _outlines(stack: Any, spacing: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Slices of a structure; in each its centroid with holes filled, and how its form differs from its neighbour's, mm.
+
+    Forms are compared when brought to the same centroid and area: the share of one that lies outside the other, times
+    the radius of a disc of that area. The neighbour that is more alike counts.
+    """
+    from scipy import ndimage
+
+    places = np.flatnonzero(np.count_nonzero(stack, axis=(1, 2)) >= _PIXELS)
+    planes = [ndimage.binary_fill_holes(stack[k]) for k in places]
+    pixels = [np.argwhere(plane) * spacing for plane in planes]
+    centre = np.array([points.mean(axis=0) for points in pixels]).reshape(-1, 2)
+    radius = np.sqrt(np.array([len(points) for points in pixels]) * spacing.prod() / np.pi)
+
+    def outside(a: int, b: int) -> float:
+        there = (centre[b] + (pixels[a] - centre[a]) * (radius[b] / radius[a])) / spacing
+        return 1.0 - float(ndimage.map_coordinates(planes[b].astype(np.float64), there.T, order=1).mean())
+
+    pairs = {(a, a + 1): outside(a, a + 1) for a in range(len(places) - 1)}
+    change = [min(pairs.get((a - 1, a), 1.0), pairs.get((a, a + 1), 1.0)) for a in range(len(places))]
+    return places, centre, np.array(change) * radius
+
+
+def _zigzag(position: FloatArray) -> float:
+    """Greatest distance of a position from the middle of its neighbours', mm."""
+    bend = position[1:-1] - 0.5 * (position[:-2] + position[2:])
+    return float(np.linalg.norm(bend, axis=1).max(initial=0.0))
+
+
+def _nearest(index: IntArray, values: FloatArray, count: int) -> FloatArray:
+    """Values for all slices: those of the nearest slice that has one."""
+    nearest = np.abs(np.arange(count)[:, None] - index[None, :]).argmin(axis=1)
+    return np.asarray(values[nearest], dtype=np.float64)
