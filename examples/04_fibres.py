@@ -17,17 +17,9 @@ import numpy as np
 import femprep as fp
 from femprep.anatomy import bulls_eye, segment_means
 from femprep.anatomy.fibres import helix_angle
-from femprep.geometry.closest import ClosestFinder
 from femprep.phantoms import biventricular
 
 ENDO_ANGLE, EPI_ANGLE = 60.0, -60.0
-
-
-def thickness(mesh: fp.VolumeMesh, points: np.ndarray) -> np.ndarray:
-    """Wall thickness at points in the wall: to the endocardium and to the epicardium the nearest way, mm."""
-    triangles = mesh.facets["triangle"]
-    endo, epi = (triangles[mesh.facet_tag == mesh.facet_names[name]] for name in ("endo", "epi"))
-    return ClosestFinder(mesh.points, endo)(points).distance + ClosestFinder(mesh.points, epi)(points).distance
 
 
 def streamlines(mesh: fp.VolumeMesh, angle: np.ndarray, count: int) -> Any:
@@ -102,7 +94,7 @@ def main(edge: float = 3.0, picture: Path | None = None) -> dict[str, Any]:
 
     centre = mesh.points[mesh.cells["tetra"]].mean(axis=1)
     depth, angle = np.asarray(mesh.cell_data["transmural"]), angles(mesh.cell_data)
-    found = thickness(mesh, centre)
+    found = fp.wall_thickness(mesh)
     inner, outer = (np.abs(phantom.distance(name, centre)) for name in ("lv", "epi"))
     # Beyond the end of the cavity, and at the rim, nearest points are not across the wall; the ring between tells.
     height = axes.height(centre) / axes.length

@@ -88,6 +88,8 @@ _HOMES = {
     "flip": "femprep.anatomy",
     "add_aha": "femprep.anatomy",
     "bulls_eye": "femprep.anatomy",
+    "bulls_eye_svg": "femprep.anatomy",
+    "wall_thickness": "femprep.anatomy",
 }
 
 __all__ = ["__version__", *_HOMES]

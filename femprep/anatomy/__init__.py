@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from femprep.anatomy.aha import add_aha, segment_means
 from femprep.anatomy.axes import VentricularAxes, ventricular_axes
-from femprep.anatomy.bullseye import bulls_eye
+from femprep.anatomy.bullseye import bulls_eye, bulls_eye_svg
 from femprep.anatomy.coordinates import add_coordinates
 from femprep.anatomy.fibres import add_fibres, quadrature_fibres
 from femprep.anatomy.fields import WallFields
 from femprep.anatomy.mirror import flip
+from femprep.anatomy.thickness import wall_thickness
 
 __all__ = [
     "VentricularAxes",
@@ -17,8 +18,10 @@ __all__ = [
     "add_coordinates",
     "add_fibres",
     "bulls_eye",
+    "bulls_eye_svg",
     "flip",
     "quadrature_fibres",
     "segment_means",
     "ventricular_axes",
+    "wall_thickness",
 ]

@@ -17,6 +17,7 @@ COMMANDS: Final = {
     "surface": "Fit closed, smooth surfaces of a chosen number of vertices.",
     "check": "Judge a mesh: element quality, orientation, boundary, tags.",
     "convert": "Write a mesh in another format.",
+    "bullseye": "Draw a field of a mesh as a bull's eye of the 17 AHA segments.",
     "compare": "Distances between two surfaces, in space and in the slices of an image.",
     "demo": "Mesh a phantom left ventricle, the whole way, in about a minute.",
     "schema": "Write the JSON Schemas of the options, of run.json and of quality.json.",

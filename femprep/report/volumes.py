@@ -6,8 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from femprep.geometry.facets import facet_triangles
 from femprep.image import LabelObject
-from femprep.model import FACET_TAGS, FloatArray, IntArray, Plane, VolumeMesh
+from femprep.model import FloatArray, IntArray, Plane, VolumeMesh
 
 
 def enclosed_volume(points: FloatArray, triangles: IntArray) -> float:
@@ -45,18 +46,6 @@ def _pieces(rim: IntArray) -> Iterable[IntArray]:
     graph = coo_array((np.ones(len(rim)), (local[:, 0], local[:, 1])), shape=(len(nodes), len(nodes)))
     count, label = connected_components(graph, directed=False)
     return [rim[label[local[:, 0]] == i] for i in range(count)]
-
-
-def facet_triangles(mesh: VolumeMesh, name: str) -> IntArray:
-    """The facets of one tag as triangles; quadrilaterals are split, mid-side nodes left out."""
-    parts, first = [], 0
-    for kind, block in mesh.facets.items():
-        chosen = block[mesh.facet_tag[first : first + len(block)] == FACET_TAGS[name]]
-        first += len(block)
-        parts.append(chosen[:, [0, 1, 2]])
-        if kind.startswith("quad"):
-            parts.append(chosen[:, [0, 2, 3]])
-    return np.concatenate(parts) if parts else np.empty((0, 3), dtype=np.int64)
 
 
 def cavity_volume(mesh: VolumeMesh, name: str = "endo") -> float:

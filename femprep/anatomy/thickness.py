@@ -1,0 +1,49 @@
+"""VolumeMesh in, thickness of its wall at every element out.
+
+At a point of the wall the thickness is its distance from the nearest surface plus that from the second nearest one, of
+the left endocardium, the right one and the epicardium: across a free wall from endocardium to epicardium, across the
+septum from one endocardium to the other. At the rim of the base and beyond the end of the cavity the nearest points do
+not lie straight across the wall, and the figure is larger than the wall is thick.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from femprep.elements import ELEMENTS
+from femprep.errors import InputError
+from femprep.geometry.closest import ClosestFinder
+from femprep.geometry.facets import facet_triangles
+from femprep.model import FloatArray, VolumeMesh
+
+
+def wall_thickness(mesh: VolumeMesh) -> FloatArray:
+    """Thickness of the wall at each element: the mean of that at its corners.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        With facets tagged ``endo`` (or ``endo_lv`` and ``endo_rv``) and ``epi``.
+
+    Returns
+    -------
+    (n_cells,) array
+        mm.
+
+    Raises
+    ------
+    InputError
+        Fewer than two of these surfaces are there.
+    """
+    surfaces = [facet_triangles(mesh, name) for name in ("endo", "endo_lv", "endo_rv", "epi")]
+    surfaces = [triangles for triangles in surfaces if len(triangles)]
+    if len(surfaces) < 2:
+        have = ", ".join(mesh.facet_names) or "none"
+        raise InputError(f"thickness needs facets tagged endo (or endo_lv, endo_rv) and epi; the mesh has {have}")
+    corners = [block[:, : ELEMENTS[kind].corners] for kind, block in mesh.cells.items()]
+    used = np.unique(np.concatenate([block.ravel() for block in corners]))
+    finders = (ClosestFinder(mesh.points, triangles) for triangles in surfaces)
+    distance = np.sort([finder(mesh.points[used]).distance for finder in finders], axis=0)
+    at_points = np.full(len(mesh.points), np.nan)
+    at_points[used] = distance[0] + distance[1]
+    return np.concatenate([at_points[block].mean(axis=1) for block in corners])

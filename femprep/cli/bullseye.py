@@ -1,0 +1,40 @@
+"""``femprep bullseye``: a field of a mesh as the AHA's polar map."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+
+def bullseye(
+    mesh: Annotated[Path, typer.Argument(help="Mesh file with AHA segments: mesh.vtu of a run with --fibres.")],
+    out: Annotated[Path, typer.Argument(help="Picture to write, .svg.")],
+    field: Annotated[
+        str,
+        typer.Option(help="thickness, a quality measure (mean_ratio, minimum_dihedral ...) or scalar cell data."),
+    ] = "thickness",
+    statistic: Annotated[
+        Literal["mean", "least", "largest"], typer.Option(help="What is taken of the elements of a segment.")
+    ] = "mean",
+    label: Annotated[str | None, typer.Option(help="Title; the field and the statistic if not given.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> None:
+    """Draw a field of a mesh as a bull's eye: one number in each of the 17 AHA segments of the left ventricle.
+
+    The base lies outside, the anterior wall at the top, the septum on the left.
+    """
+    from femprep.bullseyes import draw
+    from femprep.errors import FileError, OptionError
+    from femprep.export import read_mesh
+
+    if out.suffix.lower() != ".svg":
+        raise OptionError(f"bull's eyes are written as .svg, not {out.suffix or 'without an ending'!r}; name OUT.svg")
+    picture = draw(read_mesh(mesh), field, statistic=statistic, label=label)
+    try:
+        out.write_text(picture + "\n", encoding="utf-8")
+    except OSError as error:
+        raise FileError(f"{str(out)!r} cannot be written: {error.strerror}") from error
+    if not quiet:
+        typer.echo(out)
