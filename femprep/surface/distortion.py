@@ -66,9 +66,9 @@ class Ideal:
         return cls(np.ascontiguousarray(parts), metric, whole, np.full(len(parts), 1.0 / len(parts)), True)
 
     @classmethod
-    def of(cls, points: FloatArray, cells: IntArray, scale: float) -> Ideal:
-        """The triangles of another mesh, their lengths multiplied by ``scale``; each counts by its area."""
-        p = corners(points, cells) * scale
+    def of(cls, points: FloatArray, cells: IntArray, scale: FloatArray) -> Ideal:
+        """The triangles of another mesh, their lengths multiplied by ``scale`` ``(m,)``; each counts by its area."""
+        p = corners(points, cells) * scale[:, None, None]
         a, b = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
         aa, ab, bb = (np.einsum("ij,ij->i", x, y) for x, y in ((a, a), (a, b), (b, b)))
         det = aa * bb - ab * ab
@@ -94,6 +94,27 @@ class Ideal:
             infinite where a triangle is folded.
         """
         gradient, by_normal = np.zeros_like(points), np.zeros_like(points)
+        each = np.empty(len(self.cells))
+        total = self._run(points, normals, size, delta, each, gradient, by_normal)
+        return total, gradient + np.einsum("nij,nj->ni", bend, by_normal)
+
+    def each(self, points: FloatArray, normals: FloatArray, size: float) -> FloatArray:
+        """The measure of each triangle ``(m,)``, not weighted; infinite for one that is folded."""
+        each = np.full(len(self.cells), np.inf)
+        for_nothing = np.zeros_like(points), np.zeros_like(points)
+        self._run(points, normals, size, 0.0, each, *for_nothing)
+        return each
+
+    def _run(
+        self,
+        points: FloatArray,
+        normals: FloatArray,
+        size: float,
+        delta: float,
+        each: FloatArray,
+        gradient: FloatArray,
+        by_normal: FloatArray,
+    ) -> float:
         total = _measure(
             points,
             normals,
@@ -104,10 +125,11 @@ class Ideal:
             self.spanned,
             size,
             delta,
+            each,
             gradient,
             by_normal,
         )
-        return float(total), gradient + np.einsum("nij,nj->ni", bend, by_normal)
+        return float(total)
 
     def least(self, points: FloatArray, normals: FloatArray) -> float:
         """The least area as a share of the ideal one, negative where a triangle is folded."""
@@ -134,6 +156,7 @@ def _measure(
     spanned: bool,
     size: float,
     delta: float,
+    each: Any,
     gradient: Any,
     by_normal: Any,
 ) -> float:
@@ -177,7 +200,9 @@ def _measure(
             det = 0.5 * (det + root)
         else:
             if not up > _UPRIGHT * double:
-                return np.inf
+                each[t] = np.inf
+                total = np.inf
+                continue
             det = double / area[t]
             nx = cx / double
             ny = cy / double
@@ -204,7 +229,8 @@ def _measure(
         skew = 0.5 * sides / det
         span = det * over
         square = span * span
-        total += weight[t] * (skew * skew + size * (0.5 * (square + 1.0 / square) - 1.0))
+        each[t] = skew * skew + size * (0.5 * (square + 1.0 / square) - 1.0)
+        total += weight[t] * each[t]
         # By the sum of squared sides, by the area of the triangle, and by that of what it spans.
         gs = weight[t] * skew / det
         gd = -2.0 * weight[t] * skew * skew / det * rate / area[t]

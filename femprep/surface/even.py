@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -12,26 +12,19 @@ from femprep.geometry.patches import PatchSurface
 from femprep.geometry.topology import volume
 from femprep.geometry.triangles import area_vectors, triangle_quality
 from femprep.model import FloatArray, IntArray
-from femprep.surface.evening import sweep
+from femprep.surface.place import Goal, place_evenly, slide_evenly
 from femprep.surface.resolved import Resolved
 from femprep.surface.shape import HarmonicShape
 from femprep.surface.soundness import Faults, find_faults
 
-#: Rounds, each with a mesh of the surface as fine as the last one's vertices let see; sweeps in each.
-_ROUNDS: Final = 5
-_SWEEPS: Final = 40
-#: A round ends when no vertex moves farther than this, in edge lengths; all end when Q gains less.
-_STILL: Final = 0.02
+#: Rounds, each on a mesh of the surface as fine as the last one's vertices let see.
+_ROUNDS: Final = 4
+#: All end when Q gains less.
 _GAIN: Final = 0.01
-#: What a triangle's area counts beside its shape; more, by this factor, where large triangles would cut corners.
-_SIZE: Final = 0.2
-_MORE: Final = 4.0
-#: Volume that large triangles may cut off, as a share.
-_CUT: Final = 0.01
+#: Volume that large triangles may cut off, as a share, before the best round is chosen by it.
+_CUT: Final = 0.02
 #: Longest edge of the mesh vertices slide on, in edge lengths.
-_LONGEST: Final = 1.5
-#: Folded by less than this, in mean areas, a triangle is unfolded as one that is.
-_FLAT: Final = 1e-3
+_LONGEST: Final = 1.0
 #: How often vertices are led back where moves folded triangles.
 _RETREATS: Final = 3
 
@@ -58,14 +51,14 @@ class _State:
 
 
 def even_out(
-    shape: HarmonicShape, directions: FloatArray, cells: IntArray, axes: FloatArray
+    shape: HarmonicShape, directions: FloatArray, cells: IntArray, axes: FloatArray, elements: IntArray | None = None
 ) -> tuple[FloatArray, FloatArray, dict[str, Any]]:
     """Move a template's vertices along the surface until its triangles are even.
 
-    The smooth surface is meshed as finely as its map from the sphere asks for; on that the vertices slide, which is
-    cheap, to a minimum of a measure of their triangles; their new places on the sphere go through the map, so that
-    they lie on the surface exactly. Rounds that would fold triangles are led back there, and the best round is kept,
-    so that neither the number of faulty triangles nor the worst triangle gets worse.
+    The smooth surface is meshed as finely as its map from the sphere asks for, and the template is placed on that mesh
+    anew; its vertices' new places on the sphere go through the map, so that they lie on the surface exactly. On a mesh
+    of the surface made from those they slide once more, until triangles gain no more. Rounds that would fold
+    triangles are led back there, and the best round is kept.
 
     Parameters
     ----------
@@ -77,6 +70,8 @@ def even_out(
         Its triangles.
     axes : (3, 3) array
         Orthogonal columns along which coordinates are taken, so that a turned image gives the same surface, turned.
+    elements : (m, 4) array, optional
+        Quadrilaterals to be made even in place of the triangles, which they are split into.
 
     Returns
     -------
@@ -88,21 +83,24 @@ def even_out(
         ``rounds``; ``q_mean`` and ``q_min`` before and after.
     """
     cells = np.ascontiguousarray(cells)
+    elements = cells if elements is None else elements
     begin = best = current = _state(shape, directions, cells)
     rounds = 0
     if begin.faults.lost:
         return begin.directions, begin.points, {"rounds": 0, "q_mean": [0.0, 0.0], "q_min": [0.0, 0.0]}
-    size, whole = _SIZE, 0.0
+    whole = 0.0
     for _ in range(_ROUNDS):
-        rounds += 1
         mesh = _resolve(shape, current, cells)
-        whole = whole or volume(mesh.points, mesh.cells)
-        following = _follow(shape, current, _slide(mesh, cells, axes, len(directions), size), cells)
+        whole = volume(mesh.points, mesh.cells)
+        surface = PatchSurface(mesh.points @ axes, mesh.cells)
+        if rounds == 0:
+            placed = place_evenly(directions @ axes, elements, surface, current.points @ axes, connectivity="template")
+        else:
+            placed = slide_evenly(current.points @ axes, elements, Goal(surface, len(elements)), "template")
+        rounds += 1
+        following = _follow(shape, current, mesh.directions_of(placed.points @ axes.T), cells)
         if following.faults.lost:
             break
-        if following.cut(whole) > max(current.cut(whole), 0.0):
-            size *= _MORE
-            continue
         gain = max(following.quality.mean() - current.quality.mean(), following.quality.min() - current.quality.min())
         current = following
         best = max(best, current, key=lambda state: state.rank(whole))
@@ -131,42 +129,6 @@ def _resolve(shape: HarmonicShape, state: _State, cells: IntArray) -> Resolved:
     """A mesh of the surface for the vertices to slide on, which come first in it."""
     mean = float(np.linalg.norm(area_vectors(state.points, cells), axis=1).mean())
     return Resolved.of(shape, state.directions, state.points, cells, _LONGEST * _edge(mean))
-
-
-def _slide(mesh: Resolved, cells: IntArray, axes: FloatArray, count: int, size: float) -> FloatArray:
-    """Directions the vertices should have, after sweeps on a mesh of the surface."""
-    area = float(np.linalg.norm(area_vectors(mesh.points, mesh.cells), axis=1).sum() / len(cells))
-    mesh = replace(mesh, points=np.ascontiguousarray(mesh.points @ axes))
-    surface = PatchSurface(mesh.points, mesh.cells)
-    points, normal, near = surface.settle(mesh.points[:count], np.arange(count))
-    order = np.argsort(cells.ravel(), kind="stable")
-    starts = np.searchsorted(cells.ravel()[order], np.arange(count + 1)).astype(np.int64)
-    incident = (order // 3).astype(np.int64)
-    planes, moved = np.zeros((0, 4)), np.empty(count)
-    for _ in range(_SWEEPS):
-        up = normal[cells].sum(axis=1)
-        up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-300)
-        worst = float(np.einsum("ij,ij->i", area_vectors(points, cells), up).min()) / area
-        # As far from the barrier as the worst triangle asks for (Escobar et al.).
-        delta = 0.0 if worst > _FLAT else float(np.sqrt(_FLAT * (_FLAT - worst))) + 0.02
-        sweep(
-            points,
-            normal,
-            near,
-            surface.arrays,
-            cells,
-            starts,
-            incident,
-            planes,
-            area,
-            _SIZE,
-            delta,
-            _edge(area),
-            moved,
-        )
-        if moved.max() < _STILL * _edge(area):
-            break
-    return mesh.directions_of(points)
 
 
 def _follow(shape: HarmonicShape, state: _State, wanted: FloatArray, cells: IntArray) -> _State:

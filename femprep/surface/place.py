@@ -1,28 +1,37 @@
-"""A template and a smooth closed surface in, the template's vertices placed on it with even triangles out."""
+"""A template and a smooth closed surface in, the template placed on it with even triangles out."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
 from femprep.errors import StageError
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.patches import PatchSurface
-from femprep.geometry.topology import euler_characteristic, is_closed
-from femprep.geometry.triangles import areas
+from femprep.geometry.topology import euler_characteristic, is_closed, volume
+from femprep.geometry.triangles import areas, triangle_quality
 from femprep.model import FloatArray, IntArray
-from femprep.surface.descent import OnPatches, descend, smoother
+from femprep.surface.descent import OnPatches, Place, descend, smoother
 from femprep.surface.distortion import Ideal
+from femprep.surface.flips import flip_edges
 from femprep.surface.spherical import sphere_map
+
+Connectivity = Literal["template", "auto", "free"]
 
 #: Vertices of the coarse mesh from which the map to the sphere is made.
 _COARSE: Final = 1000
-#: What a triangle's area counts beside its shape.
-SIZE: Final = 0.1
-#: Steps of the last descent at most.
+#: What a cell's area counts beside its shape: where cells are the template's, and where edges are flipped.
+_SIZE: Final = 0.1
+_SIZE_FREE: Final = 0.2
+#: Descents, each followed by new ideal areas and flips, and steps of one at most.
+_ROUNDS: Final = 12
 _STEPS: Final = 100
+_STEPS_FREE: Final = 20
+#: Quality, mean and least, and share of the volume cut off by flat triangles, with which the template's are left.
+_ENOUGH: Final = (0.955, 0.55)
+_CUT: Final = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,18 +43,49 @@ class Placed:
     points, normals : (V, 3) arrays
         Vertices on the smooth surface, mm, and its unit normals there.
     cells : (T, 3) or (T, 4) array
-        The template's.
+        The template's, or the same number of others on the same vertices.
     steps : int
-        Of the descent.
+        Of all descents.
+    flips : int
+        Edges flipped.
     folded : int
-        Triangles turned against the surface: 0 unless the surface bends more sharply than its triangles can follow.
+        Cells turned against the surface: 0 unless it bends more sharply than they can follow.
     """
 
     points: FloatArray
     normals: FloatArray
     cells: IntArray
     steps: int
+    flips: int
     folded: int
+
+
+class Goal:
+    """A smooth surface and how large cells on it should be.
+
+    Parameters
+    ----------
+    surface : PatchSurface
+        Closed, wound outward.
+    count : int
+        Number of cells.
+    curvature : float
+        How the size follows the curvature, see :func:`place_evenly`.
+    """
+
+    def __init__(self, surface: PatchSurface, count: int, curvature: float = 0.0) -> None:
+        self.surface = surface
+        bend = surface.bend()
+        around = areas(surface.points, surface.triangles)
+        share = np.bincount(surface.triangles.ravel(), weights=np.repeat(around / 3.0, 3), minlength=len(bend))
+        square = np.einsum("nij,nij->n", bend, bend)
+        usual = float(share @ square / share.sum())
+        self.density: FloatArray = np.asarray((1.0 + square / usual) ** (0.5 * curvature))
+        self.area: FloatArray = float(share @ self.density) / count / self.density
+
+    def cells(self, cells: IntArray, near: IntArray) -> Ideal:
+        """Ideal cells at vertices near the given ones of the surface."""
+        return Ideal.even(cells, self.area[near][cells].mean(axis=1))
 
 
 def place_evenly(
@@ -54,13 +94,15 @@ def place_evenly(
     surface: PatchSurface,
     start: FloatArray | None = None,
     *,
-    size: float = SIZE,
+    connectivity: Connectivity = "auto",
+    curvature: float = 0.0,
 ) -> Placed:
     """Place a template on a smooth closed surface so that its triangles, or quadrilaterals, are even.
 
     The surface is mapped to the sphere with little distortion of angles and areas and turned to agree with ``start``;
     through that map the template is carried to the surface, and there its vertices slide to a minimum of the
-    distortion of its cells.
+    distortion of its cells. A body much longer than wide, or with a narrow appendage, has no even triangles in the
+    order of a sphere's: there, by choice, edges are flipped as well.
 
     Parameters
     ----------
@@ -73,8 +115,12 @@ def place_evenly(
     start : (V, 3) array, optional
         Where vertices should roughly lie, mm, for example at the ends of harmonic field lines: tells how the template
         is turned. By default a vertex should lie in its direction as seen from the surface's middle.
-    size : float
-        What the cells' area counts beside their shape.
+    connectivity : str
+        ``"template"``: the template's cells. ``"free"``: edges are flipped wherever that makes triangles more even.
+        ``"auto"``: flipped where triangles would be worse than usual otherwise, or cut off too much. Quadrilaterals
+        stay as they are.
+    curvature : float
+        The area of cells goes with the curvature to minus this power where that is large; 0: the same everywhere.
 
     Raises
     ------
@@ -86,17 +132,75 @@ def place_evenly(
             "the smooth surface is not a ball's: it is open or has "
             f"Euler characteristic {euler_characteristic(surface.triangles)}, not 2"
         )
+    goal = Goal(surface, len(cells), curvature)
     points, triangles = coarser(surface.points, surface.triangles, _COARSE)
-    sphere = sphere_map(points, triangles)
-    sphere = sphere @ _turn(sphere, _wanted(points, directions, start), areas(points, triangles), triangles).T
-    begin = _carry(directions, sphere, points, triangles)
+    density = goal.density[surface.nearest(points)]
+    sphere = sphere_map(points, triangles, density)
+    weight = areas(points, triangles) * density[triangles].mean(axis=1)
+    sphere = sphere @ _turn(sphere, _wanted(points, directions, start), weight, triangles).T
+    return slide_evenly(_carry(directions, sphere, points, triangles), cells, goal, connectivity)
 
-    domain = OnPatches(surface)
-    mean = float(areas(surface.points, surface.triangles).sum() / len(cells))
-    ideal = Ideal.even(cells, np.full(len(cells), mean))
-    there, steps = descend(begin, domain, ideal, smoother(cells, len(directions)), size, _STEPS)
-    folded = int(np.count_nonzero(ideal.folded(there.points, there.normals)))
-    return Placed(there.points, there.normals, cells, steps, folded)
+
+def slide_evenly(points: FloatArray, cells: IntArray, goal: Goal, connectivity: Connectivity = "auto") -> Placed:
+    """Slide a template that lies on a smooth surface along it until its cells are even.
+
+    Parameters
+    ----------
+    points : (V, 3) array
+        Vertices on or near the surface, mm. Where cells are folded they are unfolded, if possible.
+    cells, connectivity
+        As for :func:`place_evenly`.
+    goal : Goal
+        The surface.
+    """
+    if connectivity != "free" or cells.shape[1] != 3:
+        kept = _kept(points, cells, goal)
+        if connectivity == "template" or cells.shape[1] != 3 or _enough(kept, goal):
+            return kept
+    return _free(points, cells, goal)
+
+
+def _kept(points: FloatArray, cells: IntArray, goal: Goal) -> Placed:
+    domain = OnPatches(goal.surface)
+    domain(points)
+    solve = smoother(cells, len(points))
+    place, steps = descend(points, domain, goal.cells(cells, domain.near), solve, _SIZE, _STEPS)
+    if np.ptp(goal.area) > 0.0:
+        place, more = descend(place.points, domain, goal.cells(cells, domain.near), solve, _SIZE, _STEPS)
+        steps += more
+    return _placed(place, cells, steps, 0)
+
+
+def _free(points: FloatArray, cells: IntArray, goal: Goal) -> Placed:
+    domain = OnPatches(goal.surface)
+    place = domain(points)
+    steps = flips = 0
+    for _ in range(_ROUNDS):
+        cells, flipped = flip_edges(place.points, place.normals, cells, goal.area[domain.near], _SIZE_FREE)
+        flips += flipped
+        if steps and not flipped:
+            break
+        ideal = goal.cells(cells, domain.near)
+        place, more = descend(place.points, domain, ideal, smoother(cells, len(points)), _SIZE_FREE, _STEPS_FREE)
+        steps += more
+    return _placed(place, cells, steps, flips)
+
+
+def _placed(place: Place, cells: IntArray, steps: int, flips: int) -> Placed:
+    folded = Ideal.even(cells, np.ones(len(cells))).folded(place.points, place.normals)
+    return Placed(place.points, place.normals, cells, steps, flips, int(np.count_nonzero(folded)))
+
+
+def _enough(placed: Placed, goal: Goal) -> bool:
+    """Whether triangles are as even as they usually are in the template's order."""
+    quality = triangle_quality(placed.points, placed.cells)
+    whole = volume(goal.surface.points, goal.surface.triangles)
+    return (
+        placed.folded == 0
+        and float(quality.mean()) >= _ENOUGH[0]
+        and float(quality.min()) >= _ENOUGH[1]
+        and volume(placed.points, placed.cells) >= (1.0 - _CUT) * whole
+    )
 
 
 def coarser(points: FloatArray, cells: IntArray, count: int) -> tuple[FloatArray, IntArray]:

@@ -27,11 +27,11 @@ _PACE: Final = 0.1
 #: It ends when the distances from the middle differ by less than this share.
 _ROUND: Final = 0.02
 #: What areas count beside angles, and steps of levelling.
-_SIZE: Final = 0.3
+_SIZE: Final = 1.0
 _LEVELLING: Final = 100
 
 
-def sphere_map(points: FloatArray, cells: IntArray, size: float = _SIZE, steps: int = _LEVELLING) -> FloatArray:
+def sphere_map(points: FloatArray, cells: IntArray, density: FloatArray | None = None) -> FloatArray:
     """Unit vectors ``(n, 3)`` for the vertices of a closed mesh: a map to the sphere with little distortion.
 
     Parameters
@@ -39,15 +39,14 @@ def sphere_map(points: FloatArray, cells: IntArray, size: float = _SIZE, steps: 
     points : (n, 3) array
     cells : (m, 3) array
         Triangles of a closed surface without handles, wound outward, none without area.
-    size : float
-        What areas count beside angles.
-    steps : int
-        Of levelling at most.
+    density : (n,) array, optional
+        By what areas are to be multiplied on the sphere, all alike by default.
     """
-    flat = centred(conformal(points, cells), areas(points, cells), cells)
-    scale = float(np.sqrt(4.0 * np.pi / areas(points, cells).sum()))
-    ideal = Ideal.of(points, cells, scale)
-    return descend(flat, on_sphere, ideal, smoother(cells, len(points)), size, steps)[0].points
+    factor = np.ones(len(cells)) if density is None else density[cells].mean(axis=1)
+    weight = areas(points, cells) * factor
+    flat = centred(conformal(points, cells), weight, cells)
+    ideal = Ideal.of(points, cells, np.sqrt(4.0 * np.pi / weight.sum() * factor))
+    return descend(flat, on_sphere, ideal, smoother(cells, len(points)), _SIZE, _LEVELLING)[0].points
 
 
 def conformal(points: FloatArray, cells: IntArray) -> FloatArray:
