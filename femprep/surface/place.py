@@ -94,7 +94,7 @@ def place_evenly(
     surface: PatchSurface,
     start: FloatArray | None = None,
     *,
-    connectivity: Connectivity = "auto",
+    connectivity: Connectivity = "template",
     curvature: float = 0.0,
 ) -> Placed:
     """Place a template on a smooth closed surface so that its triangles, or quadrilaterals, are even.
@@ -141,7 +141,7 @@ def place_evenly(
     return slide_evenly(_carry(directions, sphere, points, triangles), cells, goal, connectivity)
 
 
-def slide_evenly(points: FloatArray, cells: IntArray, goal: Goal, connectivity: Connectivity = "auto") -> Placed:
+def slide_evenly(points: FloatArray, cells: IntArray, goal: Goal, connectivity: Connectivity = "template") -> Placed:
     """Slide a template that lies on a smooth surface along it until its cells are even.
 
     Parameters
