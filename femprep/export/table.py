@@ -101,11 +101,11 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 "dolfinx/mesh.xdmf",
                 "xdmf:write",
                 "dolfinx, cardiac_geometries",
-                "cell tags, facet tags, names (markers.json), fibres and other cell and point data",
+                "cell tags, facet tags, names (markers.json), fibres and other cell and point data (cardiac_geometries "
+                "takes the fibres by examples/cardiac_geometries_fibres.py)",
                 "tetra, tetra10, hexahedron; of hexahedron20 the corners; others cut into tetrahedra",
                 "as asked, named in info.json",
-                "dolfinx 0.5",
-                "cardiac_geometries",
+                "dolfinx 0.5; cardiac_geometries 0.12 on dolfinx 0.9, where a Python has them",
             ),
             Format(
                 "fenics",

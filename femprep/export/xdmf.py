@@ -45,6 +45,9 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     (fibres, sheets, AHA segments) are attributes of the grid ``Mesh`` and arrays ``cell_data/<name>`` of the HDF5
     file, a row per cell of the file: dolfinx' cell i is row ``mesh.topology.original_cell_index[i]``.
 
+    ``cardiac_geometries.Geometry.from_folder`` takes mesh, tags, markers and info from the folder. Fibres it takes from
+    ADIOS checkpoints alone: ``examples/cardiac_geometries_fibres.py`` fills them in, and saves such a folder.
+
     Raises
     ------
     InputError
