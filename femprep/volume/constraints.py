@@ -16,6 +16,7 @@ from femprep.model import FACET_TAGS, Plane, Wall
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 TagArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -71,31 +72,59 @@ class Constraints:
         -------
         nodes : (h,) array
             Numbers of all held points.
-        places : (h, 3) array
-            The closest point for each, of the surface, edge or plane it belongs to, mm.
+        places : (n, 3) array
+            The closest point for each of those, of the surface, edge or plane it belongs to, mm; the others as given.
         basis : (n, 3, 3) array
             Unit directions each point may move in, as rows; the first ``freedom`` of them count.
         """
         places = points.copy()
         basis = np.tile(np.eye(3), (len(points), 1, 1))
-        for group in self.groups:
-            closest = group.finder(points[group.nodes])
-            places[group.nodes] = closest.points
-            direction = group.direction[closest.triangle]
-            if len(group.nodes) and self.freedom[group.nodes[0]] == 2:
-                basis[group.nodes, :2] = _tangents(direction)
-            else:
-                basis[group.nodes, 0] = direction
-        self.flatten(places)
-        for name, plane in self.planes.items():
-            _flatten(basis, self.freedom, self.plane_points[name], plane)
+        self.renew(points, np.ones(len(points), dtype=np.bool_), places, basis)
         held = np.unique(np.concatenate([*(group.nodes for group in self.groups), *self.plane_points.values()]))
-        return held, places[held], basis
+        return held, places, basis
 
-    def flatten(self, points: FloatArray) -> None:
-        """Project the points of each plane onto it, in place; twice, so that the rounding of the first step is gone."""
+    def renew(self, points: FloatArray, moved: BoolArray, places: FloatArray, basis: FloatArray) -> None:
+        """Write places and directions anew, in place, of the boundary points that moved.
+
+        Parameters
+        ----------
+        points : (n, 3) array
+            Points as they are, mm.
+        moved : (n,) array
+            Which points to look at.
+        places : (n, 3) array
+        basis : (n, 3, 3) array
+            As from :meth:`targets`.
+        """
+        places[moved] = points[moved]
+        for group in self.groups:
+            nodes = group.nodes[moved[group.nodes]]
+            if len(nodes) == 0:
+                continue
+            closest = group.finder(points[nodes])
+            places[nodes] = closest.points
+            direction = group.direction[closest.triangle]
+            if self.freedom[nodes[0]] == 2:
+                basis[nodes, :2] = _tangents(direction)
+            else:
+                basis[nodes, 0] = direction
+        self.flatten(places, moved)
         for name, plane in self.planes.items():
             nodes = self.plane_points[name]
+            _flatten(basis, self.freedom, nodes[moved[nodes]], plane)
+
+    def flatten(self, points: FloatArray, chosen: BoolArray | None = None) -> None:
+        """Project the points of each plane onto it, in place; twice, so that the rounding of the first step is gone.
+
+        Parameters
+        ----------
+        points : (n, 3) array
+        chosen : (n,) array, optional
+            Which of them; all where not given.
+        """
+        for name, plane in self.planes.items():
+            nodes = self.plane_points[name]
+            nodes = nodes if chosen is None else nodes[chosen[nodes]]
             for _ in range(2):
                 points[nodes] -= plane.signed_distance(points[nodes])[:, None] * plane.normal
 

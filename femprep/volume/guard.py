@@ -125,8 +125,8 @@ def run_tetwild(
     start = time.perf_counter()
     with _watched_folder() as (name, watchdog):
         folder = Path(name)
-        text = json.dumps(dict(settings))
-        np.savez(folder / "input.npz", points=points, triangles=triangles, settings=text, **(arrays or {}))
+        content: dict[str, Any] = {"points": points, "triangles": triangles, **(arrays or {})}
+        np.savez(folder / "input.npz", settings=json.dumps(dict(settings)), **content)
         with (folder / "log.txt").open("wb") as log:
             # -P keeps the script's own folder off the import path; this process' path goes to the child as it is.
             child = subprocess.Popen(

@@ -20,14 +20,13 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from femprep.compiled import compiled
 from femprep.volume.constraints import Constraints
+from femprep.volume.stars import REGULAR_SINE as REGULAR_SINE
+from femprep.volume.stars import coloured, qualities, relax, search, stars, try_places
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-#: Sine of the regular tetrahedron's dihedral angle.
-REGULAR_SINE: Final = 2.0 * np.sqrt(2.0) / 3.0
 #: Elements below this quality are improved: an angle of 25 degrees or a mean ratio of 0.45.
 POOR: Final = float(np.sin(np.radians(25.0)) / REGULAR_SINE)
 #: A point is not put onto the wall where this would leave an element below this quality (and worse than before).
@@ -36,10 +35,6 @@ SOUND: Final = float(np.sin(np.radians(18.0)) / REGULAR_SINE)
 LEAST: Final = float(np.sin(np.radians(12.0)) / REGULAR_SINE)
 #: How often all points are gone through for the mean quality.
 RELAXATIONS: Final = 3
-#: First step of a search by the mean edge length, inside and on a curved surface, and how often it is halved.
-_FIRST_STEP: Final = 0.2
-_SURFACE_STEP: Final = 0.06
-_HALVINGS: Final = 5
 
 
 @dataclass(frozen=True)
@@ -68,7 +63,7 @@ class Outcome:
 def tet_quality(points: FloatArray, tets: IntArray) -> FloatArray:
     """Lesser of mean ratio and smallest sine of each tetrahedron, as described above, ``(m,)``."""
     out = np.empty(len(tets))
-    _qualities(np.ascontiguousarray(points, dtype=np.float64), np.ascontiguousarray(tets, dtype=np.int64), out)
+    qualities(np.ascontiguousarray(points, dtype=np.float64), np.ascontiguousarray(tets, dtype=np.int64), out)
     return out
 
 
@@ -94,54 +89,106 @@ def optimise(
     sweeps : int
         Most sweeps.
     """
-    x = np.array(points, dtype=np.float64)
-    cells = np.ascontiguousarray(tets, dtype=np.int64)
-    start, around = _stars(cells, len(x))
-    poor_before = int((tet_quality(x, cells) < poor).sum())
-    constraints.flatten(x)
-    basis = _put_back(x, x, cells, start, around, constraints, SOUND)
+    mesh = _Mesh(points, tets, constraints)
+    poor_before = int((mesh.quality() < poor).sum())
+    mesh.put_back(SOUND)
+    for _ in range(sweeps):  # the mean quality around an inverted element has no slope to follow
+        quality = mesh.quality()
+        if quality.min() > 0.0:
+            break
+        mesh.search(_points_of_poor(quality, mesh.cells, poor), constraints.freedom)
+        mesh.put_back(SOUND)
     for _ in range(RELAXATIONS):
-        home = x.copy()
-        _relax(x, cells, start, around, constraints.freedom, basis, poor)
-        basis = _put_back(x, home, cells, start, around, constraints, SOUND)
+        mesh.relax(poor)
+        mesh.put_back(SOUND)
     done, last = 0, (-np.inf, 0)
     for done in range(1, sweeps + 1):
-        quality = tet_quality(x, cells)
+        quality = mesh.quality()
         now = float(quality.min()), -int((quality < poor).sum())
         if now[1] == 0 or (now[0] <= last[0] + 1e-4 and now[1] <= last[1]):
             done -= 1
             break
-        last, home = now, x.copy()
-        _search(x, cells, start, around, _points_of_poor(quality, cells, poor), constraints.freedom, basis)
-        basis = _put_back(x, home, cells, start, around, constraints, SOUND)
+        last = now
+        mesh.search(_points_of_poor(quality, mesh.cells, poor), constraints.freedom)
+        mesh.put_back(SOUND)
     # What is still off the wall goes there for a little less quality, which points inside then make good.
-    basis = _put_back(x, x, cells, start, around, constraints, LEAST)
+    mesh.put_back(LEAST)
     inside = np.where(constraints.freedom == 3, 3, 0)
     for _ in range(2):
-        _search(x, cells, start, around, _points_of_poor(tet_quality(x, cells), cells, poor), inside, basis)
-    constraints.flatten(x)
-    nodes, places, _ = constraints.targets(x)
-    off = np.linalg.norm(places - x[nodes], axis=1)
-    after = int((tet_quality(x, cells) < poor).sum())
-    return Outcome(x, done, poor_before, after, float(off.max(initial=0.0)))
+        mesh.search(_points_of_poor(mesh.quality(), mesh.cells, poor), inside)
+    after = int((mesh.quality() < poor).sum())
+    return Outcome(mesh.points, done, poor_before, after, mesh.off_wall())
 
 
-def _put_back(
-    x: FloatArray,
-    home: FloatArray,
-    cells: IntArray,
-    start: IntArray,
-    around: IntArray,
-    constraints: Constraints,
-    sound: float,
-) -> FloatArray:
-    """Put boundary points back onto the wall, in place, and where they cannot go there back home; new directions."""
-    nodes, places, basis = constraints.targets(x)
-    _try_places(x, cells, start, around, nodes, places, sound)
-    off = np.flatnonzero((x[nodes] != places).any(axis=1) & (x[nodes] != home[nodes]).any(axis=1))
-    if len(off):
-        _try_places(x, cells, start, around, nodes[off], home[nodes[off]], sound)
-    return basis
+class _Mesh:
+    """A mesh whose points move, with what tells where each may go and which may find a better place."""
+
+    def __init__(self, points: FloatArray, tets: IntArray, constraints: Constraints) -> None:
+        self.points = np.array(points, dtype=np.float64)
+        self.cells = np.ascontiguousarray(tets, dtype=np.int64)
+        self._constraints = constraints
+        constraints.flatten(self.points)
+        self._star = stars(self.cells, len(self.points))
+        self._held, self._places, self._basis = constraints.targets(self.points)
+        self._looked_up = self.points.copy()
+        self._home = self.points.copy()
+        self._fresh = np.ones(len(self.points), dtype=np.bool_)
+        self._colours = self._coloured(np.arange(len(self.points)))
+
+    def quality(self) -> FloatArray:
+        """Quality of each tetrahedron."""
+        return tet_quality(self.points, self.cells)
+
+    def put_back(self, sound: float) -> None:
+        """Put boundary points back onto the wall, and those that cannot go there back to where they last were."""
+        held = self._look_up()
+        off = held[(self.points[held] != self._places[held]).any(axis=1)]
+        self._try(off, self._places, sound)
+        off = off[(self.points[off] != self._places[off]).any(axis=1)]
+        off = off[(self.points[off] != self._home[off]).any(axis=1)]
+        self._try(off, self._home, sound)
+        self._home = self.points.copy()
+
+    def relax(self, poor: float) -> None:
+        """Move all points once for the mean quality."""
+        relax(
+            *(self.points, self.cells, *self._star, *self._colours),
+            *(self._constraints.freedom, self._basis, poor, self._fresh),
+        )
+
+    def search(self, nodes: IntArray, freedom: IntArray) -> None:
+        """Move some points for the worst quality around each."""
+        search(self.points, self.cells, *self._star, *self._coloured(nodes), freedom, self._basis, self._fresh)
+
+    def off_wall(self) -> float:
+        """Greatest distance of a boundary point from the wall."""
+        held = self._look_up()
+        return float(np.linalg.norm(self._places[held] - self.points[held], axis=1).max(initial=0.0))
+
+    def _look_up(self) -> IntArray:
+        """Bring places and directions up to date of the boundary points that moved; the numbers of all of them.
+
+        A point at the place found for it belongs there: it is not looked up again.
+        """
+        held = self._held
+        moved = (self.points[held] != self._looked_up[held]).any(axis=1)
+        moved &= (self.points[held] != self._places[held]).any(axis=1)
+        chosen = np.zeros(len(self.points), dtype=np.bool_)
+        chosen[held[moved]] = True
+        self._constraints.renew(self.points, chosen, self._places, self._basis)
+        self._looked_up[chosen] = self.points[chosen]
+        return held
+
+    def _try(self, nodes: IntArray, places: FloatArray, sound: float) -> None:
+        if len(nodes):
+            try_places(
+                *(self.points, self.cells, *self._star, *self._coloured(nodes)),
+                *(places, sound, self._fresh),
+            )
+
+    def _coloured(self, nodes: IntArray) -> tuple[IntArray, IntArray]:
+        order, first = coloured(self.cells, *self._star, nodes)
+        return order, first
 
 
 def _points_of_poor(quality: FloatArray, cells: IntArray, poor: float) -> IntArray:
@@ -149,188 +196,3 @@ def _points_of_poor(quality: FloatArray, cells: IntArray, poor: float) -> IntArr
     worst = np.flatnonzero(quality < poor)
     nodes = cells[worst[np.argsort(quality[worst], kind="stable")]].ravel()
     return np.asarray(nodes[np.sort(np.unique(nodes, return_index=True)[1])])
-
-
-def _stars(cells: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Elements around each point: those of point v are ``around[start[v]:start[v + 1]]``."""
-    order = np.argsort(cells.ravel(), kind="stable")
-    start = np.concatenate([[0], np.cumsum(np.bincount(cells.ravel(), minlength=count))])
-    return start.astype(np.int64), (order // 4).astype(np.int64)
-
-
-@compiled()
-def _shape(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float]:
-    """Mean ratio, and least sine over REGULAR_SINE, both signed by the volume."""
-    ux, uy, uz = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
-    vx, vy, vz = p[c, 0] - p[a, 0], p[c, 1] - p[a, 1], p[c, 2] - p[a, 2]
-    wx, wy, wz = p[d, 0] - p[a, 0], p[d, 1] - p[a, 1], p[d, 2] - p[a, 2]
-    # Twice the area vectors of the faces opposite to d, c, b; that opposite to a closes the surface.
-    dx, dy, dz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    cx, cy, cz = wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux
-    bx, by, bz = vy * wz - vz * wy, vz * wx - vx * wz, vx * wy - vy * wx
-    ax, ay, az = bx + cx + dx, by + cy + dy, bz + cz + dz
-    six = ux * bx + uy * by + uz * bz
-    area_a, area_b = np.sqrt(ax * ax + ay * ay + az * az), np.sqrt(bx * bx + by * by + bz * bz)
-    area_c, area_d = np.sqrt(cx * cx + cy * cy + cz * cz), np.sqrt(dx * dx + dy * dy + dz * dz)
-    ab, ac, ad = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, wx * wx + wy * wy + wz * wz
-    bc = (vx - ux) ** 2 + (vy - uy) ** 2 + (vz - uz) ** 2
-    bd = (wx - ux) ** 2 + (wy - uy) ** 2 + (wz - uz) ** 2
-    cd = (wx - vx) ** 2 + (wy - vy) ** 2 + (wz - vz) ** 2
-    total = ab + ac + ad + bc + bd + cd
-    least = min(area_a, area_b, area_c, area_d)
-    if least <= 0.0 or total <= 0.0:
-        return -1.0, -1.0
-    # The sine at an edge is six volumes times its length by the products of twice the areas of its two faces.
-    sine = np.sqrt(ab) / (area_c * area_d)
-    sine = min(sine, np.sqrt(ac) / (area_b * area_d), np.sqrt(ad) / (area_b * area_c))
-    sine = min(sine, np.sqrt(bc) / (area_a * area_d), np.sqrt(bd) / (area_a * area_c), np.sqrt(cd) / (area_a * area_b))
-    ratio = 12.0 * np.cbrt(0.5 * abs(six)) ** 2 / total
-    if six < 0.0:
-        ratio = -ratio
-    return ratio, sine * six / REGULAR_SINE
-
-
-@compiled()
-def _qualities(p: FloatArray, t: IntArray, out: FloatArray) -> None:
-    for i in range(len(t)):
-        ratio, sine = _shape(p, t[i, 0], t[i, 1], t[i, 2], t[i, 3])
-        out[i] = min(ratio, sine)
-
-
-@compiled()
-def _star(p: FloatArray, t: IntArray, start: IntArray, around: IntArray, v: int, enough: float) -> float:
-    """Worst quality of the elements around a point; any value not above ``enough`` as soon as it is certain."""
-    worst: float = np.inf
-    for k in range(start[v], start[v + 1]):
-        i = around[k]
-        ratio, sine = _shape(p, t[i, 0], t[i, 1], t[i, 2], t[i, 3])
-        worst = min(worst, ratio, sine)
-        if worst <= enough:
-            return worst
-    return worst
-
-
-@compiled()
-def _try_places(
-    p: FloatArray,
-    t: IntArray,
-    start: IntArray,
-    around: IntArray,
-    nodes: IntArray,
-    places: FloatArray,
-    sound: float,
-) -> None:
-    """Put points at their places, one after the other, where the worst element around stays sound or gets no worse."""
-    for i in range(len(nodes)):
-        v = nodes[i]
-        before = _star(p, t, start, around, v, -np.inf)
-        x, y, z = p[v, 0], p[v, 1], p[v, 2]
-        p[v] = places[i]
-        if _star(p, t, start, around, v, -np.inf) < min(before, sound):
-            p[v, 0], p[v, 1], p[v, 2] = x, y, z
-
-
-@compiled()
-def _star_mean(
-    p: FloatArray, t: IntArray, start: IntArray, around: IntArray, v: int, enough: float
-) -> tuple[float, float]:
-    """Mean of the mean ratio and worst quality around a point; the mean is minus infinity if the worst is too poor."""
-    worst, total = np.inf, 0.0
-    for k in range(start[v], start[v + 1]):
-        i = around[k]
-        ratio, sine = _shape(p, t[i, 0], t[i, 1], t[i, 2], t[i, 3])
-        worst = min(worst, ratio, sine)
-        total += ratio
-        if worst < enough:
-            return -np.inf, worst
-    return total / (start[v + 1] - start[v]), worst
-
-
-@compiled()
-def _relax(
-    p: FloatArray,
-    t: IntArray,
-    start: IntArray,
-    around: IntArray,
-    freedom: IntArray,
-    basis: FloatArray,
-    poor: float,
-) -> None:
-    """Move each point once to a better mean ratio around it, no element becoming poor, or poorer if it is already."""
-    home = np.empty(3)
-    for v in range(len(p)):
-        if freedom[v] == 0:
-            continue
-        best, worst = _star_mean(p, t, start, around, v, -np.inf)
-        enough = min(worst, poor)
-        length, count = 0.0, 0
-        for k in range(start[v], start[v + 1]):
-            for j in range(4):
-                w = t[around[k], j]
-                length += np.sqrt((p[w, 0] - p[v, 0]) ** 2 + (p[w, 1] - p[v, 1]) ** 2 + (p[w, 2] - p[v, 2]) ** 2)
-                count += 1
-        size = (_FIRST_STEP if freedom[v] == 3 else _SURFACE_STEP) * length / (0.75 * count)
-        for _ in range(3):
-            for k in range(freedom[v]):
-                for way in (-1.0, 1.0):
-                    home[:] = p[v]
-                    p[v] = home + way * size * basis[v, k]
-                    value, _ = _star_mean(p, t, start, around, v, enough)
-                    if value > best:
-                        best = value
-                        break
-                    p[v] = home
-            size *= 0.5
-
-
-@compiled()
-def _search(
-    p: FloatArray,
-    t: IntArray,
-    start: IntArray,
-    around: IntArray,
-    nodes: IntArray,
-    freedom: IntArray,
-    basis: FloatArray,
-) -> None:
-    """Move each point to where the worst element around it is best: compass search along its free directions."""
-    step = np.empty(3)
-    home = np.empty(3)
-    for i in range(len(nodes)):
-        v = nodes[i]
-        if freedom[v] == 0:
-            continue
-        best = _star(p, t, start, around, v, -np.inf)
-        length, count = 0.0, 0
-        step[:] = 0.0
-        for k in range(start[v], start[v + 1]):
-            for j in range(4):
-                w = t[around[k], j]
-                if w != v:
-                    length += np.sqrt((p[w, 0] - p[v, 0]) ** 2 + (p[w, 1] - p[v, 1]) ** 2 + (p[w, 2] - p[v, 2]) ** 2)
-                    step += p[w] - p[v]
-                    count += 1
-        size = (_FIRST_STEP if freedom[v] == 3 else _SURFACE_STEP) * length / count
-        if freedom[v] == 3:  # first the middle of the neighbours
-            home[:] = p[v]
-            p[v] = home + step / count
-            value = _star(p, t, start, around, v, best)
-            if value > best:
-                best = value
-            else:
-                p[v] = home
-        for _ in range(_HALVINGS):
-            for _ in range(4):
-                home[:] = p[v]
-                chosen, sign = -1, 0.0
-                for k in range(freedom[v]):
-                    for way in (-1.0, 1.0):
-                        p[v] = home + way * size * basis[v, k]
-                        value = _star(p, t, start, around, v, best)
-                        if value > best:
-                            best, chosen, sign = value, k, way
-                p[v] = home
-                if chosen < 0:
-                    break
-                p[v] = home + sign * size * basis[v, chosen]
-            size *= 0.5
