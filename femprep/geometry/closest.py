@@ -16,6 +16,7 @@ from femprep.geometry.triangles import normals, vertex_normals
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -66,14 +67,33 @@ class ClosestFinder:
     def __call__(self, queries: npt.ArrayLike) -> Closest:
         """Closest points for queries ``(q, 3)``, mm."""
         q = _check_queries(queries)
-        triangle = np.empty(len(q), dtype=np.int64)
-        weights = np.empty((len(q), 3))
-        _search(q, self.points, self.triangles, *self._tree, triangle, weights)
+        triangle, weights = self._found(q, np.full(len(q), np.inf))
         foot = np.einsum("qi,qik->qk", weights, self.points[self.triangles[triangle]])
         return Closest(np.linalg.norm(q - foot, axis=1), foot, triangle, weights)
 
+    def any_within(self, queries: npt.ArrayLike, distance: npt.ArrayLike) -> BoolArray:
+        """Whether some point of the surface is nearer than a distance, mm, to each of queries ``(q, 3)``.
+
+        Much quicker than the closest points themselves where the distances are small.
+        """
+        q = _check_queries(queries)
+        limit = np.ascontiguousarray(np.broadcast_to(np.asarray(distance, dtype=np.float64), (len(q),)))
+        return np.asarray(self._found(q, limit)[0] >= 0)
+
+    def _found(self, q: FloatArray, limit: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Closest triangle nearer than a limit for each query, -1 where none is, and the foot's weights."""
+        triangle = np.full(len(q), -1, dtype=np.int64)
+        weights = np.zeros((len(q), 3))
+        _search(q, self.points, self.triangles, *self._tree, limit, triangle, weights)
+        return triangle, weights
+
     def signed(self, queries: npt.ArrayLike) -> FloatArray:
-        """Distance of queries ``(q, 3)`` from the closed surface, ``(q,)`` mm: negative inside, positive outside.
+        """Distance of queries ``(q, 3)`` from the closed surface, ``(q,)`` mm: negative inside, see :meth:`sided`."""
+        return self.sided(queries)[0]
+
+    def sided(self, queries: npt.ArrayLike) -> tuple[FloatArray, Closest]:
+        """Distance of queries ``(q, 3)`` from the closed surface, ``(q,)`` mm: negative inside, positive outside;
+        and the closest points.
 
         The side is told by the normal of the triangle, the edge or the vertex the closest point lies on, each the
         angle-weighted mean of the triangles there [1]_.
@@ -110,7 +130,7 @@ class ClosestFinder:
         corner = np.argmin(zero[at_vertex], axis=1)
         normal[at_vertex] = vertex[self.triangles[closest.triangle[at_vertex], corner]]
         outward = np.einsum("qk,qk->q", q - closest.points, normal)
-        return np.where(outward < 0.0, -closest.distance, closest.distance)
+        return np.where(outward < 0.0, -closest.distance, closest.distance), closest
 
 
 def closest_points(points: npt.ArrayLike, triangles: npt.ArrayLike, queries: npt.ArrayLike) -> Closest:
@@ -188,6 +208,7 @@ def _search(
     low: FloatArray,
     high: FloatArray,
     order: IntArray,
+    limit: FloatArray,
     triangle: IntArray,
     weights: FloatArray,
 ) -> None:
@@ -195,7 +216,7 @@ def _search(
     leaves = len(low) // 2
     for i in numba.prange(len(queries)):
         q = queries[i]
-        best = np.inf
+        best = limit[i] * limit[i]
         stack = np.empty(64, dtype=np.int64)
         bound = np.empty(64)
         stack[0], bound[0] = 1, 0.0

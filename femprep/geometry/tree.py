@@ -62,11 +62,7 @@ def check_mesh(points: npt.ArrayLike, triangles: npt.ArrayLike) -> tuple[FloatAr
 def build_tree(points: FloatArray, triangles: IntArray) -> BoxTree:
     """Build the tree over triangles ``(m, 3)``; m is at least 1."""
     box = points[triangles]
-    middle = 0.5 * (box.min(axis=1) + box.max(axis=1))
-    start = middle.min(axis=0)
-    extent = float((middle.max(axis=0) - start).max()) or 1.0
-    cell = np.minimum((middle - start) / extent * 2**_BITS, 2**_BITS - 1).astype(np.uint64)
-    order = np.argsort(_morton(cell), kind="stable").astype(np.int64)
+    order = curve_order(0.5 * (box.min(axis=1) + box.max(axis=1)))
     leaves = 1 << max(0, int(np.ceil(np.log2(-(-len(triangles) // LEAF)))))
     low = np.full((2 * leaves, 3), np.inf)
     high = np.full((2 * leaves, 3), -np.inf)
@@ -74,13 +70,26 @@ def build_tree(points: FloatArray, triangles: IntArray) -> BoxTree:
     return BoxTree(low, high, order)
 
 
+def curve_order(places: FloatArray) -> IntArray:
+    """Order of places ``(m, 3)`` along a Morton curve, on which what is near in space is mostly near."""
+    start = places.min(axis=0)
+    extent = float((places.max(axis=0) - start).max()) or 1.0
+    cell = np.minimum((places - start) / extent * 2**_BITS, 2**_BITS - 1).astype(np.uint64)
+    return np.argsort(_morton(cell), kind="stable").astype(np.int64)
+
+
 def _morton(cell: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
     """Interleave the bits of three 21-bit coordinates, ``(m, 3)`` to ``(m,)``."""
-    code = np.zeros(len(cell), dtype=np.uint64)
-    for bit in range(_BITS):
-        for axis in range(3):
-            code |= ((cell[:, axis] >> np.uint64(bit)) & np.uint64(1)) << np.uint64(3 * bit + axis)
-    return code
+    code = cell.T.copy()
+    for shift, mask in (
+        (32, 0x001F00000000FFFF),
+        (16, 0x001F0000FF0000FF),
+        (8, 0x100F00F00F00F00F),
+        (4, 0x10C30C30C30C30C3),
+        (2, 0x1249249249249249),
+    ):
+        code = (code | (code << np.uint64(shift))) & np.uint64(mask)
+    return code[0] | (code[1] << np.uint64(1)) | (code[2] << np.uint64(2))
 
 
 @compiled()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ from femprep.model import FACET_TAGS, Wall, tag_name
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 TagArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
 
 #: How much a normal at a right angle counts, in envelopes of distance: at a rim both surfaces are near.
 _NORMAL_WEIGHT: Final = 3.0
@@ -55,24 +56,84 @@ def tag_facets(points: FloatArray, facets: IntArray, wall: Wall, envelope: float
     """
     tags = np.unique(wall.facet_tag)
     normal = normals(points, facets)
-    samples = np.einsum("si,fik->fsk", _SAMPLES, points[facets])
-    score = np.empty((len(tags), len(facets)))
-    for row, tag in enumerate(tags):
-        triangles = wall.triangles[wall.facet_tag == tag]
-        closest = ClosestFinder(wall.points, triangles)(samples.reshape(-1, 3))
-        distance = closest.distance.reshape(len(facets), -1).mean(axis=1)
-        there = normals(wall.points, triangles)[closest.triangle.reshape(len(facets), -1)[:, 0]]
-        score[row] = distance / envelope + _NORMAL_WEIGHT * (1.0 - np.einsum("fk,fk->f", normal, there))
+    level = {name: np.abs(plane.signed_distance(points)) <= 1.5 * envelope for name, plane in wall.planes.items()}
+    flat = {
+        name: level[name][facets].all(axis=1) & (normal @ plane.normal > _FLAT) for name, plane in wall.planes.items()
+    }
+    scores = _Scores(points, facets, normal, wall, envelope)
+    score = scores.best(tags, wall, np.any([np.zeros(len(facets), dtype=bool), *flat.values()], axis=0))
     fixed = np.zeros(len(facets), dtype=bool)
-    for name, plane in wall.planes.items():
+    least = score.min(axis=0)
+    for name, own in flat.items():
         row = int(np.searchsorted(tags, FACET_TAGS[name]))
-        near = (np.abs(plane.signed_distance(points))[facets] <= 1.5 * envelope).all(axis=1)
-        flat = near & (normal @ plane.normal > _FLAT) & (score[row] < score.min(axis=0) + 2.0 * _NORMAL_WEIGHT)
-        score[row] = np.where(flat, -1.0, np.inf)
-        fixed |= flat
+        own = own & (score[row] < least + 2.0 * _NORMAL_WEIGHT)
+        score[row] = np.where(own, -1.0, np.inf)
+        fixed |= own
     result = tags[np.argmin(score, axis=0)]
     _join_strays(points, facets, result, fixed, wall)
     return np.asarray(result, dtype=np.int32)
+
+
+class _Scores:
+    """How well facets fit the triangles of each tag of a wall: distance in envelopes and angle; the least fits best."""
+
+    def __init__(self, points: FloatArray, facets: IntArray, normal: FloatArray, wall: Wall, envelope: float) -> None:
+        self._samples = np.einsum("si,fik->fsk", _SAMPLES, points[facets])
+        self._normal, self._envelope = normal, envelope
+        self._points, self._triangles, self._tag = wall.points, wall.triangles, wall.facet_tag
+        self._finders: dict[int, ClosestFinder] = {}
+
+    def best(self, tags: TagArray, wall: Wall, everywhere: BoolArray) -> FloatArray:
+        """Score of each facet for each tag, ``(tags, facets)``; infinite where another tag is certain to fit better.
+
+        Parameters
+        ----------
+        tags : (t,) array
+        wall : Wall
+        everywhere : (f,) array
+            Facets that may lie in a plane of the wall: they get every score. The others never take a plane's tag.
+        """
+        score = np.full((len(tags), len(everywhere)), np.inf)
+        planes = [FACET_TAGS[name] for name in wall.planes]
+        free = [int(tag) for tag in tags if tag not in planes]
+        every = everywhere | (len(free) == 0)
+        for row, tag in enumerate(tags):
+            score[row, every] = self._score(int(tag), every)
+        if not free:
+            return score
+        rest = np.flatnonzero(~every)
+        # The tag of the nearest triangle first. Another one can only fit better where it is nearer than that score.
+        triangles = np.flatnonzero(np.isin(self._tag, free))
+        finder = ClosestFinder(self._points, self._triangles[triangles])
+        closest = triangles[finder(self._samples[rest, 0]).triangle]
+        first = self._tag[closest]
+        for row, tag in enumerate(tags):
+            own = rest[first == tag]
+            if len(own):
+                score[row, own] = self._score(int(tag), own)
+        known = score[np.searchsorted(tags, first), rest]
+        for row, tag in enumerate(tags):
+            if int(tag) in free:
+                other = rest[first != tag]
+                # The mean distance of its samples is less than that only if none of them is as far as their sum.
+                reach = np.repeat(self._envelope * known[first != tag] * len(_SAMPLES) * (1.0 + 1e-9), len(_SAMPLES))
+                near = self._finder(int(tag)).any_within(self._samples[other].reshape(-1, 3), reach)
+                other = other[near.reshape(-1, len(_SAMPLES)).all(axis=1)]
+                score[row, other] = self._score(int(tag), other)
+        return score
+
+    def _score(self, tag: int, rows: npt.NDArray[Any]) -> FloatArray:
+        samples, normal = self._samples[rows], self._normal[rows]
+        closest = self._finder(tag)(samples.reshape(-1, 3))
+        distance = closest.distance.reshape(-1, len(_SAMPLES)).mean(axis=1)
+        triangles = self._triangles[self._tag == tag]
+        there = normals(self._points, triangles)[closest.triangle.reshape(-1, len(_SAMPLES))[:, 0]]
+        return np.asarray(distance / self._envelope + _NORMAL_WEIGHT * (1.0 - np.einsum("fk,fk->f", normal, there)))
+
+    def _finder(self, tag: int) -> ClosestFinder:
+        if tag not in self._finders:
+            self._finders[tag] = ClosestFinder(self._points, self._triangles[self._tag == tag])
+        return self._finders[tag]
 
 
 def _join_strays(points: FloatArray, facets: IntArray, tag: TagArray, fixed: npt.NDArray[np.bool_], wall: Wall) -> None:
