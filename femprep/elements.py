@@ -17,6 +17,11 @@ import numpy.typing as npt
 IntArray = npt.NDArray[np.int64]
 
 
+#: From how many rows on they are sorted in buckets, if none of them is larger than that.
+_MANY_ROWS: Final = 20_000
+_LARGE_BUCKET: Final = 2_000
+
+
 @dataclass(frozen=True)
 class ElementType:
     """One element type.
@@ -127,11 +132,19 @@ def element_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
 def row_numbers(rows: IntArray) -> IntArray:
     """Number from 0 for each row of integers, equal for equal rows, in their lexicographic order.
 
-    What ``np.unique(rows, axis=0, return_inverse=True)`` gives, some ten times faster: rows are packed into one number
+    What ``np.unique(rows, axis=0, return_inverse=True)`` gives, many times faster. Many rows are sorted in buckets of
+    equal first numbers; few, or such whose first numbers differ too much or too little, are packed into one number
     each, and compressed on the way where they would not fit.
     """
     rows = rows - rows.min(initial=0)
     size = int(rows.max(initial=0)) + 1
+    if len(rows) > _MANY_ROWS and rows.shape[1] > 1:
+        first = rows[:, 0]
+        largest = int(first.max()) + 1
+        if largest <= len(rows) and int(np.bincount(first).max()) <= _LARGE_BUCKET:
+            from femprep.rows import bucketed
+
+            return bucketed(rows, largest)
     key, span = np.zeros(len(rows), dtype=np.int64), 1
     for column in rows.T:
         if span > 2**62 // size:
@@ -142,12 +155,22 @@ def row_numbers(rows: IntArray) -> IntArray:
     return np.asarray(np.unique(key, return_inverse=True)[1].ravel(), dtype=np.int64)
 
 
+def set_numbers(rows: IntArray) -> IntArray:
+    """Number from 0 for each row of integers, equal for rows of the same numbers in any order."""
+    if len(rows) <= _MANY_ROWS:
+        return row_numbers(np.sort(rows, axis=1))
+    from femprep.rows import sort_each
+
+    key = np.array(rows, dtype=np.int64, order="C")
+    sort_each(key)
+    return row_numbers(key)
+
+
 def boundary_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
     """The faces that belong to one element only, by facet type."""
     out = {}
     for kind, faces in element_faces(cells).items():
-        key = np.sort(faces.nodes[:, : FACET_CORNERS[kind]], axis=1)
-        number = row_numbers(key)
+        number = set_numbers(faces.nodes[:, : FACET_CORNERS[kind]])
         single = np.bincount(number)[number] == 1
         out[kind] = ElementFaces(faces.nodes[single], faces.element[single], faces.face[single])
     return out

@@ -7,13 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from femprep.elements import ELEMENTS, FACET_CORNERS
+from femprep.elements import ELEMENTS, FACET_CORNERS, row_numbers
 from femprep.model import VolumeMesh, tag_name
 
 IntArray = npt.NDArray[np.int64]
 
 
-def elements_through_wall(mesh: VolumeMesh) -> IntArray:
+def elements_through_wall(mesh: VolumeMesh, edges: IntArray | None = None) -> IntArray:
     """Number of elements between each endocardial node and the epicardium.
 
     It is the number of edges on the shortest chain of element edges from the node to any epicardial node: every edge
@@ -23,6 +23,8 @@ def elements_through_wall(mesh: VolumeMesh) -> IntArray:
     ----------
     mesh : VolumeMesh
         With facets tagged ``epi`` and ``endo`` (or ``endo_lv``, ``endo_rv``, ...).
+    edges : (e, 2) array, optional
+        Its edges, where they are known.
 
     Returns
     -------
@@ -34,7 +36,7 @@ def elements_through_wall(mesh: VolumeMesh) -> IntArray:
     outer = _nodes(mesh, lambda name: name == "epi")
     if len(inner) == 0 or len(outer) == 0:
         return np.empty(0, dtype=np.int64)
-    edges = mesh_edges(mesh)
+    edges = mesh_edges(mesh) if edges is None else edges
     distance = np.full(len(mesh.points), -1, dtype=np.int64)
     distance[outer] = 0
     step = 0
@@ -54,10 +56,12 @@ def mesh_edges(mesh: VolumeMesh) -> IntArray:
     parts = [block[:, np.array(ELEMENTS[name].edges)].reshape(-1, 2) for name, block in mesh.cells.items()]
     if not parts:
         return np.empty((0, 2), dtype=np.int64)
-    edges = np.sort(np.concatenate(parts), axis=1)
-    key = np.sort(edges[:, 0] * len(mesh.points) + edges[:, 1])
-    key = key[np.concatenate([[True], key[1:] != key[:-1]])]
-    return np.stack([key // len(mesh.points), key % len(mesh.points)], axis=1)
+    edges = np.concatenate(parts)
+    edges = np.stack([np.minimum(edges[:, 0], edges[:, 1]), np.maximum(edges[:, 0], edges[:, 1])], axis=1)
+    number = row_numbers(edges)
+    out = np.empty((int(number.max(initial=-1)) + 1, 2), dtype=np.int64)
+    out[number] = edges
+    return out
 
 
 def _nodes(mesh: VolumeMesh, wanted: Callable[[str], bool]) -> IntArray:
