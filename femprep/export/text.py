@@ -5,6 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from femprep.compiled import compiled
+
+IntArray = npt.NDArray[np.int64]
+
 #: Widest number field that CalculiX reads (``f20.0``); what is longer is cut off silently, exponent included.
 FIELD = 20
 
@@ -32,16 +36,61 @@ def rows(*columns: npt.ArrayLike, separator: str = ", ", width: int | None = FIE
 
     Floats are exact where ``width`` is ``None``, else cut to 20 characters.
     """
+    blocks = [np.asarray(column) for column in columns]
+    if all(block.dtype.kind in "iu" for block in blocks):
+        table = np.column_stack(blocks)
+        return _integers(table.ravel(), table.shape[1], separator, "")
     texts: list[list[str]] = []
-    for column in columns:
-        block = np.asarray(column)
-        write = str if block.dtype.kind != "f" else repr if width is None else number
-        texts.extend(list(map(write, values.tolist())) for values in (block.T if block.ndim == 2 else [block]))
+    for block in blocks:
+        for values in block.T if block.ndim == 2 else [block]:
+            numbers = values.tolist()
+            text = list(map(repr if block.dtype.kind == "f" else str, numbers))
+            if block.dtype.kind == "f" and width is not None:
+                text = [t if len(t) <= width else number(x, width) for t, x in zip(text, numbers)]
+            texts.append(text)
     return "".join(f"{separator.join(line)}\n" for line in zip(*texts))
 
 
 def wrapped(values: npt.ArrayLike, per_line: int, separator: str = ", ", end: str = "") -> str:
-    """Numbers in lines of at most ``per_line``; ``end`` closes every line but the last."""
-    texts = list(map(str, np.asarray(values).tolist()))
-    lines = [separator.join(texts[i : i + per_line]) for i in range(0, len(texts), per_line)]
-    return f"{end}\n".join(lines) + "\n" if lines else ""
+    """Whole numbers in lines of at most ``per_line``; ``end`` closes every line but the last."""
+    return _integers(np.asarray(values), per_line, separator, end)
+
+
+def _integers(values: IntArray, per_line: int, separator: str, end: str) -> str:
+    between, close = (np.frombuffer(text.encode("ascii"), dtype=np.uint8) for text in (separator, end + "\n"))
+    room = np.empty(len(values) * (FIELD + max(len(between), len(close))) + 1, dtype=np.uint8)
+    used = _print(np.ascontiguousarray(values, dtype=np.int64), per_line, between, close, room)
+    return room[:used].tobytes().decode("ascii") + ("\n" if len(values) else "")
+
+
+@compiled()
+def _print(
+    values: IntArray,
+    per_line: int,
+    between: npt.NDArray[np.uint8],
+    close: npt.NDArray[np.uint8],
+    out: npt.NDArray[np.uint8],
+) -> int:
+    """Write numbers as text, ``between`` or ``close`` after each but the last; the number of characters."""
+    at = 0
+    for i in range(len(values)):
+        if i > 0:
+            mark = close if i % per_line == 0 else between
+            for k in range(len(mark)):
+                out[at] = mark[k]
+                at += 1
+        # Digits are taken from the negative number: the least of all has no positive one.
+        rest = values[i] if values[i] < 0 else -values[i]
+        size, more = 1, rest
+        while more <= -10:
+            more = (more + 9) // 10
+            size += 1
+        if values[i] < 0:
+            out[at] = 45
+            at += 1
+        for k in range(at + size - 1, at - 1, -1):
+            tens = (rest + 9) // 10
+            out[k] = 48 + (10 * tens - rest)
+            rest = tens
+        at += size
+    return at

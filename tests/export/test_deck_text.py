@@ -30,6 +30,14 @@ def test_rows_put_columns_side_by_side() -> None:
     assert rows([1, 2], np.array([[0.5, 1.0], [2.0, -3.25]])) == "1, 0.5, 1.0\n2, 2.0, -3.25\n"
 
 
+@settings(deadline=None)
+@given(st.lists(st.integers(-(2**63), 2**63 - 1), max_size=40), st.integers(1, 7))
+def test_whole_numbers_are_written_as_python_does(values: list[int], per_line: int) -> None:
+    lines = [",".join(map(str, values[i : i + per_line])) for i in range(0, len(values), per_line)]
+    assert wrapped(np.array(values, dtype=np.int64), per_line, ",", ";") == ";\n".join(lines) + "\n" * bool(lines)
+    assert rows(np.array(values, dtype=np.int64), separator=",") == "".join(f"{v}\n" for v in values)
+
+
 def test_wrapped_lines() -> None:
     assert wrapped([1, 2, 3], 2) == "1, 2\n3\n"
     assert wrapped([], 2) == ""
