@@ -86,6 +86,7 @@ _HOMES = {
     "ventricular_axes": "femprep.anatomy",
     "VentricularAxes": "femprep.anatomy",
     "flip": "femprep.anatomy",
+    "orient": "femprep.anatomy",
     "add_aha": "femprep.anatomy",
     "bulls_eye": "femprep.anatomy",
     "bulls_eye_svg": "femprep.anatomy",

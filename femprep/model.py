@@ -80,6 +80,13 @@ def readonly(array: npt.ArrayLike, dtype: npt.DTypeLike, shape: tuple[int | None
     return result
 
 
+def split_quads(cells: IntArray) -> IntArray:
+    """Triangles ``(k, 3)`` of cells: quadrilaterals ``(m, 4)`` are split along their first diagonal."""
+    if cells.shape[1] == 3:
+        return cells
+    return np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
+
+
 def _table(values: Mapping[str, Any], length: int, what: str) -> Mapping[str, Any]:
     """Read-only copy of named arrays that all have ``length`` rows."""
     out = {}
@@ -184,9 +191,7 @@ class Surface:
     @property
     def triangles(self) -> IntArray:
         """The cells as triangles ``(k, 3)``: quadrilaterals are split along their first diagonal."""
-        if self.cells.shape[1] == 3:
-            return self.cells
-        return np.concatenate([self.cells[:, [0, 1, 2]], self.cells[:, [0, 2, 3]]])
+        return split_quads(self.cells)
 
     @property
     def volume(self) -> float:

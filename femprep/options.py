@@ -56,6 +56,11 @@ class SurfaceOptions(StageOptions):
         "surface, lightly smoothed, and its vertices moved along it until the triangles are even.",
     )
     vertices: int = Field(1500, ge=12, le=20000, description="Number of vertices V of the template sphere.")
+    cells: Literal["triangle", "quad"] = Field(
+        "triangle",
+        description="Cells of the surface: triangles, or quadrilaterals of a cubed sphere, which has 6 n^2 + 2 vertices "
+        "for a whole number n, the nearest number to the one asked for. A wall is made of triangles.",
+    )
     singularities: int | None = Field(
         None, ge=4, description="Number of singularities M; from the object where not given."
     )

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
-from femprep.anatomy import WallFields, add_aha, add_coordinates, add_fibres, flip, ventricular_axes
+from femprep.anatomy import WallFields, add_aha, add_coordinates, add_fibres, flip, orient, ventricular_axes
 from femprep.image import LabelObject, Segmentation, align_slices
 from femprep.model import Plane, Surface, VolumeMesh, Wall
 from femprep.options import Options, choose
@@ -110,7 +110,7 @@ def mesh_segmentation(
     options = choose(Options, options, changes)
     stages = Stages(progress)
     seg = flip(seg) if options.flip else seg
-    seg = _aligned(seg, options, stages)
+    seg = _prepared(seg, options, stages)
     with stages("objects"):
         objects = {
             "lv": seg.object("lv", name="lv", options=options.image),
@@ -140,12 +140,12 @@ def mesh_segmentation(
     return Run(seg, options, objects, surfaces, wall, mesh, quality, stages.seconds)
 
 
-def _aligned(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:
-    """The segmentation, its slices moved back against breath-hold shifts where that is asked for."""
-    if not options.image.correct_shifts:
-        return seg
-    with stages("slice shifts"):
-        return align_slices(seg)
+def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:
+    """The segmentation with its heart's axes; its slices moved back against breath-hold shifts where asked for."""
+    if options.image.correct_shifts:
+        with stages("slice shifts"):
+            seg = align_slices(seg)
+    return orient(seg, basal_end=options.wall.basal_end)
 
 
 def _tetrahedra(
@@ -193,7 +193,7 @@ def fit_surfaces(
     """
     options = options or Options()
     stages = Stages(progress)
-    seg = _aligned(seg, options, stages)
+    seg = _prepared(seg, options, stages)
     found, surfaces = {}, {}
     for name, parts in objects.items():
         with stages(f"surface {name}") as report:

@@ -9,6 +9,7 @@ from femprep.anatomy.coordinates import add_coordinates
 from femprep.anatomy.fibres import add_fibres, quadrature_fibres
 from femprep.anatomy.fields import WallFields
 from femprep.anatomy.mirror import flip
+from femprep.anatomy.orientation import orient
 from femprep.anatomy.thickness import wall_thickness
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "bulls_eye",
     "bulls_eye_svg",
     "flip",
+    "orient",
     "quadrature_fibres",
     "segment_means",
     "ventricular_axes",

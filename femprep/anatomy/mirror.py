@@ -54,7 +54,7 @@ def flip(heart: VolumeMesh | Segmentation, *, plane: Plane | None = None) -> Vol
         heart.grid if offsets is None else replace(heart.grid, offsets=offsets * np.where(np.arange(3) == axis, -1, 1))
     )
     flipped = not heart.info.get("flipped", False)
-    return replace(heart, labels=labels, grid=grid, info={**heart.info, "flipped": flipped})
+    return replace(heart, labels=labels, grid=grid, frame=None, info={**heart.info, "flipped": flipped})
 
 
 def _flip_mesh(mesh: VolumeMesh, plane: Plane | None) -> VolumeMesh:

@@ -39,6 +39,7 @@ def surface(
         Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)
     ] = None,
     vertices: Annotated[int | None, option(SurfaceOptions, "vertices", panel=SURFACES)] = None,
+    cells: Annotated[str | None, option(SurfaceOptions, "cells", panel=SURFACES)] = None,
     method: Annotated[str | None, option(SurfaceOptions, "method", panel=SURFACES)] = None,
     singularities: Annotated[
         int | None, option(SurfaceOptions, "singularities", panel=SURFACES, default="from the object")
@@ -63,6 +64,7 @@ def surface(
         image__spacing=spacing,
         image__correct_shifts=correct_shifts,
         surface__vertices=vertices,
+        surface__cells=cells,
         surface__method=method,
         surface__singularities=singularities,
         surface__control_points=control_points,

@@ -90,6 +90,37 @@ def triangle_quality(points: npt.ArrayLike, triangles: npt.ArrayLike) -> FloatAr
     return np.asarray(np.minimum(quality, 1.0))
 
 
+def quad_quality(points: npt.ArrayLike, quads: npt.ArrayLike) -> FloatArray:
+    """Shape of each quadrilateral, 1 for a square and 0 where a corner is flat or folded.
+
+    At corner i, with sides a and b and the part A of a x b along the quadrilateral's own normal, a square has
+    2 A / (|a|^2 + |b|^2) = 1; the harmonic mean over the four corners is the shape measure of [1]_. Rectangles and
+    rhombi both lose, unlike with the scaled Jacobian, so that it is what Q is to triangles.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        Vertices.
+    quads : (m, 4) array
+        Corner numbers in cyclic order.
+
+    Returns
+    -------
+    (m,) array
+        From 0 to 1.
+
+    References
+    ----------
+    .. [1] Knupp, Algebraic mesh quality metrics for unstructured initial meshes, Finite Elem. Anal. Des. 39, 2003.
+       doi:10.1016/S0168-874X(02)00070-7
+    """
+    jacobian, after, before = _corner_jacobians(points, quads)
+    sides = (after**2).sum(axis=2) + (before**2).sum(axis=2)
+    flat = (jacobian <= 0.0) | (sides <= 0.0)
+    inverse = np.divide(sides, 2.0 * jacobian, out=np.full_like(sides, np.inf), where=~flat)
+    return np.asarray(4.0 / inverse.sum(axis=1))
+
+
 def angles(points: npt.ArrayLike, cells: npt.ArrayLike) -> FloatArray:
     """Interior angle at each corner of each cell, ``(m, p)`` radians; 0 next to a side without length."""
     p = corners(points, cells)
@@ -106,6 +137,17 @@ def aspect_ratio(points: npt.ArrayLike, triangles: npt.ArrayLike) -> FloatArray:
     area = areas(points, triangles)
     ratio = np.full(len(area), np.inf)
     return np.asarray(np.divide(np.sqrt(3.0) / 4.0 * longest**2, area, out=ratio, where=area > 0))
+
+
+def _corner_jacobians(points: npt.ArrayLike, quads: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(side out x side in) along the quadrilateral's own normal at each corner, and both sides."""
+    p = corners(points, quads)
+    after = np.roll(p, -1, axis=1) - p
+    before = np.roll(p, 1, axis=1) - p
+    normal = np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
+    return np.asarray(np.einsum("mpk,mk->mp", np.cross(after, before), normal)), after, before
 
 
 def scaled_jacobian(points: npt.ArrayLike, quads: npt.ArrayLike) -> FloatArray:
@@ -131,12 +173,6 @@ def scaled_jacobian(points: npt.ArrayLike, quads: npt.ArrayLike) -> FloatArray:
     .. [1] Knupp, Achieving finite element mesh quality via optimization of the Jacobian matrix norm, Int. J. Numer.
        Meth. Eng. 48, 2000. doi:10.1002/(SICI)1097-0207(20000530)48:3<401::AID-NME880>3.0.CO;2-D
     """
-    p = corners(points, quads)
-    after = np.roll(p, -1, axis=1) - p
-    before = np.roll(p, 1, axis=1) - p
-    normal = np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1])
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
-    jacobian = np.einsum("mpk,mk->mp", np.cross(after, before), normal)
+    jacobian, after, before = _corner_jacobians(points, quads)
     sides = np.linalg.norm(after, axis=2) * np.linalg.norm(before, axis=2)
     return np.asarray(np.divide(jacobian, sides, out=np.zeros_like(jacobian), where=sides > 0).min(axis=1))

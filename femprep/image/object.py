@@ -14,7 +14,7 @@ import numpy.typing as npt
 from femprep.errors import InputError
 from femprep.image.grid import Grid
 from femprep.image.topology import BoolArray, euler_characteristic, label_pieces, label_voids, used_box
-from femprep.model import FloatArray
+from femprep.model import FloatArray, readonly
 from femprep.options import ImageOptions, choose
 
 log = logging.getLogger(__name__)
@@ -36,12 +36,15 @@ class LabelObject:
     name : str
     report : mapping
         What was found and repaired, in voxels: see :func:`make_object`. JSON-ready.
+    frame : (3, 3) array, optional
+        Axes of the heart it belongs to, see :class:`~femprep.image.segmentation.Segmentation`.
     """
 
     mask: BoolArray
     grid: Grid
     name: str = "object"
     report: Mapping[str, Any] = field(default_factory=dict)
+    frame: FloatArray | None = None
 
     def __post_init__(self) -> None:
         mask = np.asarray(self.mask)
@@ -57,6 +60,7 @@ class LabelObject:
             mask.setflags(write=False)
         object.__setattr__(self, "mask", mask)
         object.__setattr__(self, "report", MappingProxyType(dict(self.report)))
+        object.__setattr__(self, "frame", rotation(self.frame))
 
     @property
     def voxels(self) -> int:
@@ -87,6 +91,16 @@ class LabelObject:
     def stack_axis(self) -> int:
         """Axis across the thick slices."""
         return self.grid.stack_axis
+
+
+def rotation(frame: FloatArray | None) -> FloatArray | None:
+    """Axes of a heart as a read-only rotation, checked; None stays None."""
+    if frame is None:
+        return None
+    turn: FloatArray = readonly(frame, np.float64, (3, 3), "frame")
+    if not np.allclose(turn.T @ turn, np.eye(3), atol=1e-6) or np.linalg.det(turn) < 0.0:
+        raise InputError(f"frame is {turn.tolist()}, expected a rotation: three orthogonal unit columns, right-handed")
+    return turn
 
 
 def bounding_box(mask: BoolArray, name: str = "object") -> tuple[tuple[int, int, int], tuple[int, int, int]]:

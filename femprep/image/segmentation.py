@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -13,8 +13,9 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.image.grid import Grid
-from femprep.image.object import LabelObject, make_object
+from femprep.image.object import LabelObject, make_object, rotation
 from femprep.image.slices import SliceTable, slice_table
+from femprep.model import FloatArray
 from femprep.options import ImageOptions, choose
 
 BoolArray = npt.NDArray[np.bool_]
@@ -34,12 +35,16 @@ class Segmentation:
         Label numbers of each structure.
     info : mapping
         Where it comes from and what was guessed or repaired on the way. JSON-ready.
+    frame : (3, 3) array, optional
+        Axes of the heart as columns, a rotation: z along the long axis to the base, x across it to the right ventricle.
+        Templates fitted to its objects are turned by it; see :func:`femprep.orient`.
     """
 
     labels: npt.NDArray[np.integer[Any]]
     grid: Grid
     structures: Mapping[str, tuple[int, ...]]
     info: Mapping[str, Any] = field(default_factory=dict)
+    frame: FloatArray | None = None
 
     def __post_init__(self) -> None:
         labels = np.asarray(self.labels)
@@ -63,6 +68,7 @@ class Segmentation:
         object.__setattr__(self, "labels", labels)
         object.__setattr__(self, "structures", MappingProxyType(structures))
         object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
+        object.__setattr__(self, "frame", rotation(self.frame))
 
     @property
     def stack_axis(self) -> int:
@@ -130,7 +136,8 @@ class Segmentation:
             raise InputError("no structure given; name at least one, as in object('lv')")
         chosen = choose(ImageOptions, options, changes)
         mask = self.mask(*structures)
-        return make_object(mask, self.grid, name or "+".join(structures), options=chosen, labels=self.labels)
+        found = make_object(mask, self.grid, name or "+".join(structures), options=chosen, labels=self.labels)
+        return replace(found, frame=self.frame)
 
     def slices(self, *structures: str) -> SliceTable:
         """Area and centroid of one or several structures together in each slice across the stack."""

@@ -16,10 +16,10 @@ from femprep.harmonic.spline import Basis
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
-from femprep.model import FloatArray, Surface
+from femprep.model import FloatArray, Surface, split_quads
 from femprep.options import SurfaceOptions, choose
 from femprep.surface.mend import Target, sound_map
-from femprep.template import charge_template, sphere_points
+from femprep.template import charge_template, cubed_template, sphere_points
 
 _log = logging.getLogger(__name__)
 
@@ -52,6 +52,10 @@ def fit_surface(
     A pre-meshed sphere about the object's barycentre is carried along the gradient of a harmonic field to the
     surface that fits the object's boundary points in the least squares sense. Its vertices stay where
     the paper has them (``method="paper"``), or are moved along that surface until the triangles are even (``"even"``).
+
+    The template is turned with the heart where the object knows its ``frame``
+    (:func:`femprep.orient`), so that vertex i lies at the same place in other phases and in other hearts; else with the
+    image's axes. The smooth surface itself does not depend on it.
 
     No surface is returned whose triangles cross or are folded: the stopping function is smoothed until none do.
 
@@ -117,8 +121,8 @@ def fit_surface(
             f"{memory:.1f} GB, the limit is {chosen.memory_limit:g} GB; lower control_points, or raise memory_limit"
         )
 
-    template = charge_template(chosen.vertices)
-    directions = template.directions @ frame.T
+    template = (cubed_template if chosen.cells == "quad" else charge_template)(chosen.vertices)
+    directions = template.directions @ (frame if obj.frame is None else obj.frame).T
     tell("surface", 0.1)
     even = isotropic(obj, voxel)
     sources, placement = place_sources(
@@ -131,7 +135,8 @@ def fit_surface(
     tell("surface", 0.7)
     tell("surface", 0.8)
     basis = Basis(sphere_points(control_points) @ frame.T, chosen.spline_order)
-    target = Target(field, basis, feet, level, directions, template.cells, frame, chosen.steps, obj.name)
+    triangles = split_quads(template.cells)
+    target = Target(field, basis, feet, level, directions, triangles, frame, chosen.steps, obj.name)
     mapped = sound_map(target, even=chosen.method == "even")
     shape, points, directions = mapped.shape, mapped.points, mapped.directions
     raw = shape.stopping(directions)
@@ -143,7 +148,8 @@ def fit_surface(
         "method": chosen.method,
         "singularities": singularities,
         "control_points": control_points,
-        "vertices": chosen.vertices,
+        "vertices": len(directions),
+        "cells": chosen.cells,
         "boundary_points": len(boundary),
         "boundary": dict(boundary.info),
         "centre": centre.tolist(),

@@ -14,10 +14,18 @@ from femprep.geometry.topology import (
     pieces,
     volume,
 )
-from femprep.geometry.triangles import angles, areas, aspect_ratio, edge_lengths, scaled_jacobian, triangle_quality
+from femprep.geometry.triangles import (
+    angles,
+    areas,
+    aspect_ratio,
+    edge_lengths,
+    quad_quality,
+    scaled_jacobian,
+    triangle_quality,
+)
 from femprep.model import FloatArray, Surface
 
-__all__ = ["Distribution", "SurfaceQuality", "scaled_jacobian", "surface_quality", "triangle_quality"]
+__all__ = ["Distribution", "SurfaceQuality", "quad_quality", "scaled_jacobian", "surface_quality", "triangle_quality"]
 
 
 class Distribution(BaseModel):
@@ -58,6 +66,9 @@ class SurfaceQuality(BaseModel):
         "of quadrilaterals, of the triangles they are split into."
     )
     scaled_jacobian: Distribution | None = Field(None, description="Of quadrilaterals: 1 for a rectangle.")
+    quad_q: Distribution | None = Field(
+        None, description="Shape of quadrilaterals, 1 for a square (Knupp 2003, doi 10.1016/S0168-874X(02)00070-7)."
+    )
     smallest_angle: float = Field(description="Smallest angle in any cell, degrees.")
     largest_angle: float = Field(description="Largest angle in any cell, degrees.")
     largest_aspect_ratio: float | None = Field(
@@ -113,6 +124,7 @@ def surface_quality(surface: Surface) -> SurfaceQuality:
         cells=len(cells),
         cell_type="quad" if quad else "triangle",
         q=Distribution.of(triangle_quality(points, triangles)),
+        quad_q=Distribution.of(quad_quality(points, cells)) if quad else None,
         scaled_jacobian=Distribution.of(scaled_jacobian(points, cells)) if quad else None,
         smallest_angle=float(corner.min()),
         largest_angle=float(corner.max()),

@@ -12,6 +12,15 @@ from femprep.template.sphere import Template
 MOST = 60
 
 
+def cubed_template(vertices: int) -> Template:
+    """Cubed sphere whose number of vertices, 6 n^2 + 2, is nearest to the one asked for; at least 8."""
+    cells = max(1, round(float(np.sqrt(max(vertices - 2, 0) / 6.0))))
+    # The root's nearest number is not always the nearest number of vertices.
+    return cubed_sphere(
+        min((cells - 1, cells, cells + 1), key=lambda n: (abs(6 * n * n + 2 - vertices) if n > 0 else 1e9, n))
+    )
+
+
 def cubed_sphere(cells: int) -> Template:
     """Quadrilateral mesh of the unit sphere: each face of a cube in ``cells`` x ``cells``, carried to the sphere.
 

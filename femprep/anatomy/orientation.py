@@ -1,0 +1,46 @@
+"""A Segmentation in, the same with its heart's own axes out, by which templates are turned."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+
+import numpy as np
+
+from femprep.anatomy.landmarks import axes_from_labels
+from femprep.errors import InputError
+from femprep.image import Segmentation
+
+_log = logging.getLogger(__name__)
+
+
+def orient(seg: Segmentation, *, basal_end: str = "auto") -> Segmentation:
+    """Give a segmentation its heart's own axes, so that vertex i of a surface lies at the same place in every heart.
+
+    The template's z axis then points along the long axis to the base, its x axis across it to the right ventricle (to
+    where that usually lies, where the labels have none): end-diastole and end-systole, and other patients, share the
+    place of each vertex as far as their shapes do. The hearts' hand is not told: the template of a mirrored heart is
+    turned, not mirrored.
+
+    Parameters
+    ----------
+    seg : Segmentation
+        With ``lv``, ``myo`` and, where it has one, ``rv``.
+    basal_end : {"auto", "first", "last"}
+        Which end of a stack of slices is basal.
+
+    Returns
+    -------
+    Segmentation
+        With ``frame``, which its objects take over; as it was where the axes cannot be told (another structure, one
+        slice only). ``info["orientation"]`` says which.
+    """
+    try:
+        axes = axes_from_labels(seg, basal_end=basal_end)
+    except InputError as error:
+        _log.info("templates follow the image's axes: %s", error)
+        return replace(seg, frame=None, info={**seg.info, "orientation": {"source": "image", "reason": str(error)}})
+    up, side = axes.long_axis, axes.septal
+    frame = np.column_stack([side, np.cross(up, side), up])
+    record = {"source": "labels", "assumed": list(axes.info.get("assumed", ())), "frame": frame.tolist()}
+    return replace(seg, frame=frame, info={**seg.info, "orientation": record})
