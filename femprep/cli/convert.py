@@ -14,7 +14,7 @@ DECK = "Deck"
 
 
 def convert(
-    mesh: Annotated[Path, typer.Argument(help="Mesh file to read.")],
+    mesh: Annotated[Path, typer.Argument(help="Mesh to read: every format femprep writes, and what meshio reads.")],
     out: Annotated[Path, typer.Argument(help="File to write.")],
     format: Annotated[
         str | None, typer.Option("--format", help="Format of the new file, where its ending does not tell.")

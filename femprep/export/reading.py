@@ -24,8 +24,9 @@ def read_mesh(path: str | Path) -> VolumeMesh:
     Parameters
     ----------
     path : path
-        ``.vtu``, ``.vtk``, ``.inp`` (Abaqus, CalculiX), ``.xdmf``, ``.msh`` (Gmsh), and everything else that
-        meshio reads (``.med``, ``.mesh``, ``.exo``...).
+        ``.vtu``, ``.vtk``, ``.inp`` (Abaqus, CalculiX), ``.feb`` (FEBio), ``.k`` (LS-DYNA), ``.pts`` or ``.elem``
+        (openCARP), ``.xdmf``, ``.msh`` (Gmsh), ``.med``, ``.mesh`` (Medit, its ``.sol`` files beside it), a
+        ``mesh-complete`` folder (svMultiPhysics), and everything else that meshio reads (``.exo``...).
 
     Returns
     -------
@@ -43,7 +44,7 @@ def read_mesh(path: str | Path) -> VolumeMesh:
     path = Path(path)
     if not path.exists():
         raise FileError(f"mesh file {str(path)!r} does not exist")
-    read = _READERS.get(path.suffix.lower(), _meshio)
+    read = _folder if path.is_dir() else _READERS.get(path.suffix.lower(), _meshio)
     try:
         mesh = read(path)
         _require_finite(mesh)
@@ -105,6 +106,37 @@ def _med(path: Path) -> VolumeMesh:
     return read(path, meshio_mesh(path))
 
 
+def _febio(path: Path) -> VolumeMesh:
+    from femprep.export.febio_reader import read
+
+    return read(path)
+
+
+def _lsdyna(path: Path) -> VolumeMesh:
+    from femprep.export.lsdyna_reader import read
+
+    return read(path)
+
+
+def _opencarp(path: Path) -> VolumeMesh:
+    from femprep.export.opencarp_reader import read
+
+    return read(path)
+
+
+def _folder(path: Path) -> VolumeMesh:
+    from femprep.export.svmultiphysics_reader import read
+
+    return read(path)
+
+
+def _medit(path: Path) -> VolumeMesh:
+    from femprep.export.medit import solutions
+
+    mesh = _with_unit(path)
+    return mesh.with_data(cell=solutions(path, mesh))
+
+
 def _meshio(path: Path) -> VolumeMesh:
     return from_meshio(meshio_mesh(path))
 
@@ -148,8 +180,13 @@ _READERS: Final[dict[str, Callable[[Path], VolumeMesh]]] = {
     ".vtu": _vtk,
     ".vtk": _legacy_vtk,
     ".inp": _abaqus,
+    ".feb": _febio,
+    ".k": _lsdyna,
+    ".key": _lsdyna,
+    ".pts": _opencarp,
+    ".elem": _opencarp,
     ".xdmf": _xdmf,
     ".med": _med,
     ".msh": _with_unit,
-    ".mesh": _with_unit,
+    ".mesh": _medit,
 }

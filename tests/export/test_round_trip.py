@@ -11,10 +11,11 @@ from meshes import mixed, truncated_ellipsoid, with_fibres
 from same_mesh import assert_same, copies
 
 from femprep.elements import ELEMENTS
-from femprep.export import read_mesh, write_mesh
+from femprep.export import FORMATS, read_mesh, write_mesh
 from femprep.model import VolumeMesh
 
 KINDS = [*ELEMENTS, "mixed"]
+LINEAR = ("tetra", "wedge", "hexahedron", "mixed")
 
 
 def mesh_of(kind: str) -> VolumeMesh:
@@ -44,7 +45,12 @@ CASES = [
     Case("dolfinx", "mesh.xdmf", kinds=("tetra", "tetra10", "hexahedron")),
     Case("fenics", "mesh.xdmf", kinds=("tetra",)),
     Case("med", "lv.med"),
-    Case("medit", "lv.mesh", kinds=("tetra", "wedge", "hexahedron", "mixed"), data=()),
+    Case("medit", "lv.mesh", kinds=LINEAR),
+    Case("febio", "lv.feb", by_region=True),
+    Case("opencarp", "lv.pts", kinds=LINEAR, tolerance=1e-13),  # micrometres: a number is multiplied and divided
+    Case("svmultiphysics", "lv"),
+    # Sixteen characters a coordinate, a number of a direction.
+    Case("ls-dyna", "lv.k", kinds=(*LINEAR, "tetra10"), tolerance=1e-10, data_tolerance=1e-13),
 ]
 
 
@@ -54,7 +60,7 @@ def test_everything_comes_back(case: Case, kind: str, tmp_path: Path) -> None:
     before = copies(mesh)
     written = write_mesh(mesh, tmp_path / case.filename, format=case.format)
     assert sorted(written) == sorted(tmp_path.iterdir())
-    assert (tmp_path / case.filename).is_file()
+    assert (tmp_path / case.filename).exists()
     back = read_mesh(tmp_path / case.filename)
     assert_same(
         back,
@@ -79,14 +85,22 @@ def test_writing_again_gives_the_same_bytes(case: Case, tmp_path: Path) -> None:
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
 
 
+def test_no_format_is_left_out() -> None:
+    assert {case.format for case in CASES} == set(FORMATS)
+
+
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.format)
 @pytest.mark.parametrize("unit", ["cm", "m"])
 def test_units_are_named_where_the_file_can_and_read_back(case: Case, unit: str, tmp_path: Path) -> None:
     mesh = mesh_of("tetra")
     write_mesh(mesh, tmp_path / case.filename, format=case.format, length_unit=unit)
     back = read_mesh(tmp_path / case.filename)
-    # Metres need an exponent in a field of 20 characters: 13 digits are left.
-    np.testing.assert_allclose(back.points, mesh.points, rtol=1e-13, atol=1e-14)
+    if case.format == "svmultiphysics":  # its files name no unit
+        np.testing.assert_allclose(back.points, mesh.points * {"cm": 0.1, "m": 1e-3}[unit], rtol=1e-15)
+        return
+    # Metres need an exponent in a field of 20 characters: 13 digits are left; of 16 characters, 9.
+    digits = 1e-9 if case.format == "ls-dyna" else 1e-13
+    np.testing.assert_allclose(back.points, mesh.points, rtol=digits, atol=10 * digits)
 
 
 def test_vtu_keeps_every_array_and_record(tmp_path: Path) -> None:
