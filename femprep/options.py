@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, field_validator, model_validator
 
 from femprep.errors import OptionError
 
@@ -96,6 +96,9 @@ class WallOptions(StageOptions):
     minimum_thickness: float = Field(1.0, ge=0, description="Least wall thickness, mm.")
     maximum_push: float = Field(
         8.0, ge=0, description="Farthest the epicardium may be pushed outwards to reach the least thickness, mm."
+    )
+    rv_wall_thickness: float = Field(
+        3.0, gt=0, description="Thickness of the right ventricle's free wall where the labels have none, mm."
     )
 
 
@@ -268,7 +271,9 @@ class FibreOptions(StageOptions):
 class Options(StageOptions):
     """All options of one run."""
 
-    anatomy: Literal["lv"] = Field("lv", description="Which part of the heart is meshed.")
+    anatomy: Literal["lv", "biv"] = Field(
+        "lv", description="Which part of the heart is meshed: the left ventricle, or both ventricles (biv)."
+    )
     preset: str | None = Field(None, description="Structures of a known data set: acdc.")
     structures: dict[str, tuple[int, ...]] = Field(
         default_factory=dict, description="Label numbers by structure name (lv, myo, rv, ...)."
@@ -299,6 +304,14 @@ class Options(StageOptions):
         if not isinstance(value, Mapping):
             return value
         return {name: (labels,) if isinstance(labels, int) else labels for name, labels in value.items()}
+
+    @model_validator(mode="after")
+    def _one_cavity_is_swept(self) -> Options:
+        if self.volume.mesher == "sweep" and self.anatomy != "lv":
+            raise ValueError(
+                f"mesher 'sweep' fills the wall between two surfaces: anatomy lv, not {self.anatomy}; use tetwild"
+            )
+        return self
 
     @property
     def limits(self) -> CheckOptions:

@@ -192,9 +192,16 @@ def _beside(name: str, mesh_mm3: float, voxels_mm3: float) -> VolumeRecord:
 
 def _volumes(run: Run) -> list[VolumeRecord]:
     planes = list(run.wall.planes.values())
-    cavity, body = (voxel_volume(run.objects[name], planes) for name in ("lv", "epi"))
-    tissue = run.quality.volume
-    return [_beside("cavity", cavity_volume(run.mesh), cavity), _beside("wall", tissue, body - cavity)]
+    voxels = {name: voxel_volume(obj, planes) for name, obj in run.objects.items()}
+    if run.options.anatomy == "lv":
+        tissue = run.quality.volume
+        cavity = _beside("cavity", cavity_volume(run.mesh), voxels["lv"])
+        return [cavity, _beside("wall", tissue, voxels["epi"] - voxels["lv"])]
+    regions = {name: record.volume for name, record in run.quality.regions.items()}
+    found = [_beside(f"{name} cavity", cavity_volume(run.mesh, f"endo_{name}"), voxels[name]) for name in ("lv", "rv")]
+    found.append(_beside("lv wall and septum", regions["lv"] + regions["septum"], voxels["lv_epi"] - voxels["lv"]))
+    right = voxels["heart"] - voxels["lv_epi"] - voxels["rv"] if "heart" in voxels else 0.0
+    return [*found, _beside("rv wall", regions["rv"], right)]
 
 
 def _slices(run: Run) -> list[str]:

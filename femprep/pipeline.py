@@ -7,15 +7,17 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
+from femprep.anatomies import ANATOMIES, Parts
 from femprep.anatomy import WallFields, add_aha, add_coordinates, add_fibres, flip, orient, ventricular_axes
 from femprep.image import LabelObject, Segmentation, align_slices
-from femprep.model import Plane, Surface, VolumeMesh, Wall
+from femprep.model import Surface, VolumeMesh, Wall
 from femprep.options import Options, choose
 from femprep.surface import fit_surface
 from femprep.surface.matching import match_surfaces
 from femprep.volume import QualityReport, check, tetrahedralize
 from femprep.volume.sweep import boundary_wall, sweep
-from femprep.wall import build_wall, extend_apex, find_apex, find_base
+from femprep.volume.ventricles import label_ventricles
+from femprep.wall import build_wall
 
 Progress = Callable[[str, float], None]
 
@@ -83,12 +85,13 @@ class Stages:
 def mesh_segmentation(
     seg: Segmentation, options: Options | None = None, progress: Progress | None = None, **changes: object
 ) -> Run:
-    """Mesh the left-ventricular wall of a segmented image, the whole way.
+    """Mesh the wall of a segmented heart, the whole way.
 
     Parameters
     ----------
     seg : Segmentation
-        Label map with the structures ``lv`` (cavity) and ``myo`` (myocardium).
+        Label map with the structures ``lv`` (cavity) and ``myo`` (myocardium); for both ventricles also ``rv`` and,
+        where it has one, ``rv_wall``.
     options : Options, optional
         All options; the defaults where not given.
     progress : callable, optional
@@ -111,22 +114,9 @@ def mesh_segmentation(
     stages = Stages(progress)
     seg = flip(seg) if options.flip else seg
     seg = _prepared(seg, options, stages)
-    with stages("objects"):
-        objects = {
-            "lv": seg.object("lv", name="lv", options=options.image),
-            "epi": seg.object("lv", "myo", name="epi", options=options.image),
-        }
-    with stages("planes"):
-        base = find_base(seg, options=options.wall)
-        clipped = options.wall.apex == "clipped"
-        apex = find_apex(seg, options=options.wall) if clipped else None
-        boundary = None if clipped else extend_apex(seg, objects["epi"], options=options.wall)
-    with stages("surface lv") as report:
-        endo = fit_surface(objects["lv"], options=options.surface, progress=report)
-    with stages("surface epi") as report:
-        epi = fit_surface(objects["epi"], boundary=boundary, options=options.surface, progress=report)
+    parts = ANATOMIES[options.anatomy](seg, options, stages)
     fill = _swept if options.volume.mesher == "sweep" else _tetrahedra
-    wall, mesh = fill(endo, epi, base, apex, options, stages)
+    wall, mesh = fill(parts, options, stages)
     if options.fibres is not None:
         with stages("anatomy"):
             axes = ventricular_axes(seg, basal_end=options.wall.basal_end)
@@ -136,8 +126,7 @@ def mesh_segmentation(
             mesh = add_fibres(mesh, options.fibres, axes=axes, fields=fields)
     with stages("quality"):
         quality = check(mesh, options=options.limits)
-    surfaces = {"lv": replace(endo, name="lv"), "epi": replace(epi, name="epi")}
-    return Run(seg, options, objects, surfaces, wall, mesh, quality, stages.seconds)
+    return Run(seg, options, parts.objects, parts.surfaces, wall, mesh, quality, stages.seconds)
 
 
 def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:
@@ -148,23 +137,32 @@ def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentati
     return orient(seg, basal_end=options.wall.basal_end)
 
 
-def _tetrahedra(
-    endo: Surface, epi: Surface, base: Plane, apex: Plane | None, options: Options, stages: Stages
-) -> tuple[Wall, VolumeMesh]:
+def _tetrahedra(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
     """Join the surfaces to a wall and fill it by fTetWild."""
     with stages("wall") as report:
-        wall = build_wall(epi=epi, endo={"lv": endo}, base=base, apex=apex, options=options.wall, progress=report)
+        wall = build_wall(
+            epi=parts.epi, endo=parts.endo, base=parts.base, apex=parts.apex, options=options.wall, progress=report
+        )
+        wall = replace(wall, info={**wall.info, "repaired": [*parts.repaired, *wall.info["repaired"]]})
     with stages("volume") as report:
         mesh = tetrahedralize(wall, options=options.volume, progress=report)
+    if options.anatomy == "biv":
+        with stages("regions"):
+            mesh = label_ventricles(mesh, parts.body)
     return wall, mesh
 
 
-def _swept(
-    endo: Surface, epi: Surface, base: Plane, apex: Plane | None, options: Options, stages: Stages
-) -> tuple[Wall, VolumeMesh]:
+def _swept(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
     """Match the surfaces and fill the wall between them by layers; its boundary is the wall."""
     with stages("match") as report:
-        matched = match_surfaces(endo=endo, epi=epi, base=base, apex=apex, options=options.layers, progress=report)
+        matched = match_surfaces(
+            endo=parts.endo["lv"],
+            epi=parts.epi,
+            base=parts.base,
+            apex=parts.apex,
+            options=options.layers,
+            progress=report,
+        )
     with stages("volume") as report:
         mesh = sweep(matched, options=options.layers, progress=report)
     return boundary_wall(mesh), mesh

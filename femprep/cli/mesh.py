@@ -28,10 +28,14 @@ VOLUME, FIBRES, OUTPUT = "Volume mesh", "Fibres", "Output"
 def mesh(
     segmentation: Annotated[Path, typer.Argument(metavar="SEG", help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder to make.", rich_help_panel=OUTPUT)],
+    anatomy: Annotated[str | None, option(Options, "anatomy", panel=INPUT)] = None,
     preset: Annotated[str | None, option(Options, "preset", panel=INPUT)] = None,
     structure: Annotated[
         list[str] | None,
-        typer.Option(help="NAME=LABEL[,LABEL...], repeatable: lv is the cavity, myo the wall.", rich_help_panel=INPUT),
+        typer.Option(
+            help="NAME=LABEL[,LABEL...], repeatable: lv is the cavity, myo the wall; rv, rv_wall.",
+            rich_help_panel=INPUT,
+        ),
     ] = None,
     policy: Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)] = None,
     spacing: Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT)] = None,
@@ -53,6 +57,7 @@ def mesh(
     basal_end: Annotated[str | None, option(WallOptions, "basal_end", panel=WALL)] = None,
     base_offset: Annotated[float | None, option(WallOptions, "base_offset", panel=WALL)] = None,
     minimum_thickness: Annotated[float | None, option(WallOptions, "minimum_thickness", panel=WALL)] = None,
+    rv_wall_thickness: Annotated[float | None, option(WallOptions, "rv_wall_thickness", panel=WALL)] = None,
     mesher: Annotated[str | None, option(VolumeOptions, "mesher", panel=VOLUME)] = None,
     edge_length: Annotated[float | None, option(VolumeOptions, "edge_length", panel=VOLUME)] = None,
     element: Annotated[str | None, option(SweepOptions, "element", panel=VOLUME)] = None,
@@ -85,6 +90,7 @@ def mesh(
     """
     options = read_options(
         config,
+        anatomy=anatomy,
         preset=preset,
         structures=parse_structures(structure),
         formats=tuple(format) if format else None,
@@ -100,6 +106,7 @@ def mesh(
         wall__basal_end=basal_end,
         wall__base_offset=base_offset,
         wall__minimum_thickness=minimum_thickness,
+        wall__rv_wall_thickness=rv_wall_thickness,
         volume__mesher=mesher,
         volume__edge_length=edge_length,
         sweep__element=element,

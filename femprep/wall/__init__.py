@@ -1,11 +1,15 @@
 """Landmarks and planes, clipping, rim, booleans with provenance: a closed, tagged Wall.
 
-``find_base`` and ``find_apex`` put planes into a segmentation; ``extend_apex`` continues an epicardium beyond the last
-slice; ``build_wall`` clips the fitted surfaces, joins them and tags every facet.
+``find_base``, ``find_common_base`` and ``find_apex`` put planes into a segmentation; ``extend_apex`` continues an
+epicardium beyond the last slice; ``keep_apart`` and ``Envelope`` make surfaces of several chambers fit each other;
+``build_wall`` clips the fitted surfaces, joins them and tags every facet.
 """
 
+from femprep.wall.apart import keep_apart
 from femprep.wall.apex import extend_apex
 from femprep.wall.build import build_wall
+from femprep.wall.common_base import find_common_base
+from femprep.wall.envelope import Envelope, Part
 from femprep.wall.landmarks import find_apex, find_base
 
-__all__ = ["build_wall", "extend_apex", "find_apex", "find_base"]
+__all__ = ["Envelope", "Part", "build_wall", "extend_apex", "find_apex", "find_base", "find_common_base", "keep_apart"]

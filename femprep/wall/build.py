@@ -83,7 +83,7 @@ def build_wall(
     planes = {"base": base} if apex is None else {"base": base, "apex": apex}
     # From here on surfaces go by their part in the wall, whatever objects they were fitted to.
     outer = clip(replace(epi, name="epi"), planes)
-    inner = {name: clip(replace(surface, name=name), planes) for name, surface in endo.items()}
+    inner = {name: clip(replace(endo[name], name=name), own) for name, own in _planes_of(endo, planes).items()}
     repaired = []
     for sheet, surface in zip((outer, *inner.values()), (epi, *endo.values())):
         repaired += _even(sheet, surface, chosen)
@@ -128,12 +128,20 @@ def _endo_tags(endo: Mapping[str, Surface]) -> dict[str, str]:
     return tags
 
 
+def _planes_of(endo: Mapping[str, Surface], planes: Mapping[str, Plane]) -> dict[str, dict[str, Plane]]:
+    """The planes that cut each endocardium: of several, one that ends above the apex plane is closed there."""
+    if len(endo) == 1 or "apex" not in planes:
+        return {name: dict(planes) for name in endo}
+    beyond = {name: planes["apex"].signed_distance(surface.points).max() > 0 for name, surface in endo.items()}
+    return {name: dict(planes) if beyond[name] else {"base": planes["base"]} for name in endo}
+
+
 def _check_together(epi: Surface, endo: Mapping[str, Surface]) -> None:
     """Each surface on its own, and that they are of one template."""
     for surface in (epi, *endo.values()):
         check_surface(surface)
     for name, surface in endo.items():
-        if len(surface.points) != len(epi.points):
+        if len(endo) == 1 and len(surface.points) != len(epi.points):
             raise InputError(
                 f"the endocardium {name!r} has {len(surface.points)} vertices and the epicardium {len(epi.points)}; "
                 "fit both with the same number of vertices"
@@ -184,10 +192,9 @@ def _with_caps(sheets: list[Sheet], triangles: IntArray, tag: TagArray, planes: 
     cells, tags = [triangles], [tag]
     for number, (name, plane) in enumerate(planes.items()):
         frame = plane_frame(plane)
-        rims = [np.concatenate(rim_loops(sheet, number)) for sheet in sheets]
-        flat = [(sheet.points[rim] - plane.point) @ frame[:2].T for sheet, rim in zip(sheets, rims)]
-        at, cap = fill_rings(flat)
-        vertex = np.concatenate([rim + start for rim, start in zip(rims, starts)])
+        rims = [(k, loop) for k, sheet in enumerate(sheets) for loop in rim_loops(sheet, number)]
+        at, cap = fill_rings([(sheets[k].points[rim] - plane.point) @ frame[:2].T for k, rim in rims])
+        vertex = np.concatenate([rim + starts[k] for k, rim in rims])
         added = at[len(vertex) :] @ frame[:2] + plane.point
         added -= plane.signed_distance(added)[:, None] * plane.normal
         vertex = np.concatenate([vertex, count + np.arange(len(added))])

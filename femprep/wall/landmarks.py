@@ -162,7 +162,7 @@ def _trend(
     return score, evidence
 
 
-def _plane(seg: Segmentation, stack: Stack, slice_: int, towards: int, inward: float, source: str) -> Plane:
+def slice_plane(seg: Segmentation, stack: Stack, slice_: int, towards: int, inward: float, source: str) -> Plane:
     """Plane through the centre of a slice, its normal along the stack in the given sense."""
     index = (np.asarray(seg.labels.shape, dtype=float) - 1.0) / 2.0
     index[stack.axis] = slice_
@@ -199,6 +199,14 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     """
     chosen = choose(WallOptions, options, changes)
     stack = read_stack(seg, basal_end=chosen.basal_end, what="the base")
+    slice_, note = base_slice(stack)
+    source = f"labels: centre of slice {slice_}, {stack.evidence['basal_end']} end basal{note}"
+    logger.info("base plane: %s; %s", source, stack.evidence)
+    return slice_plane(seg, stack, slice_, stack.basal, chosen.base_offset, source)
+
+
+def base_slice(stack: Stack) -> tuple[int, str]:
+    """The slice the base of the left ventricle is put in, and what there is to say about it."""
     first, last = _rings(stack, "the base")
     slice_ = last if stack.basal > 0 else first
     passed = []
@@ -208,11 +216,9 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
             break
         passed.append(slice_)
         slice_ = inner
-    source = f"labels: centre of slice {slice_}, {stack.evidence['basal_end']} end basal"
-    if passed:
-        source += f"; passed over slice {', '.join(map(str, passed))}, which leaves cavity of the next slice bare"
-    logger.info("base plane: %s; %s", source, stack.evidence)
-    return _plane(seg, stack, slice_, stack.basal, chosen.base_offset, source)
+    if not passed:
+        return slice_, ""
+    return slice_, f"; passed over slice {', '.join(map(str, passed))}, which leaves cavity of the next slice bare"
 
 
 def find_apex(seg: Segmentation, *, options: WallOptions | None = None, **changes: Any) -> Plane:
@@ -247,7 +253,7 @@ def find_apex(seg: Segmentation, *, options: WallOptions | None = None, **change
         )
     slice_ = ring[0] if stack.basal > 0 else ring[1]
     source = f"labels: centre of slice {slice_}, {stack.evidence['basal_end']} end basal"
-    return _plane(seg, stack, slice_, -stack.basal, 0.0, source)
+    return slice_plane(seg, stack, slice_, -stack.basal, 0.0, source)
 
 
 def _rings(stack: Stack, what: str) -> tuple[int, int]:

@@ -140,7 +140,7 @@ def push_apart(epi: Sheet, endo: Sheet, limit: float, most: float) -> dict[str, 
         lacking, along = _lacking(epi, endo, finder, _MARGIN * limit)
         if lacking.max(initial=0.0) <= (_MARGIN - 1.0) * limit:
             break
-        epi.points += _within_planes(epi, _spread(lacking, edges)[:, None] * along)
+        epi.points += _within_planes(epi, spread(lacking, edges)[:, None] * along)
     moved = np.linalg.norm(epi.points - start, axis=1)
     reached = measure(epi, endo).least
     if reached < limit - 1e-9 or moved.max() > most:
@@ -179,7 +179,7 @@ def _lacking(epi: Sheet, endo: Sheet, finder: ClosestFinder, limit: float) -> tu
     return lacking, along
 
 
-def _spread(push: FloatArray, edges: IntArray) -> FloatArray:
+def spread(push: FloatArray, edges: IntArray) -> FloatArray:
     """Let a push fade over the neighbours instead of ending at once; never less than it was."""
     count = np.bincount(edges.ravel(), minlength=len(push))
     result = push.copy()

@@ -1,0 +1,137 @@
+"""A segmentation in, the closed surfaces and planes of a wall out, by anatomy; ``pipeline`` fills it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+from femprep.image import LabelObject, Segmentation
+from femprep.model import Plane, Surface
+from femprep.options import Options
+from femprep.surface import fit_surface
+from femprep.wall import Envelope, Part, extend_apex, find_apex, find_base, find_common_base, keep_apart
+
+Progress = Callable[[str, float], None]
+#: Opens a stage of the run: timed, its progress passed on.
+Stages = Callable[[str], AbstractContextManager[Progress]]
+
+#: Singularities and control points of the surface fitted to an envelope: it only has to be near, for its vertices are
+#: then moved exactly onto it.
+_ENVELOPE_NUMBER: Final = 200
+#: Vertices of the common epicardium over those of one cavity: its surface is about twice as large.
+_EPI_SHARE: Final = 1.8
+#: Rounding of the joint of both ventricles by the wall thickness of the right one, and of what is added to reach the
+#: least thickness.
+_ROUNDING, _LEAST_ROUNDING = 2.0, 0.5
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a wall is built from.
+
+    Attributes
+    ----------
+    objects : mapping of str to LabelObject
+        What the surfaces were fitted to.
+    endo : mapping of str to Surface
+        Endocardium of each cavity.
+    epi : Surface
+    base, apex : Plane, optional
+    body : Surface, optional
+        Outer surface of the left ventricle alone, where the epicardium is another one.
+    repaired : list of dict
+        What was done to the surfaces, JSON-ready.
+    """
+
+    objects: Mapping[str, LabelObject]
+    endo: Mapping[str, Surface]
+    epi: Surface
+    base: Plane
+    apex: Plane | None = None
+    body: Surface | None = None
+    repaired: list[dict[str, Any]] = field(default_factory=list)
+
+    @property
+    def surfaces(self) -> dict[str, Surface]:
+        """All surfaces by the name of their file."""
+        found = {**self.endo, "epi": self.epi, **({} if self.body is None else {"lv_epi": self.body})}
+        return {name: replace(surface, name=name) for name, surface in found.items()}
+
+
+def left_ventricle(seg: Segmentation, options: Options, stages: Stages) -> Parts:
+    """Endo- and epicardium of the left ventricle, fitted to ``lv`` and ``lv`` + ``myo``."""
+    with stages("objects"):
+        objects = {
+            "lv": seg.object("lv", name="lv", options=options.image),
+            "epi": seg.object("lv", "myo", name="epi", options=options.image),
+        }
+    with stages("planes"):
+        base = find_base(seg, options=options.wall)
+        clipped = options.wall.apex == "clipped"
+        apex = find_apex(seg, options=options.wall) if clipped else None
+        boundary = None if clipped else extend_apex(seg, objects["epi"], options=options.wall)
+    with stages("surface lv") as report:
+        endo = fit_surface(objects["lv"], options=options.surface, progress=report)
+    with stages("surface epi") as report:
+        epi = fit_surface(objects["epi"], boundary=boundary, options=options.surface, progress=report)
+    return Parts(objects, {"lv": endo}, epi, base, apex)
+
+
+def both_ventricles(seg: Segmentation, options: Options, stages: Stages) -> Parts:
+    """Both endocardia and the common epicardium.
+
+    The epicardium encloses the left ventricle (``lv`` + ``myo``) and the right one: where the labels have its wall
+    (``rv_wall``) as they have it, else its cavity grown by ``rv_wall_thickness``; in any case all cavities grown by
+    ``minimum_thickness``.
+    """
+    wall, walled = options.wall, "rv_wall" in seg.structures
+    with stages("objects"):
+        parts = {"lv": ("lv",), "rv": ("rv",), "lv_epi": ("lv", "myo")}
+        if walled:
+            parts["heart"] = ("lv", "myo", "rv", "rv_wall")
+        objects = {name: seg.object(*own, name=name, options=options.image) for name, own in parts.items()}
+    with stages("planes"):
+        base = find_common_base(seg, options=wall)
+        clipped = wall.apex == "clipped"
+        apex = find_apex(seg, options=wall) if clipped else None
+        boundary = None if clipped else extend_apex(seg, objects["lv_epi"], options=wall)
+    fitted = {}
+    for name, obj in objects.items():
+        with stages(f"surface {name}") as report:
+            own = boundary if name == "lv_epi" else None
+            fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report)
+    with stages("surface epi") as report:
+        cavities = {name: fitted[name] for name in ("lv", "rv")}
+        cavities, repaired = keep_apart(cavities, wall.minimum_thickness, wall.maximum_push)
+        thickness = wall.minimum_thickness if walled else wall.rv_wall_thickness
+        least = _LEAST_ROUNDING * wall.minimum_thickness
+        enclosed = [Part(fitted["lv_epi"], 0.0, 0.0)]
+        if walled:
+            enclosed.append(Part(fitted["heart"], 0.0, _ROUNDING * wall.minimum_thickness))
+        enclosed.append(Part(cavities["rv"], thickness, least if walled else _ROUNDING * thickness))
+        enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
+        epi = _enclose(enclosed, seg, options, report)
+    return Parts(objects, cavities, epi, base, apex, fitted["lv_epi"], repaired)
+
+
+def _enclose(parts: list[Part], seg: Segmentation, options: Options, report: Progress) -> Surface:
+    """Template surface of the body that encloses some surfaces."""
+    envelope = Envelope(parts)
+    obj = envelope.object(seg.grid, "epi")
+    number = {"singularities": _ENVELOPE_NUMBER, "control_points": _ENVELOPE_NUMBER}
+    vertices = min(int(_EPI_SHARE * options.surface.vertices), 20000)
+    rough = fit_surface(
+        obj, boundary=envelope.boundary(obj), options=options.surface, progress=report, vertices=vertices, **number
+    )
+    # The apex of the left ventricle may have been extrapolated, which the run's record tells of its epicardium.
+    boundary = parts[0].surface.info.get("boundary", {})
+    return envelope.settle(replace(rough, info={**rough.info, "boundary": boundary}))
+
+
+#: What makes the parts of each anatomy.
+ANATOMIES: Final[Mapping[str, Callable[[Segmentation, Options, Stages], Parts]]] = {
+    "lv": left_ventricle,
+    "biv": both_ventricles,
+}

@@ -1,0 +1,161 @@
+"""A mesh of both ventricles in, each element's region out: lv, rv or septum."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.elements import FACET_CORNERS, element_faces
+from femprep.errors import InputError
+from femprep.geometry.closest import ClosestFinder
+from femprep.model import FACET_TAGS, REGION_TAGS, Surface, VolumeMesh
+from femprep.volume.measures import centroids
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+TagArray = npt.NDArray[np.int32]
+
+#: An element with at least this many faces to one other region joins it: interfaces become smoother.
+_SURROUNDED: Final = 3
+#: Rounds of smoothing.
+_ROUNDS: Final = 6
+
+
+def label_ventricles(mesh: VolumeMesh, body: Surface | None = None) -> VolumeMesh:
+    """Divide the wall of both ventricles into the regions ``lv``, ``rv`` and ``septum``.
+
+    Distances are those of an element's centre from the endocardia and the epicardium; the septum is the part of the
+    left ventricle's wall whose other side is the right ventricle:
+
+    - within the left ventricle (``body``): ``septum`` where the RV endocardium is nearer than the epicardium, else
+      ``lv``;
+    - outside it: ``rv`` where the epicardium is nearer than the LV endocardium, else ``septum`` (tissue that fills a
+      gap between the fitted surfaces on the septum's right side).
+
+    Without ``body`` an element lies between the two boundaries that are nearest to it: ``lv`` between the LV
+    endocardium and the epicardium, ``rv`` between the RV endocardium and the epicardium, ``septum`` between the
+    endocardia. Afterwards elements that are surrounded by another region join it, and pieces cut off from the rest of
+    their region join their neighbours, so that each region is in one piece.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        With facets ``endo_lv``, ``endo_rv`` and ``epi``.
+    body : Surface, optional
+        Closed outer surface of the left ventricle, cavity and myocardium, as the labels give it.
+
+    Returns
+    -------
+    VolumeMesh
+        The same mesh with its regions.
+
+    Raises
+    ------
+    InputError
+        Facets are missing.
+    """
+    centre = np.concatenate([centroids(mesh.points, block, name) for name, block in mesh.cells.items()])
+    left, right, outer = (distance_from(mesh, name, centre) for name in ("endo_lv", "endo_rv", "epi"))
+    if body is None:
+        choice = np.argmax(np.stack([right, left, outer]), axis=0)
+    else:
+        inside = ClosestFinder(body.points, body.triangles).signed(centre) < 0.0
+        choice = np.where(inside, np.where(right < outer, 2, 0), np.where(outer <= left, 1, 2))
+    region = np.array([REGION_TAGS[name] for name in ("lv", "rv", "septum")], dtype=np.int32)[choice]
+    return replace(mesh, region=tidy_regions(mesh, region))
+
+
+def distance_from(mesh: VolumeMesh, name: str, points: FloatArray) -> FloatArray:
+    """Distance of points ``(q, 3)`` from the facets of one tag, mm.
+
+    Raises
+    ------
+    InputError
+        The mesh has no such facets.
+    """
+    parts, first = [np.empty((0, 3), dtype=np.int64)], 0
+    for kind, block in mesh.facets.items():
+        own = block[mesh.facet_tag[first : first + len(block)] == FACET_TAGS[name]]
+        first += len(block)
+        parts.append(own[:, :3])
+        if FACET_CORNERS[kind] == 4:
+            parts.append(own[:, [0, 2, 3]])
+    triangles = np.concatenate(parts)
+    if not len(triangles):
+        have = ", ".join(mesh.facet_names) or "none"
+        raise InputError(f"the mesh has no facets tagged {name!r}, which its regions are told by; its facets: {have}")
+    return ClosestFinder(mesh.points, triangles)(points).distance
+
+
+def tidy_regions(mesh: VolumeMesh, region: TagArray) -> TagArray:
+    """Regions with smoother interfaces, each in one piece.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+    region : (n_cells,) array
+
+    Returns
+    -------
+    (n_cells,) array
+    """
+    region = region.copy()
+    pairs = neighbours(mesh)
+    tags = np.unique(region)
+    for _ in range(_ROUNDS):
+        beside = _beside(region, pairs, tags)
+        most = beside.argmax(axis=1)
+        turn = (tags[most] != region) & (beside[np.arange(len(region)), most] >= _SURROUNDED)
+        if not turn.any():
+            break
+        region[turn] = tags[most[turn]]
+    for _ in range(_ROUNDS):
+        stray = _strays(region, pairs, tags)
+        if not stray.any():
+            break
+        beside = _beside(region, pairs[~stray[pairs].all(axis=1)], tags)
+        beside[np.arange(len(region)), np.searchsorted(tags, region)] = 0
+        turn = stray & beside.any(axis=1)
+        region[turn] = tags[beside[turn].argmax(axis=1)]
+    return region
+
+
+def neighbours(mesh: VolumeMesh) -> IntArray:
+    """Pairs of elements that share a face, ``(k, 2)``."""
+    found = [np.empty((0, 2), dtype=np.int64)]
+    for kind, faces in element_faces(mesh.cells).items():
+        corner = np.sort(faces.nodes[:, : FACET_CORNERS[kind]], axis=1)
+        order = np.lexsort(corner.T[::-1])
+        same = (corner[order[1:]] == corner[order[:-1]]).all(axis=1)
+        found.append(np.stack([faces.element[order[:-1]][same], faces.element[order[1:]][same]], axis=1))
+    return np.concatenate(found)
+
+
+def _beside(region: TagArray, pairs: IntArray, tags: TagArray) -> IntArray:
+    """How many neighbours of each region each element has, ``(n, t)``."""
+    number = np.searchsorted(tags, region)
+    count = np.zeros((len(region), len(tags)), dtype=np.int64)
+    np.add.at(count, (pairs[:, 0], number[pairs[:, 1]]), 1)
+    np.add.at(count, (pairs[:, 1], number[pairs[:, 0]]), 1)
+    return count
+
+
+def _strays(region: TagArray, pairs: IntArray, tags: TagArray) -> npt.NDArray[np.bool_]:
+    """Elements that are cut off from the largest piece of their region."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    same = pairs[region[pairs[:, 0]] == region[pairs[:, 1]]]
+    size = len(region)
+    graph = coo_array((np.ones(len(same), dtype=np.int8), (same[:, 0], same[:, 1])), shape=(size, size))
+    label = connected_components(graph, directed=False)[1]
+    count = np.bincount(label)
+    stray = np.ones(size, dtype=bool)
+    for tag in tags:
+        own = np.unique(label[region == tag])
+        if len(own):
+            stray[label == own[np.argmax(count[own])]] = False
+    return stray

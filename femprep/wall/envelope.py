@@ -1,0 +1,172 @@
+"""Closed surfaces, each with a thickness, in; the smooth surface of the body that encloses them all out.
+
+Where labels give no wall of a chamber (the right ventricle of short-axis maps), the epicardium is that of the left
+ventricle joined to the chamber grown by a wall thickness. Distances are exact, from the fitted surfaces and not from
+voxels, so that thick slices make no thick wall; the join only ever adds tissue, so that no wall is thinner than asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import StageError
+from femprep.geometry.closest import ClosestFinder
+from femprep.geometry.topology import edge_table
+from femprep.geometry.triangles import vertex_normals
+from femprep.image.boundary import BoundaryPoints, boundary_points
+from femprep.image.grid import Grid
+from femprep.image.object import PADDING, LabelObject, make_object
+from femprep.model import FloatArray, Surface
+
+#: Voxels of the grid the body is sampled on, along its longest side; their least size, mm.
+_ALONG, _FINEST = 56, 1.5
+#: Voxels along the side of a block that is measured at its middle first.
+_BLOCK = 4
+#: Newton steps to the surface, and the least slope they trust.
+_STEPS, _FLAT = 8, 0.3
+#: Rounds in which vertices are spread evenly along the surface, and share of the way each goes.
+_ROUNDS, _RELAX = 10, 0.5
+
+
+@dataclass(frozen=True)
+class Part:
+    """A closed surface to be enclosed.
+
+    Attributes
+    ----------
+    surface : Surface
+    thickness : float
+        Least distance of the enclosing surface from it, mm.
+    blend : float
+        Width over which the join with the parts before it is rounded, mm: it adds up to a quarter of that.
+    """
+
+    surface: Surface
+    thickness: float
+    blend: float
+
+
+class Envelope:
+    """The body that encloses closed surfaces, each grown by a thickness, with rounded joins.
+
+    It is where the field f is negative: the signed distances of the parts less their thickness, joined one after the
+    other by the smooth minimum ``min(a, b) - max(k - |a - b|, 0)^2 / 4k`` with k the blend [1]_, which never exceeds
+    the minimum: every point within the thickness of a part lies inside.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        The blend of the first is not used.
+
+    References
+    ----------
+    .. [1] Quilez, Smooth minimum, https://iquilezles.org/articles/smin (the quadratic polynomial one).
+    """
+
+    def __init__(self, parts: Sequence[Part]) -> None:
+        self.parts = tuple(parts)
+        self._finders = [ClosestFinder(part.surface.points, part.surface.triangles) for part in self.parts]
+        self._normals = [vertex_normals(part.surface.points, part.surface.triangles) for part in self.parts]
+
+    def values(self, points: FloatArray) -> FloatArray:
+        """The field at points ``(n, 3)``, mm: negative inside; it changes by no more than the way between points."""
+        return self.with_gradients(points)[0]
+
+    def with_gradients(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The field ``(n,)`` and its gradient ``(n, 3)``."""
+        value, gradient = self._part(0, points)
+        for number in range(1, len(self.parts)):
+            other, other_gradient = self._part(number, points)
+            k = self.parts[number].blend
+            overlap = np.maximum(k - np.abs(value - other), 0.0) / k
+            share = np.where(other < value, 1.0 - 0.5 * overlap, 0.5 * overlap)[:, None]
+            value = np.minimum(value, other) - 0.25 * k * overlap**2
+            gradient = (1.0 - share) * gradient + share * other_gradient
+        return value, gradient
+
+    def _part(self, number: int, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        finder = self._finders[number]
+        signed, near = finder.sided(points)
+        away = points - near.points
+        normal = np.einsum("qk,qkc->qc", near.weights, self._normals[number][finder.triangles[near.triangle]])
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+        # On the surface itself the way to the nearest point has no direction: the normal there serves.
+        far = near.distance > 1e-6
+        gradient = np.where(far[:, None], away / np.where(far, signed, 1.0)[:, None], normal)
+        return signed - self.parts[number].thickness, gradient
+
+    def object(self, like: Grid, name: str) -> LabelObject:
+        """The body as voxels of a fine isotropic grid along the axes of another one."""
+        axes = like.direction / np.linalg.norm(like.direction, axis=0)
+        corners = np.concatenate([part.surface.points for part in self.parts]) @ axes
+        room = max(part.thickness for part in self.parts) + max(part.blend for part in self.parts)
+        low, high = corners.min(axis=0) - room, corners.max(axis=0) + room
+        voxel = max(_FINEST, float((high - low).max()) / _ALONG)
+        count = np.ceil((high - low) / voxel).astype(int) + 2 * PADDING
+        i, j, k = (int(n) for n in count)
+        grid = Grid((i, j, k), np.full(3, voxel), axes @ (low - PADDING * voxel), axes)
+        return make_object(self._inside(grid), grid, name)
+
+    def _inside(self, grid: Grid) -> npt.NDArray[np.bool_]:
+        """Which voxels of a grid lie inside; only those near the surface are measured themselves."""
+        index = np.stack(np.meshgrid(*(np.arange(n) for n in grid.shape), indexing="ij"), axis=-1).reshape(-1, 3)
+        block = np.stack(np.meshgrid(*(np.arange(0, n, _BLOCK) for n in grid.shape), indexing="ij"), axis=-1)
+        middle = block + 0.5 * (_BLOCK - 1)
+        coarse = self.values(grid.to_world(middle.reshape(-1, 3))).reshape(block.shape[:3])
+        value = coarse[tuple((index // _BLOCK).T)]
+        # The field changes by no more than the way from the middle of a block to its corner.
+        near = np.abs(value) <= 0.5 * (_BLOCK - 1) * np.sqrt(3.0) * grid.spacing.max() + 1e-9
+        value[near] = self.values(grid.to_world(index[near]))
+        return np.asarray(value.reshape(grid.shape) < 0.0)
+
+    def boundary(self, obj: LabelObject) -> BoundaryPoints:
+        """Boundary points of that object, moved onto the surface of the body."""
+        rough = boundary_points(obj)
+        points = self.project(rough.points)
+        return BoundaryPoints(points, rough.normal, rough.axis, rough.spacing, rough.voxel, rough.info)
+
+    def project(self, points: FloatArray, steps: int = _STEPS) -> FloatArray:
+        """Points near the surface moved onto it along the gradient, ``(n, 3)``."""
+        points = points.copy()
+        for _ in range(steps):
+            value, gradient = self.with_gradients(points)
+            square = np.maximum((gradient**2).sum(axis=1), _FLAT**2)
+            points -= (value / square)[:, None] * gradient
+        return points
+
+    def settle(self, surface: Surface) -> Surface:
+        """A surface fitted to the body, its vertices moved exactly onto it and spread evenly along it.
+
+        Raises
+        ------
+        StageError
+            A vertex does not reach the surface.
+        """
+        triangles = surface.triangles
+        edges = edge_table(triangles).nodes
+        count = np.bincount(edges.ravel(), minlength=len(surface.points))[:, None]
+        points = self.project(surface.points, 3)
+        for _ in range(_ROUNDS):
+            total = np.zeros_like(points)
+            np.add.at(total, edges[:, 0], points[edges[:, 1]])
+            np.add.at(total, edges[:, 1], points[edges[:, 0]])
+            normal = vertex_normals(points, triangles)
+            step = total / count - points
+            step -= np.einsum("ij,ij->i", step, normal)[:, None] * normal
+            points = self.project(points + _RELAX * step, 1)
+        points = self.project(points)
+        off = np.abs(self.values(points))
+        if off.max() > 0.1:
+            worst = points[int(off.argmax())]
+            raise StageError(
+                f"the surface of {surface.name!r} does not follow the body it encloses near "
+                "({:.1f}, {:.1f}, {:.1f})".format(*worst)
+                + f": {off.max():.1f} mm off; use more vertices"
+            )
+        moved = np.linalg.norm(points - surface.points, axis=1)
+        info = {**surface.info, "settled": {"mean_mm": float(moved.mean()), "farthest_mm": float(moved.max())}}
+        return replace(surface, points=points, shape=None, info=info)
