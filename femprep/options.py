@@ -7,7 +7,7 @@ pydantic finds wrong into one line.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, field_validator, model_validator
 
@@ -18,6 +18,66 @@ from femprep.errors import OptionError
 MESHER_LIMITS: dict[str, dict[str, float]] = {
     "tetwild": {},
     "sweep": {"minimum_dihedral": 8.0, "mean_of_mean_ratio": 0.75},
+}
+
+#: Limits by what a mesh is for, in place of the defaults and the mesher's where they are not given; the reasons and
+#: sources stand at :class:`CheckOptions`.
+PURPOSE_LIMITS: dict[str, dict[str, float]] = {
+    "general": {},
+    "explicit": {
+        "minimum_dihedral": 10.0,
+        "maximum_dihedral": 165.0,
+        "minimum_scaled_jacobian": 0.15,
+        "minimum_size_ratio": 0.2,
+    },
+    "implicit": {
+        "minimum_dihedral": 10.0,
+        "maximum_dihedral": 165.0,
+        "minimum_mean_ratio": 0.2,
+        "minimum_scaled_jacobian": 0.2,
+        "minimum_relative_jacobian": 0.2,
+        "maximum_volume_ratio": 30.0,
+    },
+    "electrophysiology": {
+        "maximum_dihedral": 150.0,
+        "minimum_mean_ratio": 0.2,
+        "maximum_edge_by_space_constant": 1.0,
+    },
+}
+
+
+class MeshTargets(NamedTuple):
+    """What is asked of a mesh of fTetWild, and the parameters that reach it.
+
+    Attributes
+    ----------
+    minimum_dihedral : float
+        Smallest dihedral angle, degrees.
+    mean_ratio : float
+        Mean of the mean ratio.
+    stop_energy : float
+        Shape energy at which fTetWild stops: 3 is a regular tetrahedron.
+    envelope : float
+        How far the mesh may leave the wall's surface, in edge lengths.
+    retries : int
+        Further runs where one fails or misses what was asked.
+    poor_angle : float
+        Elements with a dihedral angle below this one are improved afterwards, degrees.
+    """
+
+    minimum_dihedral: float
+    mean_ratio: float
+    stop_energy: float
+    envelope: float
+    retries: int
+    poor_angle: float
+
+
+#: Targets by the name of a quality; measured figures stand in the README.
+QUALITY: dict[str, MeshTargets] = {
+    "fast": MeshTargets(10.0, 0.80, 50.0, 0.1, 1, 15.0),
+    "good": MeshTargets(15.0, 0.85, 10.0, 0.05, 2, 25.0),
+    "best": MeshTargets(20.0, 0.87, 6.0, 0.05, 2, 30.0),
 }
 
 #: Structures of known data sets: label numbers by structure name.
@@ -50,10 +110,11 @@ class ImageOptions(StageOptions):
 class SurfaceOptions(StageOptions):
     """Fitting a closed template surface to an object."""
 
-    method: Literal["paper", "even"] = Field(
+    method: Literal["paper", "even", "smooth"] = Field(
         "paper",
         description="paper: the surface as published, smoothed only where its triangles would cross. even: that "
-        "surface, lightly smoothed, and its vertices moved along it until the triangles are even.",
+        "surface, lightly smoothed, and its vertices moved along it until the triangles are even. smooth: the surface "
+        "of least change of curvature that the labels allow, the most accurate one, with even triangles.",
     )
     vertices: int = Field(1500, ge=12, le=20000, description="Number of vertices V of the template sphere.")
     cells: Literal["triangle", "quad"] = Field(
@@ -108,36 +169,78 @@ class VolumeOptions(StageOptions):
     mesher: Literal["tetwild", "sweep"] = Field(
         "tetwild", description="Which mesher fills the wall: fTetWild, or layers swept from surface to surface."
     )
-    edge_length: float = Field(2.5, gt=0, description="Edge length of the elements, mm.")
+    quality: Literal["fast", "good", "best"] = Field(
+        "good",
+        description="What is asked of fTetWild's mesh: a smallest dihedral angle of 10, 15 or 20 degrees and a mean "
+        "of the mean ratio of 0.80, 0.85 or 0.87. The options below override its parameters.",
+    )
+    edge_length: float = Field(
+        2.5, gt=0, description="Edge length of the elements, mm; the largest one where it varies."
+    )
+    elements_through_wall: int | None = Field(
+        None,
+        ge=1,
+        le=20,
+        description="Elements asked for through the wall: the edge length follows its thickness from place to place, "
+        "up to edge_length where that is given as well; layers of the sweep.",
+    )
+    sizing: str | None = Field(
+        None, description="VTK file with the point data edge_length, mm: the edge length wanted from place to place."
+    )
+    gradation: float = Field(
+        0.3, gt=0, le=2, description="How much the edge length may grow per mm of distance, where it varies."
+    )
+    order: Literal[1, 2] = Field(1, description="Order of the elements; 2 adds mid-side nodes on the smooth surfaces.")
     envelope: float | None = Field(
         None,
         gt=0,
-        description="How far the mesher may leave the wall's surface, mm; a twentieth of the edge length if not given.",
+        description="How far the mesher may leave the wall's surface, mm; a twentieth of the edge length (fast: a "
+        "tenth) if not given.",
     )
-    stop_energy: float = Field(
-        10.0,
+    stop_energy: float | None = Field(
+        None,
         ge=4,
         le=1000,
         description="Shape energy at which the mesher stops improving elements: 3 is a regular tetrahedron, lower is "
-        "better and slower; below 6 it may never be reached.",
+        "better and slower; below 6 it may never be reached. By quality if not given: 50, 10 or 6.",
     )
     optimise: bool = Field(
         True, description="Move points of the worst elements afterwards, surface points along their surface."
     )
-    minimum_dihedral: float = Field(
-        10.0,
+    minimum_dihedral: float | None = Field(
+        None,
         ge=0,
         lt=70,
-        description="Smallest dihedral angle asked of the mesh, degrees; below it the mesher retries.",
+        description="Smallest dihedral angle asked of the mesh, degrees; below it the mesher retries. By quality if "
+        "not given.",
     )
-    mean_ratio: float = Field(
-        0.82, ge=0, lt=1, description="Mean of the mean ratio asked of the mesh; below it the mesher retries."
+    mean_ratio: float | None = Field(
+        None,
+        ge=0,
+        lt=1,
+        description="Mean of the mean ratio asked of the mesh; below it the mesher retries. By quality if not given.",
     )
-    retries: int = Field(
-        2, ge=0, le=10, description="Further runs of the mesher, with other parameters, where one fails."
+    retries: int | None = Field(
+        None,
+        ge=0,
+        le=10,
+        description="Further runs of the mesher, with other parameters, where one fails; by quality if not given: "
+        "1, 2 or 2.",
     )
     time_limit: float = Field(600.0, gt=0, description="Longest time one run of the mesher may take, s.")
     memory_limit: float = Field(8.0, gt=0, description="Largest memory the mesher may need, GB.")
+
+    @property
+    def targets(self) -> MeshTargets:
+        """What is asked of the mesh and the mesher's parameters: those given, else those of the quality."""
+        names = ("minimum_dihedral", "mean_ratio", "stop_energy", "retries")
+        given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        return QUALITY[self.quality]._replace(**given)
+
+    @property
+    def largest_edge(self) -> float | None:
+        """Largest edge length where the length varies, mm; None where nobody gave one."""
+        return self.edge_length if "edge_length" in self.model_fields_set else None
 
 
 class SweepOptions(StageOptions):
@@ -188,8 +291,31 @@ class SweepOptions(StageOptions):
 
 
 class CheckOptions(StageOptions):
-    """Limits a mesh is judged by; None leaves a limit out."""
+    """Limits a mesh is judged by; None leaves a limit out.
 
+    A purpose sets those that matter to it; one given by hand wins.
+
+    - ``explicit`` dynamics: the stable time step is the least characteristic length over the speed of sound [1]_, so
+      that no few elements may be much smaller than the others; angles and Jacobians that survive large deformation.
+    - ``implicit`` mechanics: mean ratio and scaled Jacobian at least 0.2, the lower end of what Cubit calls acceptable
+      for tetrahedra [2]_ (they bound the condition of the stiffness matrix and the interpolation error [3]_); the
+      Jacobian of curved elements at least a fifth of its mean; sizes of neighbours within a factor of about three.
+    - ``electrophysiology``: edges no longer, on average, than the space constant across the fibres, from which
+      conduction velocities depend on the mesh [4]_; no very blunt angles, with which diffusion overshoots [5]_.
+
+    References
+    ----------
+    .. [1] Belytschko, Liu & Moran, Nonlinear Finite Elements for Continua and Structures, Wiley, 2000, chapter 6.
+    .. [2] Cubit 16.04 User Documentation, Metrics for tetrahedral elements, Sandia National Laboratories.
+    .. [3] Shewchuk, What is a good linear finite element?, Proc. 11th Int. Meshing Roundtable, 2002.
+    .. [4] Niederer et al., Verification of cardiac tissue electrophysiology simulators using an N-version benchmark,
+       Phil. Trans. R. Soc. A 369, 2011. doi:10.1098/rsta.2011.0139
+    .. [5] Brandts et al., On nonobtuse simplicial partitions, SIAM Review 51(2), 2009. doi:10.1137/060669073
+    """
+
+    purpose: Literal["general", "explicit", "implicit", "electrophysiology"] = Field(
+        "general", description="What the mesh is for; sets limits in place of the defaults."
+    )
     minimum_dihedral: float | None = Field(
         10.0, gt=0, lt=90, description="Smallest dihedral angle of tetrahedra, degrees."
     )
@@ -205,10 +331,36 @@ class CheckOptions(StageOptions):
     minimum_scaled_jacobian: float | None = Field(
         0.1, gt=0, lt=1, description="Smallest scaled Jacobian of any element; 1 is the ideal shape."
     )
+    minimum_relative_jacobian: float | None = Field(
+        None, gt=0, lt=1, description="Smallest ratio of an element's least Jacobian to its mean one."
+    )
+    minimum_size_ratio: float | None = Field(
+        None, gt=0, lt=1, description="Smallest characteristic length of an element over the median one."
+    )
+    maximum_volume_ratio: float | None = Field(
+        None, gt=1, description="Largest ratio of the volumes of two elements that share a face."
+    )
+    minimum_time_step: float | None = Field(
+        None, gt=0, description="Smallest stable time step of explicit dynamics, microseconds."
+    )
+    wave_speed: float = Field(
+        1540.0, gt=0, description="Speed of sound of the material, for the stable time step, m/s (soft tissue: 1540)."
+    )
+    maximum_edge_by_space_constant: float | None = Field(
+        None, gt=0, description="Largest mean edge length over the space constant of the tissue."
+    )
+    space_constant: float = Field(
+        0.35, gt=0, description="Space constant of the tissue across the fibres, mm, for electrophysiology."
+    )
     plane_tolerance: float = Field(
         1e-9, gt=0, description="How far points of base and apex facets may lie from their plane, mm."
     )
     worst: int = Field(10, ge=0, le=1000, description="How many of the worst elements are listed, per measure.")
+
+    def resolved(self, mesher: str = "tetwild") -> CheckOptions:
+        """Limits with those of the purpose, else of the mesher, for every one that was not given."""
+        given = {name: getattr(self, name) for name in self.model_fields_set}
+        return CheckOptions(**{**MESHER_LIMITS[mesher], **PURPOSE_LIMITS[self.purpose], **given})
 
 
 class ExportOptions(StageOptions):
@@ -315,16 +467,19 @@ class Options(StageOptions):
 
     @property
     def limits(self) -> CheckOptions:
-        """Limits of the check: those given, else those of the mesher, else the defaults."""
-        given = {name: getattr(self.check, name) for name in self.check.model_fields_set}
-        return CheckOptions(**{**MESHER_LIMITS[self.volume.mesher], **given})
+        """Limits of the check: those given, else those of the purpose, of the mesher, the defaults."""
+        return self.check.resolved(self.volume.mesher)
 
     @property
     def layers(self) -> SweepOptions:
-        """Options of the sweep with the edge length of the volume mesh, unless they have one of their own."""
-        if "edge_length" in self.sweep.model_fields_set:
-            return self.sweep
-        return self.sweep.model_copy(update={"edge_length": self.volume.edge_length})
+        """Options of the sweep with edge length, order and layers of the volume mesh, unless they have their own."""
+        asked = {
+            "edge_length": self.volume.edge_length,
+            "order": self.volume.order,
+            "layers": self.volume.elements_through_wall,
+        }
+        own = self.sweep.model_fields_set
+        return self.sweep.model_copy(update={name: value for name, value in asked.items() if name not in own})
 
     @property
     def labels(self) -> dict[str, tuple[int, ...]]:
@@ -343,7 +498,8 @@ def choose(kind: type[T], options: T | None, changes: dict[str, Any]) -> T:
     OptionError
         A name is unknown or a value out of range; one line naming the option, the value and what was expected.
     """
-    values = dict(options) if options is not None else {}
+    # Those given alone, so that what was left to the defaults can still be told from what was asked for.
+    values = {name: getattr(options, name) for name in options.model_fields_set} if options is not None else {}
     try:
         return kind(**{**values, **changes})
     except ValidationError as error:

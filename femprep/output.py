@@ -14,17 +14,11 @@ from femprep.pipeline import Run, Surfaces
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, plain
 from femprep.report.notices import gather, mesh_notices, object_notices, wall_notices
-from femprep.report.page import histogram, report_page
+from femprep.report.page import report_page
 from femprep.report.picture import finish_picture, start_picture
+from femprep.report.quality_page import quality_charts, quality_tables
 from femprep.report.slices import STROKES, slice_pictures
 from femprep.report.volumes import cavity_volume, facet_triangles, voxel_volume
-
-#: Measures the page draws, with their titles.
-CHARTS = {
-    "mean_ratio": "mean ratio",
-    "scaled_jacobian": "scaled Jacobian",
-    "minimum_dihedral": "smallest dihedral angle, degrees",
-}
 
 Progress = Callable[[str, float], None]
 
@@ -214,11 +208,6 @@ def _slices(run: Run) -> list[str]:
 
 
 def _page(run: Run, manifest: RunManifest, slices: list[str], picture: str | None) -> str:
-    charts = []
-    for name, title in CHARTS.items():
-        item = run.quality.measures[name]
-        caption = f"{title}: min {item.min:.3g}, mean {item.mean:.3g}, max {item.max:.3g}"
-        charts.append(histogram(item.histogram.edges, item.histogram.counts, caption))
     figures = [("points", run.quality.n_points)]
     figures += [(name, count) for name, count in run.quality.cells.items()]
     figures += [
@@ -230,7 +219,8 @@ def _page(run: Run, manifest: RunManifest, slices: list[str], picture: str | Non
         passed=run.quality.passed,
         failures=run.quality.failures,
         figures=figures,
-        histograms=charts,
+        histograms=quality_charts(run.quality),
+        details=quality_tables(run.quality),
         slices=slices,
         colours=colours,
         picture=picture,

@@ -53,20 +53,43 @@ def print_surfaces(fitted: Any, manifest: Any, out: Path) -> None:
     console.print(f"[bold]{escape(str(out))}[/bold]: " + escape(", ".join(manifest.files)))
 
 
-def print_quality(report: Any, console: Console | None = None) -> None:
-    """Counts, element measures, limits and verdict of a quality report."""
+def print_quality(report: Any, console: Console | None = None, *, worst: int = 0) -> None:
+    """Counts, element measures with histograms, limits and verdict of a quality report, and the worst elements."""
     console = console or Console(highlight=False)
     console.print(f"{report.n_points} points, " + ", ".join(f"{n} {kind}" for kind, n in report.cells.items()))
-    table = _table("Quality", "", "min", "mean", "median", "max")
+    table = _table("Quality", "", "min", "mean", "median", "max", "elements from", "to", "")
     for name, item in report.measures.items():
-        table.add_row(
-            name.replace("_", " "), _number(item.min), _number(item.mean), _number(item.median), _number(item.max)
-        )
+        edges = item.histogram.edges
+        values = (item.min, item.mean, item.median, item.max, edges[0], edges[-1])
+        table.add_row(name.replace("_", " "), *map(_number, values), _bars(item.histogram.counts))
     console.print(table)
+    console.print(f"stable time step of explicit dynamics {report.time_step:.3g} microseconds")
+    if worst:
+        _print_worst(report, console, worst)
     if report.passed:
         console.print("[green]every check passed[/green]")
     for failure in report.failures:
         console.print(f"[red]failed:[/red] {escape(failure)}")
+
+
+def _bars(counts: Any) -> str:
+    """A histogram in one line; bins with anything in them show, however little."""
+    top = max(*counts, 1)
+    return "".join(" ▁▂▃▄▅▆▇█"[0 if n == 0 else max(1, round(8 * n / top))] for n in counts)
+
+
+def _print_worst(report: Any, console: Console, count: int) -> None:
+    """The worst elements by each measure, with their places."""
+    table = _table("Worst elements", "", "value", "element", "type", "region", "centroid x y z, mm LPS")
+    shown: dict[str, int] = {}
+    for item in report.worst:
+        shown[item.measure] = shown.get(item.measure, 0) + 1
+        if shown[item.measure] <= count:
+            place = " ".join(f"{x:.1f}" for x in item.centroid)
+            table.add_row(
+                item.measure.replace("_", " "), _number(item.value), str(item.element), item.type, item.region, place
+            )
+    console.print(table)
 
 
 def print_comparison(record: Any) -> None:

@@ -7,24 +7,59 @@ from typing import Annotated
 
 import typer
 
+from femprep.cli._fields import option
+from femprep.options import CheckOptions, choose
+
+LIMITS = "Limits"
+
 
 def check(
     mesh: Annotated[Path, typer.Argument(help="Mesh file: .vtu, .vtk, .inp, .msh, .xdmf, .med, .mesh ...")],
+    purpose: Annotated[str | None, option(CheckOptions, "purpose", panel=LIMITS)] = None,
+    minimum_dihedral: Annotated[float | None, option(CheckOptions, "minimum_dihedral", panel=LIMITS)] = None,
+    maximum_dihedral: Annotated[float | None, option(CheckOptions, "maximum_dihedral", panel=LIMITS)] = None,
+    minimum_scaled_jacobian: Annotated[
+        float | None, option(CheckOptions, "minimum_scaled_jacobian", panel=LIMITS)
+    ] = None,
+    minimum_mean_ratio: Annotated[float | None, option(CheckOptions, "minimum_mean_ratio", panel=LIMITS)] = None,
+    mean_of_mean_ratio: Annotated[float | None, option(CheckOptions, "mean_of_mean_ratio", panel=LIMITS)] = None,
+    minimum_time_step: Annotated[float | None, option(CheckOptions, "minimum_time_step", panel=LIMITS)] = None,
+    wave_speed: Annotated[float | None, option(CheckOptions, "wave_speed", panel=LIMITS)] = None,
+    space_constant: Annotated[float | None, option(CheckOptions, "space_constant", panel=LIMITS)] = None,
+    worst: Annotated[int | None, option(CheckOptions, "worst", panel=LIMITS)] = None,
+    html: Annotated[Path | None, typer.Option("--html", help="Write the report as a page as well.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the quality record as JSON.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing; only the exit status tells.")] = False,
 ) -> int:
     """Judge a mesh: element quality, orientation, boundary, tags.
 
-    The exit status is 1 where a limit is not met.
+    The purpose chooses the limits, each of which may be given by hand. The exit status is 1 where one is not met.
     """
     from femprep.export import read_mesh
     from femprep.volume import check as judge
 
-    report = judge(read_mesh(mesh))
+    asked = {
+        "purpose": purpose,
+        "minimum_dihedral": minimum_dihedral,
+        "maximum_dihedral": maximum_dihedral,
+        "minimum_scaled_jacobian": minimum_scaled_jacobian,
+        "minimum_mean_ratio": minimum_mean_ratio,
+        "mean_of_mean_ratio": mean_of_mean_ratio,
+        "minimum_time_step": minimum_time_step,
+        "wave_speed": wave_speed,
+        "space_constant": space_constant,
+        "worst": worst,
+    }
+    options = choose(CheckOptions, None, {name: value for name, value in asked.items() if value is not None})
+    report = judge(read_mesh(mesh), options=options)
+    if html is not None:
+        from femprep.report.quality_page import write_quality_page
+
+        write_quality_page(report, html, title=mesh.name)
     if json:
         typer.echo(report.model_dump_json(indent=2))
     elif not quiet:
         from femprep.cli._summary import print_quality
 
-        print_quality(report)
+        print_quality(report, worst=3 if worst is None else worst)
     return 0 if report.passed else 1

@@ -11,6 +11,7 @@ from femprep.cli._configuration import parse_structures, read_options
 from femprep.cli._fields import option
 from femprep.export.table import FORMATS
 from femprep.options import (
+    CheckOptions,
     ExportOptions,
     FibreOptions,
     ImageOptions,
@@ -59,10 +60,15 @@ def mesh(
     minimum_thickness: Annotated[float | None, option(WallOptions, "minimum_thickness", panel=WALL)] = None,
     rv_wall_thickness: Annotated[float | None, option(WallOptions, "rv_wall_thickness", panel=WALL)] = None,
     mesher: Annotated[str | None, option(VolumeOptions, "mesher", panel=VOLUME)] = None,
+    quality: Annotated[str | None, option(VolumeOptions, "quality", panel=VOLUME)] = None,
     edge_length: Annotated[float | None, option(VolumeOptions, "edge_length", panel=VOLUME)] = None,
+    elements_through_wall: Annotated[
+        int | None, option(VolumeOptions, "elements_through_wall", panel=VOLUME, default="from the edge length")
+    ] = None,
+    sizing: Annotated[str | None, option(VolumeOptions, "sizing", panel=VOLUME)] = None,
     element: Annotated[str | None, option(SweepOptions, "element", panel=VOLUME)] = None,
     layers: Annotated[int | None, option(SweepOptions, "layers", panel=VOLUME, default="from the edge length")] = None,
-    order: Annotated[str | None, option(SweepOptions, "order", panel=VOLUME)] = None,
+    order: Annotated[str | None, option(VolumeOptions, "order", panel=VOLUME)] = None,
     time_limit: Annotated[float | None, option(VolumeOptions, "time_limit", panel=VOLUME)] = None,
     fibres: Annotated[
         bool,
@@ -70,6 +76,7 @@ def mesh(
     ] = False,
     endo_angle: Annotated[float | None, option(FibreOptions, "endo_angle", panel=FIBRES)] = None,
     epi_angle: Annotated[float | None, option(FibreOptions, "epi_angle", panel=FIBRES)] = None,
+    purpose: Annotated[str | None, option(CheckOptions, "purpose", panel=OUTPUT)] = None,
     format: Annotated[
         list[str] | None,
         typer.Option("--format", help=f"Further format, repeatable: {', '.join(FORMATS)}.", rich_help_panel=OUTPUT),
@@ -108,14 +115,18 @@ def mesh(
         wall__minimum_thickness=minimum_thickness,
         wall__rv_wall_thickness=rv_wall_thickness,
         volume__mesher=mesher,
+        volume__quality=quality,
         volume__edge_length=edge_length,
+        volume__elements_through_wall=elements_through_wall,
+        volume__sizing=sizing,
         sweep__element=element,
         sweep__layers=layers,
-        sweep__order=int(order) if order in ("1", "2") else order,
+        volume__order=int(order) if order in ("1", "2") else order,
         volume__time_limit=time_limit,
         fibres={} if fibres else None,
         fibres__endo_angle=endo_angle,
         fibres__epi_angle=epi_angle,
+        check__purpose=purpose,
         export__length_unit=length_unit,
         export__step=step,
     )

@@ -8,7 +8,8 @@ from typing import Any
 
 from femprep.report.manifest import RunManifest
 
-_STYLE = """
+#: Style sheet of femprep's pages.
+STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;max-width:980px;margin:2em auto;padding:0 1em;color:#222}
 h1{font-size:1.5em}h2{font-size:1.15em;margin-top:2em;border-bottom:1px solid #ddd}
 table{border-collapse:collapse}td,th{padding:.2em .8em .2em 0;text-align:left;border-bottom:1px solid #eee}
@@ -57,6 +58,7 @@ def report_page(
     failures: Sequence[str],
     figures: Sequence[tuple[Any, ...]],
     histograms: Sequence[str],
+    details: str,
     slices: Sequence[str],
     colours: Mapping[str, str],
     picture: str | None,
@@ -71,6 +73,8 @@ def report_page(
     figures : rows of (name, value...)
         Counts and quality.
     histograms, slices : sequences of SVG
+    details : str
+        Limits and worst elements, HTML.
     colours : mapping
         Line colour by surface name.
     picture : str, optional
@@ -93,13 +97,14 @@ def report_page(
     )
     volumes = [(v.name, v.mesh_ml, v.segmentation_ml, v.difference_percent) for v in manifest.volumes]
     return f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{escape(title)} - femprep</title><style>{_STYLE}</style></head><body>
+<html lang="en"><head><meta charset="utf-8"><title>{escape(title)} - femprep</title><style>{STYLE}</style></head><body>
 <h1>{escape(title)}</h1>
 {verdict}
 <h2>The mesh</h2>{drawn}
 <h2>The data with the surfaces drawn over it</h2><p>{legend}</p><div class="grid">{"".join(slices)}</div>
 <h2>Volumes</h2>{table(volumes, ("", "mesh, mL", "segmentation, mL", "difference, %"))}
 <h2>Quality</h2>{table(figures)}<div class="grid">{"".join(histograms)}</div>
+{details}
 <h2>What was repaired, guessed or extrapolated</h2><ul>{notices}</ul>
 <h2>Time</h2>{table([(s.name, round(s.seconds, 2)) for s in manifest.stages], ("stage", "s"))}
 <h2>For a paper</h2><p>{escape(_methods(manifest))}</p>

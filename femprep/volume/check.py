@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from femprep.elements import ELEMENTS, FACET_CORNERS
+from femprep.elements import ELEMENTS, FACET_CORNERS, element_faces, row_numbers
 from femprep.errors import InputError
 from femprep.geometry.topology import pieces
 from femprep.geometry.triangles import areas
@@ -23,7 +23,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 #: Measures whose worst elements are listed; the smallest value is the worst.
-_LISTED = ("scaled_jacobian", "mean_ratio", "minimum_dihedral")
+_LISTED = ("scaled_jacobian", "mean_ratio", "minimum_dihedral", "characteristic_length")
 #: Range of the histogram of measures that have one; the others' goes from the smallest to the largest value.
 _RANGES = {
     "scaled_jacobian": (0.0, 1.0),
@@ -60,7 +60,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     OptionError
         A limit is out of range.
     """
-    limits = choose(CheckOptions, options, changes)
+    limits = choose(CheckOptions, options, changes).resolved()
     _check_input(mesh)
     measures = {name: element_measures(mesh.points, block, name) for name, block in mesh.cells.items() if len(block)}
     overall = {
@@ -78,7 +78,14 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         notes.append("no facet tags: boundary conditions have nothing to name")
     elif len(through) == 0:
         notes.append("elements through the wall are not counted: no facets tagged endo and epi")
-    verdicts, failures = judge(measures, found, facet_tags, limits)
+    small = overall["characteristic_length"]
+    sizes: dict[str, float | None] = {
+        "time_step": 1e3 * max(float(small.min()), 0.0) / limits.wave_speed,
+        "size_ratio": float(small.min() / np.median(small)) if small.min() > 0 else 0.0,
+        "volume_ratio": _volume_ratio(mesh, overall["volume"]),
+        "edge_by_space_constant": float(length.mean()) / limits.space_constant,
+    }
+    verdicts, failures = judge(measures, found, facet_tags, sizes, limits)
     used = mesh.points[used_points(mesh)]
     low, high = used.min(axis=0).tolist(), used.max(axis=0).tolist()
     return QualityReport(
@@ -100,6 +107,8 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         measures_by_type={name: _summary(values) for name, values in measures.items()},
         edge_length=statistics(length, "mm"),
         elements_through_wall=_count_statistics(through) if len(through) else None,
+        time_step=float(sizes["time_step"] or 0.0),
+        volume_ratio=sizes["volume_ratio"],
         worst=_worst(mesh, measures, limits.worst),
         validity=found,
         options=limits,
@@ -181,6 +190,21 @@ def _worst(mesh: VolumeMesh, measures: dict[str, dict[str, FloatArray]], count: 
                 )
             )
     return tuple(out)
+
+
+def _volume_ratio(mesh: VolumeMesh, volume: FloatArray) -> float | None:
+    """Largest ratio of the volumes of two elements that share a face; 1 where none do, None where one has none."""
+    ratio = 1.0
+    for kind, faces in element_faces(mesh.cells).items():
+        number = row_numbers(np.sort(faces.nodes[:, : FACET_CORNERS[kind]], axis=1))
+        order = np.argsort(number, kind="stable")
+        one, two = order[:-1], order[1:]
+        shared = number[one] == number[two]
+        pair = volume[np.stack([faces.element[one[shared]], faces.element[two[shared]]])]
+        if pair.size and pair.min() <= 0:
+            return None
+        ratio = max(ratio, float((pair.max(axis=0, initial=0.0) / pair.min(axis=0, initial=np.inf)).max(initial=1.0)))
+    return ratio
 
 
 def _facet_records(mesh: VolumeMesh) -> dict[str, FacetRecord]:

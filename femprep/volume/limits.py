@@ -34,6 +34,7 @@ def judge(
     measures: Mapping[str, Mapping[str, FloatArray]],
     validity: Validity,
     facet_tags: Mapping[str, FacetRecord],
+    sizes: Mapping[str, float | None],
     options: CheckOptions,
 ) -> tuple[tuple[LimitRecord, ...], tuple[str, ...]]:
     """Compare what was found with the limits.
@@ -45,6 +46,9 @@ def judge(
     validity : Validity
     facet_tags : mapping
         Facets by tag name.
+    sizes : mapping
+        ``time_step``, ``size_ratio``, ``volume_ratio`` and ``edge_by_space_constant`` of the mesh; None where there is
+        no such thing.
     options : CheckOptions
         The limits; those on angles and mean ratio concern tetrahedra.
 
@@ -57,8 +61,10 @@ def judge(
     verdicts: list[LimitRecord] = []
     failures: list[str] = []
 
-    def compare(name: str, kind: Literal["at least", "at most"], limit: float | None, value: float, what: str) -> None:
-        if limit is None:
+    def compare(
+        name: str, kind: Literal["at least", "at most"], limit: float | None, value: float | None, what: str
+    ) -> None:
+        if limit is None or value is None:
             return
         passed = value >= limit if kind == "at least" else value <= limit
         verdicts.append(LimitRecord(name=name, kind=kind, limit=limit, value=value, passed=passed))
@@ -84,6 +90,28 @@ def judge(
     )
     shapes = min(float(table["mean_ratio"].min()) for table in measures.values())
     compare("minimum_mean_ratio", "at least", options.minimum_mean_ratio, shapes, "smallest mean ratio")
+    relative = min(float(table["relative_jacobian"].min()) for table in measures.values())
+    compare(
+        *("minimum_relative_jacobian", "at least", options.minimum_relative_jacobian, relative),
+        "smallest relative Jacobian",
+    )
+    compare(
+        *("minimum_size_ratio", "at least", options.minimum_size_ratio, sizes["size_ratio"]),
+        "smallest characteristic length by the median one",
+    )
+    compare(
+        *("maximum_volume_ratio", "at most", options.maximum_volume_ratio, sizes["volume_ratio"]),
+        "largest ratio of the volumes of neighbouring elements",
+    )
+    compare(
+        *("minimum_time_step", "at least", options.minimum_time_step, sizes["time_step"]),
+        "stable time step in microseconds",
+    )
+    compare(
+        "maximum_edge_by_space_constant",
+        *("at most", options.maximum_edge_by_space_constant, sizes["edge_by_space_constant"]),
+        "mean edge length by the space constant",
+    )
     if tets:
         smallest = min(float(table["minimum_dihedral"].min()) for table in tets)
         largest = max(float(table["maximum_dihedral"].max()) for table in tets)

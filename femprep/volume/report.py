@@ -112,6 +112,10 @@ class QualityReport(_Record):
     elements_through_wall: Statistics | None = Field(
         description="Elements between endocardial nodes and the epicardium; null without such facets."
     )
+    time_step: float = Field(description="Stable time step of explicit dynamics, microseconds, by options.wave_speed.")
+    volume_ratio: float | None = Field(
+        description="Largest ratio of the volumes of two elements that share a face; null where one has no volume."
+    )
     worst: tuple[WorstElement, ...]
     validity: Validity
     options: CheckOptions

@@ -19,9 +19,12 @@ from femprep.options import VolumeOptions, choose
 from femprep.volume.constraints import constrain
 from femprep.volume.guard import Run, run_tetwild
 from femprep.volume.measures import element_measures, element_volumes
-from femprep.volume.optimise import optimise
+from femprep.volume.optimise import REGULAR_SINE, optimise
+from femprep.volume.sizing import Sizing, SizingField, sizing_field
+from femprep.volume.smooth import quadratic_tetrahedra
 from femprep.volume.tagging import tag_facets
-from femprep.volume.validate import Estimate, check_edge_length, check_wall
+from femprep.volume.transmural import elements_through_wall
+from femprep.volume.validate import Estimate, check_edge_length, check_sizing, check_wall
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -35,6 +38,8 @@ _MESHER_SHARE = 0.9
 _MISSED = "below what was asked"
 #: Largest relative difference between the volumes of mesh and wall.
 _VOLUME_LIMIT = 0.02
+#: Least share of endocardial nodes with as many elements through the wall as asked for.
+_THROUGH_SHARE = 0.95
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,12 @@ class _Candidate:
 
 
 def tetrahedralize(
-    wall: Wall, *, options: VolumeOptions | None = None, progress: Progress | None = None, **changes: Any
+    wall: Wall,
+    *,
+    options: VolumeOptions | None = None,
+    progress: Progress | None = None,
+    sizing: Sizing | None = None,
+    **changes: Any,
 ) -> VolumeMesh:
     """Fill a wall with tetrahedra.
 
@@ -68,18 +78,22 @@ def tetrahedralize(
     wall : Wall
         Closed, wound out of the tissue, tagged.
     options : VolumeOptions, optional
-        Edge length, envelope, quality asked for, limits of time and memory.
+        Quality asked for, edge length or elements through the wall, limits of time and memory.
     progress : callable, optional
         Called with ``("volume", fraction)`` about five times a second while the mesher runs; the fraction is a guess
         from the time gone, as the mesher tells nothing. An exception it raises ends the mesher and is passed on.
+    sizing : callable or pair of arrays, optional
+        Edge lengths wanted, mm: a function of points ``(n, 3)``, or points ``(k, 3)`` and the lengths there ``(k,)``,
+        of which the nearest counts.
     **changes
         Options by name in place of those given.
 
     Returns
     -------
     VolumeMesh
-        One block ``"tetra"``, all of it region ``lv``, every boundary facet tagged. ``info`` tells parameters,
-        attempts with seconds and peak memory, what was moved, and whether the quality asked for was reached.
+        One block ``"tetra"`` (``"tetra10"`` for order 2), all of it region ``lv``, every boundary facet tagged.
+        ``info`` tells parameters, attempts with seconds and peak memory, what was moved, whether the quality asked for
+        was reached, and the elements through the wall where a number of them was asked for.
 
     Raises
     ------
@@ -99,7 +113,8 @@ def tetrahedralize(
     """
     settings = choose(VolumeOptions, options, changes)
     check_wall(wall)
-    need = check_edge_length(wall, settings)
+    field = sizing_field(wall, settings, sizing)
+    need = check_edge_length(wall, settings) if field is None else check_sizing(field, settings)
     if need.seconds > settings.time_limit:
         _log.warning(
             "about %.2g elements will take about %.0f s, longer than the time limit of %g s",
@@ -108,11 +123,12 @@ def tetrahedralize(
     report = progress or (lambda stage, fraction: None)
     record: list[dict[str, Any]] = []
     best: _Candidate | None = None
-    for attempt in attempts(settings, lambda: record[-1]["outcome"]):
+    shortest = settings.edge_length if field is None else max(field.finest, 0.4 * field.coarsest)
+    for attempt in attempts(settings, lambda: record[-1]["outcome"], shortest):
         entry: dict[str, Any] = {"envelope_mm": attempt.envelope, "stop_energy": attempt.stop_energy}
         record.append(entry)
         try:
-            run = _mesh(wall, settings, attempt, need, report)
+            run = _mesh(wall, settings, attempt, field, need, report)
             entry.update(
                 seconds=run.seconds,
                 processor_seconds=run.processor_seconds,
@@ -136,24 +152,29 @@ def tetrahedralize(
     info = {
         "mesher": f"fTetWild through pytetwild {_version('pytetwild')}",
         "deterministic": False,
-        "edge_length_mm": settings.edge_length,
+        "quality": settings.quality,
+        "edge_length_mm": settings.edge_length if field is None else [field.finest, field.coarsest],
         "estimate": {"elements": need.elements, "gigabytes": need.gigabytes, "seconds": need.seconds},
         "attempts": record,
         "quality_reached": best.reached,
     }
-    return replace(best.mesh, planes=wall.planes, info={**info, **best.mesh.info})
+    mesh = replace(best.mesh, planes=wall.planes, info={**info, **best.mesh.info})
+    if settings.elements_through_wall is not None:
+        mesh = replace(mesh, info={**mesh.info, **_through(mesh, settings.elements_through_wall)})
+    return quadratic_tetrahedra(mesh, wall) if settings.order == 2 else mesh
 
 
-def attempts(options: VolumeOptions, outcome: Callable[[], str]) -> Iterator[Attempt]:
+def attempts(options: VolumeOptions, outcome: Callable[[], str], edge_length: float | None = None) -> Iterator[Attempt]:
     """Parameters of the runs: those asked for, then others, by the outcome of the run before.
 
     After a time limit everything is looser. Where the quality was missed the stop energy is lower: a tighter envelope
     would only keep more of the wall's small triangles. After a crash or a wrong mesh both are tighter.
     """
-    envelope = options.edge_length / 20.0 if options.envelope is None else options.envelope
-    energy = options.stop_energy
+    targets = options.targets
+    envelope = options.envelope or targets.envelope * (edge_length or options.edge_length)
+    energy = targets.stop_energy
     yield Attempt(envelope, energy)
-    for _ in range(options.retries):
+    for _ in range(targets.retries):
         if "time_limit" in outcome():
             envelope, energy = 1.5 * envelope, 2.0 * energy
         else:
@@ -162,18 +183,21 @@ def attempts(options: VolumeOptions, outcome: Callable[[], str]) -> Iterator[Att
         yield Attempt(envelope, energy)
 
 
-def _mesh(wall: Wall, options: VolumeOptions, attempt: Attempt, need: Estimate, report: Progress) -> Run:
+def _mesh(
+    wall: Wall, options: VolumeOptions, attempt: Attempt, field: SizingField | None, need: Estimate, report: Progress
+) -> Run:
     diagonal = float(np.linalg.norm(np.ptp(wall.points[np.unique(wall.triangles)], axis=0)))
     expected = max(need.seconds, 1.0)
     return run_tetwild(
         wall.points,
         wall.triangles,
         {
-            "edge_length_abs": float(options.edge_length),
+            "edge_length_abs": float(options.edge_length if field is None else field.coarsest),
             "epsilon": float(attempt.envelope / diagonal),
             "stop_energy": float(attempt.stop_energy),
             "num_threads": 1,
         },
+        arrays={} if field is None else {"bg_vertices": field.points, "bg_tets": field.tets, "bg_values": field.values},
         time_limit=options.time_limit,
         memory_limit=options.memory_limit,
         pulse=lambda gone: report("volume", _MESHER_SHARE * (1.0 - float(np.exp(-gone / expected)))),
@@ -194,7 +218,8 @@ def _finish(run: Run, wall: Wall, options: VolumeOptions, attempt: Attempt) -> _
     constraints = constrain(len(points), facets, tag, wall)
     before = points.copy()
     if options.optimise:
-        outcome = optimise(points, cells, constraints)
+        poor = float(np.sin(np.radians(options.targets.poor_angle)) / REGULAR_SINE)
+        outcome = optimise(points, cells, constraints, poor=poor)
         points = outcome.points
         moved = {
             "sweeps": outcome.sweeps,
@@ -234,12 +259,33 @@ def _finish(run: Run, wall: Wall, options: VolumeOptions, attempt: Attempt) -> _
         points, {"tetra": cells}, np.full(len(cells), REGION_TAGS["lv"]), {"triangle": facets}, tag, info=info
     )
     smallest, mean = float(measures["minimum_dihedral"].min()), float(measures["mean_ratio"].mean())
-    reached = smallest >= options.minimum_dihedral and mean >= options.mean_ratio
+    reached = smallest >= options.targets.minimum_dihedral and mean >= options.targets.mean_ratio
     return _Candidate(mesh, smallest, mean, reached)
 
 
+def _through(mesh: VolumeMesh, asked: int) -> dict[str, Any]:
+    """Elements through the wall: asked for and measured; a note where too few nodes have as many."""
+    count = elements_through_wall(mesh)
+    share = float((count >= asked).mean())
+    found = {
+        "asked": asked,
+        "share_of_nodes": share,
+        "minimum": int(count.min()),
+        "median": float(np.median(count)),
+        "maximum": int(count.max()),
+    }
+    if share >= _THROUGH_SHARE:
+        return {"elements_through_wall": found}
+    line = (
+        f"{asked} elements through the wall were asked for, {100 * share:.0f} % of the endocardial nodes have them "
+        f"(least {found['minimum']}, median {found['median']:g})"
+    )
+    _log.warning(line)
+    return {"elements_through_wall": found, "notes": [line]}
+
+
 def _used(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
-    """Points in use alone, and the cells that name them."""
+    """Points in use alone, and the cells that name them; what is near in space near in memory, which is quicker."""
     if len(cells) == 0:
         raise StageError("the mesher gave no elements; choose a smaller edge_length or envelope")
     if not np.isfinite(points).all() or cells.min() < 0 or cells.max() >= len(points):

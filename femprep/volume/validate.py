@@ -15,6 +15,7 @@ from femprep.geometry.topology import edge_table, pieces, pinched_vertices, volu
 from femprep.geometry.triangles import areas, edge_lengths
 from femprep.model import Wall, tag_name
 from femprep.options import VolumeOptions
+from femprep.volume.sizing import SizingField
 
 #: Tetrahedra per edge length cubed of wall volume; 9.6 to 10.6 were measured, more where the wall is thin.
 TETS_PER_CUBE: Final = 11.0
@@ -86,7 +87,11 @@ def check_wall(wall: Wall) -> None:
 
 def estimate(wall: Wall, edge_length: float) -> Estimate:
     """Estimate elements, memory and time of meshing a wall at an edge length in mm."""
-    elements = TETS_PER_CUBE * wall.volume / edge_length**3
+    return _estimate(TETS_PER_CUBE * wall.volume / edge_length**3)
+
+
+def _estimate(elements: float) -> Estimate:
+    """Memory and time for a number of tetrahedra."""
     return Estimate(int(min(elements, 1e18)), (BASE_BYTES + BYTES_PER_TET * elements) / 1e9, SECONDS_PER_TET * elements)
 
 
@@ -114,6 +119,24 @@ def check_edge_length(wall: Wall, options: VolumeOptions) -> Estimate:
             f"an edge length of {options.edge_length:g} mm makes about {need.elements:.2g} elements and needs about "
             f"{need.gigabytes:.3g} GB, more than the {options.memory_limit:g} GB of option memory_limit; "
             f"choose an edge_length of at least {least * 1.005:.3g} mm or a larger memory_limit"
+        )
+    return need
+
+
+def check_sizing(field: SizingField, options: VolumeOptions) -> Estimate:
+    """Check that elements of edge lengths that vary fit into memory.
+
+    Raises
+    ------
+    ResourceError
+        The mesh would need more memory than the limit.
+    """
+    need = _estimate(TETS_PER_CUBE * field.elements)
+    if need.gigabytes > options.memory_limit:
+        raise ResourceError(
+            f"edge lengths from {field.finest:.3g} to {field.coarsest:.3g} mm make about {need.elements:.2g} elements "
+            f"and need about {need.gigabytes:.3g} GB, more than the {options.memory_limit:g} GB of option "
+            "memory_limit; ask for fewer elements through the wall, larger edges, or a larger memory_limit"
         )
     return need
 

@@ -16,4 +16,4 @@ def coarse_wall() -> Wall:
 
 @pytest.fixture(scope="session")
 def coarse_mesh(coarse_wall: Wall) -> VolumeMesh:
-    return tetrahedralize(coarse_wall, edge_length=6.0, stop_energy=10.0, retries=0)
+    return tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82, retries=0)

@@ -4,9 +4,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from analytic_walls import cut_ellipsoid_volume
+from meshes import truncated_ellipsoid
 
+from femprep.elements import ELEMENTS
 from femprep.errors import InputError, OptionError, QualityError
 from femprep.model import FACET_TAGS, REGION_TAGS, Plane, VolumeMesh
+from femprep.options import PURPOSE_LIMITS
 from femprep.volume import QualityReport, check
 from femprep.volume.check import statistics
 from femprep.volume.transmural import elements_through_wall
@@ -263,3 +266,76 @@ def test_flat_elements_do_not_break_the_report():
     assert "aspect_ratio" not in report.measures
     assert json.loads(report.model_dump_json())["measures"]["volume"]["max"] == 0.0
     assert not report.passed
+
+
+def test_time_step_is_the_least_height_by_the_speed_of_sound():
+    """Unit cubes: volume by face is 1 mm; at 2000 m/s that is half a microsecond."""
+    report = check(slab(2, 2, 2), wave_speed=2000.0)
+    assert report.time_step == pytest.approx(0.5)
+    assert check(slab(2, 2, 2), wave_speed=2000.0, minimum_time_step=0.499).passed
+    failed = check(slab(2, 2, 2), wave_speed=2000.0, minimum_time_step=0.501)
+    assert failed.failures == ("stable time step in microseconds is 0.5, asked for is at least 0.501",)
+
+
+def test_volume_ratio_is_that_of_neighbours():
+    """Layers of heights 1 and 4: the ratio across the face between them; elements apart do not count."""
+    mesh = slab(2, 2, 3)
+    points = np.array(mesh.points)
+    points[points[:, 2] == 3, 2] = 6.0
+    uneven = tagged(replace(mesh, points=points, facets={}, facet_tag=np.empty(0, dtype=np.int32)), 6.0)
+    report = check(uneven)
+    assert report.volume_ratio == pytest.approx(4.0)
+    assert check(uneven, maximum_volume_ratio=4.1).passed
+    assert "neighbouring" in check(uneven, maximum_volume_ratio=3.9).failures[0]
+    assert check(slab(1, 1, 1)).volume_ratio == 1.0
+    points[points[:, 2] == 6, 2] = 1.5
+    assert check(replace(uneven, points=points)).volume_ratio is None
+
+
+@pytest.mark.parametrize("kind", ["hexahedron", "wedge", "tetra"])
+def test_purpose_sets_limits_that_options_override(kind):
+    mesh = slab(3, 3, 3, kind)
+    names = {purpose: {r.name for r in check(mesh, purpose=purpose).limits} for purpose in PURPOSE_LIMITS}
+    assert {"minimum_size_ratio"} == names["explicit"] - names["general"]
+    assert names["implicit"] >= {"minimum_relative_jacobian", "maximum_volume_ratio", "minimum_mean_ratio"}
+    assert "maximum_edge_by_space_constant" in names["electrophysiology"]
+    report = check(mesh, purpose="implicit", minimum_scaled_jacobian=0.35)
+    assert report.options.minimum_scaled_jacobian == 0.35
+    assert report.options.minimum_mean_ratio == PURPOSE_LIMITS["implicit"]["minimum_mean_ratio"]
+    with pytest.raises(OptionError, match="'purpose' is 'fluid'"):
+        check(mesh, purpose="fluid")
+
+
+def test_electrophysiology_asks_for_edges_below_the_space_constant():
+    mesh = slab(2, 2, 2)
+    small = replace(mesh, points=0.3 * mesh.points)
+    assert check(small, purpose="electrophysiology").passed
+    (failure,) = check(mesh, purpose="electrophysiology").failures
+    assert failure == "mean edge length by the space constant is 2.857, asked for is at most 1"
+    assert check(mesh, purpose="electrophysiology", space_constant=1.5).passed
+
+
+def test_explicit_fails_on_one_small_element_among_large_ones():
+    mesh = slab(4, 4, 4)
+    assert check(mesh, purpose="explicit").passed
+    points = np.array(mesh.points)
+    points[points[:, 2] == 4, 2] = 3.15
+    thin = replace(mesh, points=points, facets={}, facet_tag=np.empty(0, dtype=np.int32))
+    assert any("characteristic length" in line for line in check(thin, purpose="explicit").failures)
+    assert check(thin, **LOOSE).passed
+
+
+@pytest.mark.parametrize("kind", list(ELEMENTS))
+def test_every_element_type_is_judged_and_its_worst_listed_with_place(kind):
+    mesh = truncated_ellipsoid(kind)
+    report = check(mesh, worst=4, **LOOSE)
+    assert report.passed, report.failures
+    for measure in ("scaled_jacobian", "mean_ratio", "minimum_dihedral", "characteristic_length"):
+        listed = [item for item in report.worst if item.measure == measure]
+        assert len(listed) == 4
+        assert listed[0].value == report.measures[measure].min
+        for item in listed:
+            nodes = mesh.cells[kind][item.element, : ELEMENTS[kind].corners]
+            np.testing.assert_allclose(item.centroid, mesh.points[nodes].mean(axis=0), rtol=1e-12)
+            assert item.region in ("lv", "septum")
+        assert sum(report.measures[measure].histogram.counts) == mesh.n_cells

@@ -119,9 +119,17 @@ def test_measures_do_not_change_with_place_turn_or_size(name, seed, size):
     turn *= np.sign(np.linalg.det(turn))
     first = element_measures(points, cells, name)
     second = element_measures(size * points @ turn.T + rng.normal(size=3), cells, name)
-    scales = {"volume": size**3, "shortest_edge": size, "longest_edge": size}
+    scales = {"volume": size**3, "shortest_edge": size, "longest_edge": size, "characteristic_length": size}
     for key, value in first.items():
         np.testing.assert_allclose(second[key], scales.get(key, 1.0) * value, rtol=1e-6, atol=1e-7, err_msg=key)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_characteristic_length_of_ideal_elements(name):
+    """Height of the regular tetrahedron; volume by largest face of prism (a square) and cube; half for order 2."""
+    straight = {"tetra": np.sqrt(2.0 / 3.0), "wedge": np.sqrt(3.0) / 4.0, "hexahedron": 1.0}[family(name)]
+    expected = straight * (0.5 if ELEMENTS[name].quadratic else 1.0)
+    assert measure(ideal_nodes(name), name)["characteristic_length"] == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -103,13 +103,15 @@ def test_closed_cavity_stays_a_cavity():
 def test_progress_rises_and_ends_at_one(coarse_wall, monkeypatch, coarse_mesh):
     seen: list[tuple[str, float]] = []
 
-    def fake(points, triangles, settings, *, time_limit, memory_limit, pulse):
+    def fake(points, triangles, settings, *, arrays, time_limit, memory_limit, pulse):
         for gone in np.arange(0.2, 20.0, 0.2):
             pulse(float(gone))
         return result(coarse_mesh)
 
     monkeypatch.setattr(tetrahedra, "run_tetwild", fake)
-    tetrahedralize(coarse_wall, edge_length=6.0, progress=lambda stage, fraction: seen.append((stage, fraction)))
+    tetrahedralize(
+        coarse_wall, edge_length=6.0, retries=0, progress=lambda stage, fraction: seen.append((stage, fraction))
+    )
     stages, fractions = zip(*seen)
     assert set(stages) == {"volume"}
     assert list(fractions) == sorted(fractions)
@@ -159,7 +161,7 @@ def filled(wall: Wall) -> Run:
 
 def test_retries_tighter_after_a_crash_and_says_so(mesher, coarse_wall, coarse_mesh):
     used = mesher(StageError("the mesher was ended by SIGSEGV"), result(coarse_mesh))
-    mesh = tetrahedralize(coarse_wall, edge_length=6.0)
+    mesh = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82)
     assert [item["outcome"] for item in mesh.info["attempts"]] == ["the mesher was ended by SIGSEGV", "reached"]
     assert used.asked[1]["epsilon"] == pytest.approx(used.asked[0]["epsilon"] / 1.5)
     assert used.asked[1]["stop_energy"] < used.asked[0]["stop_energy"]
@@ -185,7 +187,7 @@ def test_filled_cavity_is_refused(mesher, coarse_wall):
     with pytest.raises(
         StageError, match=r"no mesh after 3 attempt\(s\).*made .* mm3 of a wall of .*; it filled a cavity"
     ):
-        tetrahedralize(coarse_wall, edge_length=6.0)
+        tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82)
 
 
 @pytest.mark.parametrize(
@@ -215,7 +217,7 @@ def test_wrong_meshes_are_refused(mesher, coarse_wall, coarse_mesh, fault, messa
         cells = cells[middle[:, 2] > -40.0]
     mesher(Run(points, cells, 1.0, None, 1.0))
     with pytest.raises(StageError, match=message):
-        tetrahedralize(coarse_wall, edge_length=6.0, retries=0)
+        tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82, retries=0)
 
 
 def test_best_mesh_is_kept_where_the_quality_asked_for_is_out_of_reach(mesher, coarse_wall, coarse_mesh, caplog):
@@ -234,19 +236,19 @@ def test_points_that_left_the_wall_are_put_back(mesher, coarse_wall, coarse_mesh
     points = coarse_mesh.points.copy()
     points[boundary] += rng.uniform(-0.1, 0.1, (len(boundary), 3))
     mesher(replace(result(coarse_mesh), points=points))
-    mesh = tetrahedralize(coarse_wall, edge_length=6.0)
+    mesh = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82)
     np.testing.assert_array_equal(mesh.facet_tag, coarse_mesh.facet_tag)
     assert mesh.info["greatest_distance_from_wall_mm"] < 1e-9
     base = np.unique(mesh.facets["triangle"][mesh.facet_tag == FACET_TAGS["base"]])
     assert (mesh.points[base, 2] == 10.0).all()
-    plain = tetrahedralize(coarse_wall, edge_length=6.0, optimise=False)
+    plain = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82, optimise=False)
     assert (plain.points[base, 2] == 10.0).all()
 
 
 def test_inputs_are_left_alone(coarse_wall, mesher, coarse_mesh):
     before = coarse_wall.points.tobytes(), coarse_wall.triangles.tobytes()
     mesher(result(coarse_mesh))
-    tetrahedralize(coarse_wall, edge_length=6.0)
+    tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82)
     assert before == (coarse_wall.points.tobytes(), coarse_wall.triangles.tobytes())
 
 

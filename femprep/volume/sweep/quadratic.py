@@ -6,16 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from femprep.elements import ELEMENTS
-from femprep.errors import StageError
 from femprep.model import FloatArray, IntArray, VolumeMesh
 from femprep.template.matched import MatchedSurfaces
-from femprep.volume.measures import element_measures
-
-_QUADRATIC = {"tetra": "tetra10", "wedge": "wedge15", "hexahedron": "hexahedron20"}
-_FACETS = {"triangle": "triangle6", "quad": "quad8"}
-#: Rounds of straightening: an element that was sound may not be with a neighbour's edge straight.
-_ROUNDS = 8
+from femprep.volume.quadratic import add_middles, number_edges
 
 
 def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> VolumeMesh:
@@ -23,8 +16,8 @@ def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> 
 
     The middle of an edge on the endocardium or the epicardium lies on the smooth surface, that of a rim edge also in
     its plane; inside the wall the middle lies on the straight line between those two, at the mean depth of the edge's
-    ends. Where an element's Jacobian is not positive at a corner, the centre or a quadrature point, its edges
-    are made straight, and counted.
+    ends. Where an element would be inverted, the edges over its template edges are made straight in all layers, and
+    counted.
 
     Parameters
     ----------
@@ -46,80 +39,45 @@ def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> 
     StageError
         An element stays inverted also when straight.
     """
-    ((name, cells),) = mesh.cells.items()
-    kind, total, count = ELEMENTS[name], len(mesh.points), len(matched.inner)
-    ends = np.sort(cells[:, np.array(kind.edges)].reshape(-1, 2), axis=1)
-    key, place = np.unique(ends[:, 0] * total + ends[:, 1], return_inverse=True)
-    one, two = key // total, key % total
-    middle = total + place.reshape(len(cells), -1)
-    full = np.concatenate([cells, middle], axis=1)
-
-    pair = np.sort(np.stack([one % count, two % count], axis=1), axis=1)
+    count = len(matched.inner)
+    edges = number_edges(mesh)
+    one, two = edges.ends.T
+    pair = np.sort(edges.ends % count, axis=1)
     share = 0.5 * (depth[one // count] + depth[two // count])
     across, which = np.unique(pair[:, 0] * count + pair[:, 1], return_inverse=True)
-    straight, curved = _template_middles(matched, np.stack([across // count, across % count], axis=1))
-    used = np.zeros(len(across), dtype=bool)
-    points = np.empty((total + len(key), 3))
-    points[:total] = mesh.points
+    which = which.ravel()
+    inner, outer = _template_middles(matched, np.stack([across // count, across % count], axis=1))
+    curved = inner[which] + share[:, None] * (outer[which] - inner[which])
     upright = pair[:, 0] == pair[:, 1]
-    for _ in range(_ROUNDS):
-        ways = np.where(used[None, :, None], straight, curved)
-        points[total:] = ways[0, which] + share[:, None] * (ways[1, which] - ways[0, which])
-        points[total:][upright] = 0.5 * (mesh.points[one[upright]] + mesh.points[two[upright]])
-        _flatten(points, total, pair, matched)
-        bad = element_measures(points, full, _QUADRATIC[name])["relative_jacobian"] <= 0.0
-        if not bad.any():
-            break
-        used[which[place.reshape(len(cells), -1)[bad].ravel()]] = True
-    else:
-        raise StageError(f"{int(bad.sum())} quadratic elements stay inverted after their edges were made straight")
-    facets = {
-        _FACETS[facet]: np.concatenate([nodes, _facet_middles(nodes, key, total)], axis=1)
-        for facet, nodes in mesh.facets.items()
-    }
+    curved[upright] = 0.5 * (mesh.points[one[upright]] + mesh.points[two[upright]])
+    _flatten(curved, pair, matched)
     added = {
         "transmural": share,
         "thickness": 0.5 * (mesh.point_data["thickness"][one] + mesh.point_data["thickness"][two]),
-        "template": np.full(len(key), -1, dtype=np.int32),
+        "template": np.full(len(pair), -1),
     }
-    return replace(
-        mesh,
-        points=points,
-        cells={_QUADRATIC[name]: full},
-        facets=facets,
-        point_data={k: np.concatenate([mesh.point_data[k], v]) for k, v in added.items()},
-        info={
-            **mesh.info,
-            "element": _QUADRATIC[name],
-            "straightened": int(np.count_nonzero(used & (across // count != across % count))),
-        },
-    )
+    result, straight = add_middles(mesh, edges, curved, together=which, point_data=added)
+    ((name, _),) = result.cells.items()
+    info = {**mesh.info, "element": name, "straightened": len(np.unique(which[straight]))}
+    return replace(result, info=info)
 
 
 def _template_middles(matched: MatchedSurfaces, pairs: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Middles of template edges on both surfaces, ``(2, e, 3)``: straight ones, and those on the smooth surfaces."""
+    """Middles of template edges on the smooth inner and outer surface, each ``(e, 3)``."""
     kind = matched.cup.rim
     flat = np.where((kind[pairs[:, 0]] == kind[pairs[:, 1]]), kind[pairs[:, 0]], 0)
     planes = np.array([[*plane.normal, plane.offset] for plane in matched.planes.values()])
-    straight, curved = [], []
-    for points, surface in ((matched.inner, matched.inner_surface), (matched.outer, matched.outer_surface)):
-        middle = 0.5 * (points[pairs[:, 0]] + points[pairs[:, 1]])
-        straight.append(middle)
-        curved.append(surface.settle(middle, None, flat, planes)[0])
-    return np.array(straight), np.array(curved)
+    inner, outer = (
+        surface.settle(0.5 * (points[pairs[:, 0]] + points[pairs[:, 1]]), None, flat, planes)[0]
+        for points, surface in ((matched.inner, matched.inner_surface), (matched.outer, matched.outer_surface))
+    )
+    return inner, outer
 
 
-def _flatten(points: FloatArray, total: int, pair: IntArray, matched: MatchedSurfaces) -> None:
-    """Take the rounding of rim edges' middles away, so that they lie in their plane to the last digit."""
+def _flatten(middles: FloatArray, pair: IntArray, matched: MatchedSurfaces) -> None:
+    """Take the rounding of rim edges' middles away, so that they lie in their plane to the last digit; in place."""
     kind = matched.cup.rim
     flat = np.where(kind[pair[:, 0]] == kind[pair[:, 1]], kind[pair[:, 0]], 0)
     for number, plane in enumerate(matched.planes.values(), 1):
-        rows = total + np.flatnonzero(flat == number)
-        points[rows] -= plane.signed_distance(points[rows])[:, None] * plane.normal
-
-
-def _facet_middles(nodes: IntArray, key: IntArray, total: int) -> IntArray:
-    """Mid-side nodes of facets ``(f, p)``, that of side i between corners i and i + 1."""
-    one, two = nodes, np.roll(nodes, -1, axis=1)
-    wanted = np.minimum(one, two) * total + np.maximum(one, two)
-    return np.asarray(total + np.searchsorted(key, wanted), dtype=np.int64)
+        rows = flat == number
+        middles[rows] -= plane.signed_distance(middles[rows])[:, None] * plane.normal

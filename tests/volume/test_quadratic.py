@@ -1,0 +1,174 @@
+"""Ten-node tetrahedra of walls: exact volumes and their rates, planes, tags; edges made straight where they must."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from analytic_walls import cut_ellipsoid_volume, ellipsoid_wall
+from meshes import truncated_ellipsoid
+
+from femprep.elements import ELEMENTS, boundary_faces
+from femprep.errors import InputError, StageError
+from femprep.model import FACET_TAGS, VolumeMesh, Wall
+from femprep.volume import check, tetrahedralize
+from femprep.volume.measures import element_measures, element_volumes
+from femprep.volume.quadratic import add_middles, number_edges
+from femprep.volume.smooth import quadratic_tetrahedra
+from femprep.volume.transmural import mesh_edges
+
+ENDO, EPI, HEIGHT = (22.0, 22.0, 42.0), (31.0, 31.0, 51.0), 10.0
+EXACT = cut_ellipsoid_volume(EPI, HEIGHT) - cut_ellipsoid_volume(ENDO, HEIGHT)
+
+
+def volume(mesh: VolumeMesh) -> float:
+    return float(sum(element_volumes(mesh.points, block, name).sum() for name, block in mesh.cells.items()))
+
+
+def off_ellipsoid(points: np.ndarray, axes: tuple[float, float, float]) -> np.ndarray:
+    """Distance from an ellipsoid, to first order, mm."""
+    scaled = points / axes
+    value = np.einsum("ij,ij->i", scaled, scaled) - 1.0
+    return np.abs(value) / (2.0 * np.linalg.norm(points / np.square(axes), axis=1))
+
+
+@pytest.fixture(scope="module")
+def pair(coarse_wall, coarse_mesh):
+    return coarse_mesh, quadratic_tetrahedra(coarse_mesh, coarse_wall)
+
+
+def test_middles_lie_on_the_smooth_surfaces_and_planes_stay_flat(coarse_wall, pair):
+    linear, mesh = pair
+    assert set(mesh.cells) == {"tetra10"}
+    assert mesh.n_cells == linear.n_cells
+    assert len(mesh.points) == len(linear.points) + len(mesh_edges(linear))
+    np.testing.assert_array_equal(mesh.cells["tetra10"][:, :4], linear.cells["tetra"])
+    np.testing.assert_array_equal(mesh.facets["triangle6"][:, :3], linear.facets["triangle"])
+    np.testing.assert_array_equal(mesh.facet_tag, linear.facet_tag)
+    found = {tag: mesh.facets["triangle6"][mesh.facet_tag == number] for tag, number in mesh.facet_names.items()}
+    # The smooth surface through the wall's vertices, 4 to 5 mm apart, is not quite the ellipsoid; chords are far off.
+    for tag, axes in (("endo", ENDO), ("epi", EPI)):
+        middles = np.unique(found[tag][:, 3:])
+        chords = off_ellipsoid(linear.points[found[tag][:, [0, 1]]].mean(axis=1), axes)
+        assert off_ellipsoid(mesh.points[middles], axes).max() < 0.2 * chords.max()
+        assert off_ellipsoid(mesh.points[middles], axes).mean() < 0.05 * chords.mean()
+        assert off_ellipsoid(mesh.points[np.unique(found[tag])], axes).mean() < 0.01
+    base = np.unique(found["base"])
+    assert np.abs(coarse_wall.planes["base"].signed_distance(mesh.points[base])).max() <= 1e-9
+    report = check(mesh)
+    assert report.validity.inverted_elements == 0
+    assert report.validity.untagged_boundary_facets == 0
+    assert report.validity.inward_facets == 0
+    assert abs(volume(mesh) - EXACT) < 0.05 * abs(volume(linear) - EXACT)
+    record = mesh.info["quadratic"]
+    assert record["straightened_edges"] == 0
+    assert record["curved_edges"] > 500
+    json.dumps(dict(mesh.info))
+
+
+def test_middles_of_facets_are_those_of_their_elements(pair):
+    _, mesh = pair
+    boundary = boundary_faces(mesh.cells)["triangle6"].nodes
+    assert {tuple(sorted(row)) for row in boundary.tolist()} == {
+        tuple(sorted(row)) for row in mesh.facets["triangle6"].tolist()
+    }
+
+
+def test_any_tags_will_do(coarse_wall, coarse_mesh):
+    """Cavities and their interface by other names; a crease between two smooth sheets stays straight."""
+    rename = {"endo": "endo_lv", "epi": "epi", "base": "base"}
+
+    def other(tags, centres):
+        tag = np.array([FACET_TAGS[rename[n]] for n in ("endo", "epi", "base")])[
+            np.searchsorted([FACET_TAGS["endo"], FACET_TAGS["epi"], FACET_TAGS["base"]], tags)
+        ]
+        return np.where((tag == FACET_TAGS["endo_lv"]) & (centres[:, 0] > 0), FACET_TAGS["endo_rv"], tag)
+
+    wall = Wall(coarse_wall.points, coarse_wall.triangles,
+                other(coarse_wall.facet_tag, coarse_wall.points[coarse_wall.triangles].mean(axis=1)),
+                coarse_wall.template, coarse_wall.planes)  # fmt: skip
+    centres = coarse_mesh.points[coarse_mesh.facets["triangle"]].mean(axis=1)
+    mesh = quadratic_tetrahedra(replace(coarse_mesh, facet_tag=other(coarse_mesh.facet_tag, centres)), wall)
+    assert set(mesh.facet_names) == {"endo_lv", "endo_rv", "epi", "base"}
+    assert check(mesh).validity.inverted_elements == 0
+    assert abs(volume(mesh) - EXACT) < 0.25 * abs(volume(coarse_mesh) - EXACT)
+
+
+def rate(errors: list[float], sizes: list[float]) -> float:
+    return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
+
+
+@pytest.mark.slow
+def test_volumes_converge_to_the_closed_form():
+    """Order 1 with the square of the edge length, order 2 with its third power at least."""
+    sizes, linear, curved = [7.0, 4.8, 3.3], [], []
+    for size, rings in zip(sizes, (9, 13, 19)):
+        wall = ellipsoid_wall(ENDO, EPI, HEIGHT, rings=rings, layers=max(2, round(9.0 / size)))
+        mesh = tetrahedralize(wall, edge_length=size, mean_ratio=0.8, retries=0)
+        linear.append(abs(volume(mesh) / EXACT - 1.0))
+        curved.append(abs(volume(quadratic_tetrahedra(mesh, wall)) / EXACT - 1.0))
+    assert 1.6 < rate(linear, sizes) < 2.6
+    assert rate(curved, sizes) > 2.8
+    assert linear[-1] < 0.01
+    assert curved[-1] < 1e-4
+
+
+@pytest.mark.parametrize("kind", ["tetra", "wedge", "hexahedron"])
+def test_straight_middles_change_nothing(kind):
+    mesh = truncated_ellipsoid(kind)
+    edges = number_edges(mesh)
+    middle = mesh.points[edges.ends].mean(axis=1)
+    result, straight = add_middles(mesh, edges, middle)
+    ((name, cells),) = result.cells.items()
+    assert len(straight) == 0
+    assert ELEMENTS[name].quadratic
+    # Sides of linear wedges and hexahedra are bilinear, and so are those of straight quadratic ones.
+    assert volume(result) == pytest.approx(volume(mesh), rel=1e-12)
+    assert check(result).validity.untagged_boundary_facets == 0
+    for (a, b), node in zip(ELEMENTS[name].edges, range(ELEMENTS[name].corners, ELEMENTS[name].nodes)):
+        np.testing.assert_allclose(
+            result.points[cells[:, node]], result.points[cells[:, [a, b]]].mean(axis=1), rtol=0, atol=1e-12
+        )
+
+
+@pytest.mark.parametrize("kind", ["tetra", "wedge", "hexahedron"])
+def test_edges_bent_too_far_are_made_straight_and_counted(kind):
+    mesh = truncated_ellipsoid(kind)
+    edges = number_edges(mesh)
+    middle = mesh.points[edges.ends].mean(axis=1)
+    curved = middle.copy()
+    length = np.linalg.norm(np.diff(mesh.points[edges.ends], axis=1)[:, 0], axis=1)
+    curved[17] += 4.0 * length[17] * np.array([0.6, 0.64, 0.48])
+    curved[40] += 0.01 * length[40] * np.array([0.6, 0.64, 0.48])
+    result, straight = add_middles(mesh, edges, curved)
+    ((name, cells),) = result.cells.items()
+    assert 17 in straight
+    assert set(straight.tolist()) <= {17, 40}
+    np.testing.assert_array_equal(result.points[edges.total + 17], middle[17])
+    assert element_measures(result.points, cells, name)["relative_jacobian"].min() > 0
+    # Those that go together are made straight together.
+    _, both = add_middles(mesh, edges, curved, together=np.where(np.isin(np.arange(len(middle)), [17, 40]), 0, 1))
+    assert set(both.tolist()) == {17, 40}
+
+
+def test_inverted_elements_are_not_hidden():
+    mesh = truncated_ellipsoid("tetra")
+    cells = np.array(mesh.cells["tetra"])
+    cells[3] = cells[3][[1, 0, 2, 3]]
+    broken = replace(mesh, cells={"tetra": cells})
+    edges = number_edges(broken)
+    with pytest.raises(StageError, match="1 quadratic elements stay inverted"):
+        add_middles(broken, edges, broken.points[edges.ends].mean(axis=1))
+    with pytest.raises(InputError, match="quadratic already"):
+        number_edges(truncated_ellipsoid("tetra10"))
+
+
+def test_point_data_go_to_the_middles():
+    mesh = truncated_ellipsoid("tetra")
+    mesh = mesh.with_data(point={"height": mesh.points[:, 2], "number": np.arange(len(mesh.points))})
+    edges = number_edges(mesh)
+    middle = mesh.points[edges.ends].mean(axis=1)
+    result, _ = add_middles(mesh, edges, middle, point_data={"number": np.full(len(middle), -1)})
+    np.testing.assert_allclose(result.point_data["height"], result.points[:, 2], atol=1e-12)
+    assert (result.point_data["number"][len(mesh.points) :] == -1).all()
+    assert result.point_data["number"].dtype == mesh.point_data["number"].dtype
