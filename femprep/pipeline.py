@@ -119,7 +119,7 @@ def mesh_segmentation(
     wall, mesh = fill(parts, options, stages)
     if options.fibres is not None:
         with stages("anatomy"):
-            axes = ventricular_axes(seg, basal_end=options.wall.basal_end)
+            axes = ventricular_axes(seg, basal_end=options.wall.basal_end, mirrored=options.fibres.mirrored)
             fields = WallFields(mesh, axes)
             for add in (add_coordinates, add_aha):
                 mesh = add(mesh, axes=axes, fields=fields)

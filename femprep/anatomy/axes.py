@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -137,7 +137,9 @@ class VentricularAxes:
         return cls(**record)
 
 
-def ventricular_axes(source: VolumeMesh | Segmentation, *, basal_end: str = "auto") -> VentricularAxes:
+def ventricular_axes(
+    source: VolumeMesh | Segmentation, *, basal_end: str = "auto", mirrored: str = "auto"
+) -> VentricularAxes:
     """Find the axes and landmarks of the left ventricle, and whether the heart is mirrored.
 
     Parameters
@@ -147,6 +149,8 @@ def ventricular_axes(source: VolumeMesh | Segmentation, *, basal_end: str = "aut
         ``myo`` and, for the septum and the hand, ``rv``. Axes that a mesh carries in ``info["axes"]`` are taken.
     basal_end : {"auto", "first", "last"}
         Which end of a label map's stack is basal.
+    mirrored : {"auto", "yes", "no"}
+        Whether the heart is mirrored: found, or said.
 
     Returns
     -------
@@ -155,8 +159,26 @@ def ventricular_axes(source: VolumeMesh | Segmentation, *, basal_end: str = "aut
     Raises
     ------
     InputError
-        A structure or the facets of a surface are missing.
+        A structure or the facets of a surface are missing, or a word is none of those above.
     """
+    if mirrored not in ("auto", "yes", "no"):
+        raise InputError(f"mirrored is {mirrored!r}; expected auto, yes or no")
+    found = _found(source, basal_end)
+    if mirrored == "auto":
+        return found
+    info = {
+        **found.info,
+        "hand": "given",
+        "assumed": [name for name in found.info.get("assumed", ()) if name != "hand"],
+    }
+    # The insertion points are named by the front, which lies on the other side of a heart of the other hand.
+    turned = bool(found.mirrored) != (mirrored == "yes")
+    names = {"anterior": "inferior", "inferior": "anterior"} if turned else {}
+    insertions = {names.get(name, name): point for name, point in found.insertions.items()}
+    return replace(found, mirrored=mirrored == "yes", insertions=insertions, info=info)
+
+
+def _found(source: VolumeMesh | Segmentation, basal_end: str) -> VentricularAxes:
     if isinstance(source, VolumeMesh):
         if source.info.get("axes"):
             return VentricularAxes.from_record(source.info["axes"])

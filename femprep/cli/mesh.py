@@ -76,6 +76,7 @@ def mesh(
     ] = False,
     endo_angle: Annotated[float | None, option(FibreOptions, "endo_angle", panel=FIBRES)] = None,
     epi_angle: Annotated[float | None, option(FibreOptions, "epi_angle", panel=FIBRES)] = None,
+    mirrored: Annotated[str | None, option(FibreOptions, "mirrored", panel=FIBRES)] = None,
     purpose: Annotated[str | None, option(CheckOptions, "purpose", panel=OUTPUT)] = None,
     format: Annotated[
         list[str] | None,
@@ -126,6 +127,7 @@ def mesh(
         fibres={} if fibres else None,
         fibres__endo_angle=endo_angle,
         fibres__epi_angle=epi_angle,
+        fibres__mirrored=mirrored,
         check__purpose=purpose,
         export__length_unit=length_unit,
         export__step=step,

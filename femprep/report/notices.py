@@ -69,8 +69,16 @@ def _anatomy_notices(info: Mapping[str, Any]) -> list[str]:
             "the heart is stored mirrored: its fibres were mirrored with it; --flip mirrors the label map first instead"
         )
     assumed = axes.get("info", {}).get("assumed", ())
-    if assumed:
-        lines.append(f"nothing in the labels tells {' and '.join(assumed)} of the heart: the usual was assumed")
+    if "septal" in assumed:
+        lines.append(
+            "nothing tells where the right ventricle lies: the septum was assumed where it usually is in a patient, "
+            "to the right and in front"
+        )
+    if "hand" in assumed:
+        lines.append(
+            "the right ventricle does not tell whether the heart is stored mirrored: it was taken not to be. If it is, "
+            "its fibres turn the wrong way: --flip, or --mirrored yes, mends that"
+        )
     return lines
 
 

@@ -153,6 +153,21 @@ def test_given_basal_end_turns_the_axis():
         ventricular_axes(_heart(), basal_end="top")
 
 
+def test_given_hand_wins_and_names_the_front():
+    seg = _heart(mirrored=True)
+    found, said = ventricular_axes(seg), ventricular_axes(seg, mirrored="no")
+    assert (found.mirrored, said.mirrored, ventricular_axes(seg, mirrored="yes").mirrored) == (True, False, True)
+    assert said.anterior == pytest.approx(-found.anterior)
+    assert said.insertions["anterior"] == pytest.approx(found.insertions["inferior"])
+    assert ventricular_axes(seg, mirrored="yes").insertions["anterior"] == pytest.approx(found.insertions["anterior"])
+    without = Segmentation(np.where(seg.labels == 1, 0, seg.labels), seg.grid, {"myo": 2, "lv": 3})
+    axes = ventricular_axes(without, mirrored="yes")
+    assert axes.mirrored is True
+    assert axes.info["assumed"] == ["septal"]
+    with pytest.raises(InputError, match="expected auto, yes or no"):
+        ventricular_axes(seg, mirrored="perhaps")
+
+
 def test_drift_and_hand():
     axes = VentricularAxes([0.0, 0, 0], [0.0, 0, 90], [-1.0, 0, 0])
     height = np.linspace(10, 80, 8)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from femprep.report.notices import gather, object_notices
+from femprep.report.notices import gather, mesh_notices, object_notices
 
 
 def test_lines_are_gathered_from_all_depths_once() -> None:
@@ -17,3 +17,15 @@ def test_object_repairs_are_said_with_their_counts() -> None:
     assert lines[1] == "object rv: 5 voxels in 1 voids were filled"
     assert "2 tunnels" in lines[2]
     assert object_notices("lv", {"removed_voxels": 0, "filled_voxels": 0, "tunnels": 0}) == []
+
+
+def test_what_is_assumed_of_the_heart_is_said_with_a_remedy() -> None:
+    def lines(mirrored: bool | None, *assumed: str) -> list[str]:
+        return mesh_notices({"axes": {"mirrored": mirrored, "info": {"assumed": list(assumed)}}})
+
+    assert lines(False) == []
+    assert "stored mirrored: its fibres were mirrored with it" in lines(True)[0]
+    (hand,) = lines(None, "hand")
+    assert "--flip, or --mirrored yes, mends that" in hand
+    septal, hand = lines(None, "septal", "hand")
+    assert "the septum was assumed" in septal
