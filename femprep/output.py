@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from femprep.bullseyes import report_bulls_eyes
 from femprep.export import write_facets, write_format, write_mesh, write_surface, write_wall
+from femprep.geometry.facets import facet_triangles
 from femprep.pipeline import Run, Surfaces
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, plain
@@ -18,7 +20,7 @@ from femprep.report.page import report_page
 from femprep.report.picture import finish_picture, start_picture
 from femprep.report.quality_page import quality_charts, quality_tables
 from femprep.report.slices import STROKES, slice_pictures
-from femprep.report.volumes import cavity_volume, facet_triangles, voxel_volume
+from femprep.report.volumes import cavity_volume, voxel_volume
 
 Progress = Callable[[str, float], None]
 
@@ -222,6 +224,7 @@ def _page(run: Run, manifest: RunManifest, slices: list[str], picture: str | Non
         histograms=quality_charts(run.quality),
         details=quality_tables(run.quality),
         slices=slices,
+        bulls_eyes=report_bulls_eyes(run.mesh),
         colours=colours,
         picture=picture,
     )

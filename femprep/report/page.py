@@ -60,6 +60,7 @@ def report_page(
     histograms: Sequence[str],
     details: str,
     slices: Sequence[str],
+    bulls_eyes: Sequence[str],
     colours: Mapping[str, str],
     picture: str | None,
 ) -> str:
@@ -72,7 +73,7 @@ def report_page(
         Whether the mesh reached its limits, and where it did not.
     figures : rows of (name, value...)
         Counts and quality.
-    histograms, slices : sequences of SVG
+    histograms, slices, bulls_eyes : sequences of SVG
     details : str
         Limits and worst elements, HTML.
     colours : mapping
@@ -95,6 +96,7 @@ def report_page(
         if picture
         else "<p>No picture: VTK could not render.</p>"
     )
+    segments = f'<h2>AHA segments</h2><div class="grid">{"".join(bulls_eyes)}</div>' if bulls_eyes else ""
     volumes = [(v.name, v.mesh_ml, v.segmentation_ml, v.difference_percent) for v in manifest.volumes]
     return f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{escape(title)} - femprep</title><style>{STYLE}</style></head><body>
@@ -105,6 +107,7 @@ def report_page(
 <h2>Volumes</h2>{table(volumes, ("", "mesh, mL", "segmentation, mL", "difference, %"))}
 <h2>Quality</h2>{table(figures)}<div class="grid">{"".join(histograms)}</div>
 {details}
+{segments}
 <h2>What was repaired, guessed or extrapolated</h2><ul>{notices}</ul>
 <h2>Time</h2>{table([(s.name, round(s.seconds, 2)) for s in manifest.stages], ("stage", "s"))}
 <h2>For a paper</h2><p>{escape(_methods(manifest))}</p>
