@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from femprep.elements import ELEMENTS, FACET_CORNERS, element_faces, row_numbers
+from femprep.elements import ELEMENTS, FACET_CORNERS, element_faces, set_numbers
 from femprep.errors import InputError
 from femprep.geometry.topology import pieces
 from femprep.geometry.triangles import areas
@@ -70,7 +71,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     }
     edges = mesh_edges(mesh)
     length = np.linalg.norm(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], axis=1)
-    through = elements_through_wall(mesh)
+    through = elements_through_wall(mesh, edges)
     through = through[through >= 0]
     found = validity(mesh, overall["relative_jacobian"])
     facet_tags, notes = _facet_records(mesh), []
@@ -86,6 +87,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         "edge_by_space_constant": float(length.mean()) / limits.space_constant,
     }
     verdicts, failures = judge(measures, found, facet_tags, sizes, limits)
+    by_type = {name: _summary(values) for name, values in measures.items()}
     used = mesh.points[used_points(mesh)]
     low, high = used.min(axis=0).tolist(), used.max(axis=0).tolist()
     return QualityReport(
@@ -103,8 +105,8 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
             for tag in np.unique(mesh.region)
         },
         facet_tags=facet_tags,
-        measures=_summary(overall),
-        measures_by_type={name: _summary(values) for name, values in measures.items()},
+        measures=next(iter(by_type.values())) if len(by_type) == 1 else _summary(overall),
+        measures_by_type=by_type,
         edge_length=statistics(length, "mm"),
         elements_through_wall=_count_statistics(through) if len(through) else None,
         time_step=float(sizes["time_step"] or 0.0),
@@ -131,19 +133,33 @@ def statistics(
     low, high = bounds or (float(values.min()), float(values.max()))
     if high - low <= 1e-9 * abs(high):  # too narrow for bins of their own
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
-    counts, edges = np.histogram(np.clip(values, low, high), bins=bins, range=(low, high))
-    shares = (1, 5, 25, 75, 95, 99)
+    # Sorted once: percentiles are read off, and what lies below each edge is counted by bisection.
+    ordered = np.sort(values)
+    edges = np.histogram_bin_edges(ordered[:1], bins=bins, range=(low, high))
+    below = np.searchsorted(ordered, edges[1:-1])
+    shares = (1, 5, 25, 50, 75, 95, 99)
+    percentiles = dict(zip(shares, _percentiles(ordered, shares)))
     return Statistics(
         unit=unit,
         count=len(values),
-        min=float(values.min()),
+        min=float(ordered[0]),
         mean=float(values.mean()),
-        median=float(np.median(values)),
-        max=float(values.max()),
+        median=percentiles.pop(50),
+        max=float(ordered[-1]),
         standard_deviation=float(values.std()),
-        percentiles=dict(zip(map(str, shares), np.percentile(values, shares).tolist())),
-        histogram=Histogram(edges=tuple(edges.tolist()), counts=tuple(counts.tolist())),
+        percentiles={str(share): value for share, value in percentiles.items()},
+        histogram=Histogram(
+            edges=tuple(edges.tolist()), counts=tuple(np.diff([0, *below.tolist(), len(values)]).tolist())
+        ),
     )
+
+
+def _percentiles(ordered: FloatArray, shares: Sequence[int]) -> list[float]:
+    """Percentiles of ascending values, between them by straight lines, as numpy has them."""
+    place = np.asarray(shares) / 100.0 * (len(ordered) - 1)
+    below = np.floor(place).astype(np.int64)
+    above = np.minimum(below + 1, len(ordered) - 1)
+    return [float(v) for v in ordered[below] + (place - below) * (ordered[above] - ordered[below])]
 
 
 def _count_statistics(values: IntArray) -> Statistics:
@@ -170,15 +186,14 @@ def _check_input(mesh: VolumeMesh) -> None:
 
 def _worst(mesh: VolumeMesh, measures: dict[str, dict[str, FloatArray]], count: int) -> tuple[WorstElement, ...]:
     """The worst elements by each of the listed measures."""
-    names = np.concatenate([np.full(len(mesh.cells[name]), i) for i, name in enumerate(measures)])
-    middle = np.concatenate([centroids(mesh.points, mesh.cells[name], name) for name in measures])
+    blocks, first = list(measures), np.cumsum([0, *(len(mesh.cells[name]) for name in measures)])
     out = []
     for measure in _LISTED:
         values = np.concatenate([table[measure] for table in measures.values()])
-        order = np.argsort(values, kind="stable")[:count]
-        for element in order.tolist():
-            x, y, z = middle[element].tolist()
-            kind = list(measures)[names[element]]
+        for element in _smallest(values, count).tolist():
+            block = int(np.searchsorted(first, element, side="right")) - 1
+            kind, row = blocks[block], element - int(first[block])
+            x, y, z = centroids(mesh.points, mesh.cells[kind][row : row + 1], kind)[0].tolist()
             out.append(
                 WorstElement(
                     measure=measure,
@@ -192,11 +207,20 @@ def _worst(mesh: VolumeMesh, measures: dict[str, dict[str, FloatArray]], count: 
     return tuple(out)
 
 
+def _smallest(values: FloatArray, count: int) -> IntArray:
+    """Places of the smallest values, ascending, equal ones in their order."""
+    if 0 < count < len(values):
+        near = np.flatnonzero(values <= np.partition(values, count - 1)[count - 1])
+    else:
+        near = np.arange(len(values))
+    return np.asarray(near[np.argsort(values[near], kind="stable")][:count])
+
+
 def _volume_ratio(mesh: VolumeMesh, volume: FloatArray) -> float | None:
     """Largest ratio of the volumes of two elements that share a face; 1 where none do, None where one has none."""
     ratio = 1.0
     for kind, faces in element_faces(mesh.cells).items():
-        number = row_numbers(np.sort(faces.nodes[:, : FACET_CORNERS[kind]], axis=1))
+        number = set_numbers(faces.nodes[:, : FACET_CORNERS[kind]])
         order = np.argsort(number, kind="stable")
         one, two = order[:-1], order[1:]
         shared = number[one] == number[two]

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from femprep.elements import ELEMENTS
 from femprep.errors import InputError
 from femprep.volume.shapes import family, samples
+from femprep.volume.straight import tetra_measures, tetra_volumes
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -86,6 +87,8 @@ def element_measures(points: npt.ArrayLike, cells: npt.ArrayLike, name: str) -> 
         raise InputError(f"element type {name!r} is not known; known are {', '.join(ELEMENTS)}")
     if block.ndim != 2 or block.shape[1] != ELEMENTS[name].nodes:
         raise InputError(f"{name} elements have shape {block.shape}, expected (m, {ELEMENTS[name].nodes})")
+    if name == "tetra":
+        return tetra_measures(points, block)
     parts = [_measure(points[block[i : i + _CHUNK]], name) for i in range(0, max(len(block), 1), _CHUNK)]
     return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
 
@@ -94,6 +97,8 @@ def element_volumes(points: npt.ArrayLike, cells: npt.ArrayLike, name: str) -> F
     """Volume of each element, ``(m,)`` mm3, exact also for curved ones."""
     points = np.asarray(points, dtype=np.float64)
     block = np.asarray(cells, dtype=np.int64)
+    if name == "tetra":
+        return tetra_volumes(points, block)
     parts = [_volumes(points[block[i : i + _CHUNK]], name) for i in range(0, max(len(block), 1), _CHUNK)]
     return np.concatenate(parts)
 
