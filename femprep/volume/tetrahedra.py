@@ -14,12 +14,14 @@ import numpy.typing as npt
 from femprep.elements import boundary_faces
 from femprep.errors import StageError
 from femprep.geometry.topology import edge_table, euler_characteristic, pieces, pinched_vertices
+from femprep.geometry.tree import curve_order
 from femprep.model import REGION_TAGS, VolumeMesh, Wall
 from femprep.options import VolumeOptions, choose
 from femprep.volume.constraints import constrain
 from femprep.volume.guard import Run, run_tetwild
 from femprep.volume.measures import element_measures, element_volumes
 from femprep.volume.optimise import REGULAR_SINE, optimise
+from femprep.volume.rehearsal import meanwhile, rehearse
 from femprep.volume.sizing import Sizing, SizingField, sizing_field
 from femprep.volume.smooth import quadratic_tetrahedra
 from femprep.volume.tagging import tag_facets
@@ -128,7 +130,8 @@ def tetrahedralize(
         entry: dict[str, Any] = {"envelope_mm": attempt.envelope, "stop_energy": attempt.stop_energy}
         record.append(entry)
         try:
-            run = _mesh(wall, settings, attempt, field, need, report)
+            with meanwhile(rehearse):
+                run = _mesh(wall, settings, attempt, field, need, report)
             entry.update(
                 seconds=run.seconds,
                 processor_seconds=run.processor_seconds,
@@ -290,8 +293,14 @@ def _used(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
         raise StageError("the mesher gave no elements; choose a smaller edge_length or envelope")
     if not np.isfinite(points).all() or cells.min() < 0 or cells.max() >= len(points):
         raise StageError("the mesher gave points that are not finite or not there; choose another edge_length")
-    used, cells = np.unique(cells, return_inverse=True)
-    return np.ascontiguousarray(points[used]), np.ascontiguousarray(cells.reshape(-1, 4), dtype=np.int64)
+    used = np.zeros(len(points), dtype=np.bool_)
+    used[cells] = True
+    kept = np.flatnonzero(used)
+    kept = kept[curve_order(points[kept])]
+    number = np.empty(len(points), dtype=np.int64)
+    number[kept] = np.arange(len(kept))
+    cells = number[cells]
+    return points[kept], cells[np.argsort(cells.min(axis=1), kind="stable")]
 
 
 def _checked_boundary(points: FloatArray, cells: IntArray, wall: Wall) -> IntArray:

@@ -1,0 +1,68 @@
+"""Compiled code and libraries, loaded ahead of their use while another process keeps this one waiting.
+
+Reading compiled kernels from disk takes about a second in all; compiling them, the first time of all, half a minute.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+
+import numpy as np
+
+from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh, Wall
+from femprep.rows import bucketed, sort_each
+from femprep.volume.check import check
+from femprep.volume.constraints import constrain
+from femprep.volume.measures import element_measures, element_volumes
+from femprep.volume.optimise import optimise
+from femprep.volume.tagging import tag_facets
+
+_log = logging.getLogger(__name__)
+
+_POINTS = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
+_FACETS = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+_CELLS = np.array([(0, 1, 2, 3)])
+
+
+@cache
+def tiny_mesh() -> VolumeMesh:
+    """One tetrahedron with tagged facets."""
+    tag = np.full(4, FACET_TAGS["epi"], dtype=np.int32)
+    region = np.full(1, REGION_TAGS["lv"], dtype=np.int32)
+    return VolumeMesh(_POINTS, {"tetra": _CELLS}, region, {"triangle": _FACETS}, tag)
+
+
+@cache
+def rehearse() -> None:
+    """Take one tetrahedron through everything that follows the mesher; once in a process."""
+    mesh = tiny_mesh()
+    wall = Wall(1.01 * _POINTS, _FACETS, mesh.facet_tag, np.full(4, -1), {})
+    tag = tag_facets(_POINTS, _FACETS, wall, 1.0)
+    # Every element counts as poor, so that the search runs too.
+    moved = optimise(_POINTS, _CELLS, constrain(4, _FACETS, tag, wall), poor=2.0).points
+    element_measures(moved, _CELLS, "tetra")
+    element_volumes(moved, _CELLS, "tetra")
+    rows = _CELLS.copy()
+    sort_each(rows)
+    bucketed(rows, 1)
+    check(mesh)
+
+
+@contextmanager
+def meanwhile(work: Callable[[], object]) -> Iterator[None]:
+    """Do some work in a thread while the block runs, which waits for its end; what it raises is only logged."""
+    thread = threading.Thread(target=_quietly, args=(work,), name="femprep-rehearsal", daemon=True)
+    thread.start()
+    yield
+    thread.join()
+
+
+def _quietly(work: Callable[[], object]) -> None:
+    try:
+        work()
+    except Exception:  # whatever is wrong will show, and be told, where it matters
+        _log.debug("nothing could be loaded ahead", exc_info=True)
