@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -17,7 +18,7 @@ from femprep.report.folder import whole_folder
 from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, plain
 from femprep.report.notices import gather, mesh_notices, object_notices, wall_notices
 from femprep.report.page import report_page
-from femprep.report.picture import finish_picture, start_picture
+from femprep.report.picture import finish_picture, start_painter, start_picture
 from femprep.report.quality_page import quality_charts, quality_tables
 from femprep.report.slices import STROKES, slice_pictures
 from femprep.report.volumes import cavity_volume, voxel_volume
@@ -26,7 +27,12 @@ Progress = Callable[[str, float], None]
 
 
 def write_run(
-    run: Run, out: str | Path, *, source: str | Path | None = None, progress: Progress | None = None
+    run: Run,
+    out: str | Path,
+    *,
+    source: str | Path | None = None,
+    progress: Progress | None = None,
+    painter: subprocess.Popen[bytes] | None = None,
 ) -> RunManifest:
     """Write the folder of one run, whole or not at all.
 
@@ -40,6 +46,8 @@ def write_run(
         The image file the run began with; its name and hash go into ``run.json``.
     progress : callable, optional
         Called with ``(stage, fraction)``.
+    painter : process, optional
+        What will draw the picture, where it has been started already (:mod:`femprep.rehearsal`).
 
     Returns
     -------
@@ -55,11 +63,12 @@ def write_run(
     report = progress or (lambda stage, fraction: None)
     report("write", 0.0)
     with whole_folder(Path(out)) as folder:
-        write_mesh(run.mesh, folder / "mesh.vtu")
-        write_facets(run.mesh, folder / "facets.vtp")
         png = folder / ".picture.png"
-        child = start_picture(folder / "mesh.vtu", folder / "facets.vtp", png)
+        painter = painter or start_painter()
         try:
+            start_picture(painter, run.mesh, png)
+            write_mesh(run.mesh, folder / "mesh.vtu")
+            write_facets(run.mesh, folder / "facets.vtp")
             _write_surfaces(run.surfaces, folder)
             write_wall(run.wall, folder / "wall.vtp")
             for name in run.options.formats:
@@ -67,8 +76,9 @@ def write_run(
             (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
             slices = _slices(run)
         finally:
-            picture = finish_picture(child, png)
+            picture = finish_picture(painter, png)
             png.unlink(missing_ok=True)
+            png.with_suffix(".npz").unlink(missing_ok=True)
         stages = {**run.seconds, "write": time.perf_counter() - start}
         manifest = _manifest(run, stages, source, _volumes(run), _details(run), folder, more=("report.html",))
         (folder / "report.html").write_text(_page(run, manifest, slices, picture), encoding="utf-8")

@@ -163,9 +163,11 @@ def mesh_and_write(seg: Any, out: Path, options: Options, *, source: Path | None
     """The pipeline, then its folder."""
     from femprep.output import write_run
     from femprep.pipeline import mesh_segmentation
+    from femprep.rehearsal import Rehearsal
 
-    run = mesh_segmentation(seg, options, progress=progress)
-    return run, write_run(run, out, source=source, progress=progress)
+    with Rehearsal(options.formats, progress) as rehearsal:
+        run = mesh_segmentation(seg, options, progress=rehearsal)
+        return run, write_run(run, out, source=source, progress=progress, painter=rehearsal.painter)
 
 
 def _print_json(run: Any, manifest: Any) -> None:

@@ -1,7 +1,8 @@
 """A picture of a mesh and of a cut through it, drawn by VTK off screen in a child process.
 
 VTK ends the whole process where it finds no way to render, so it is kept out of ours: where it fails there is no
-picture, and the page says so.
+picture, and the page says so. The child loads VTK at once and then waits for what it is to draw, so that it can be
+started long before.
 """
 
 from __future__ import annotations
@@ -10,7 +11,14 @@ import base64
 import logging
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from femprep.elements import ELEMENTS, FACET_CORNERS, boundary_faces
+from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
 
 logger = logging.getLogger(__name__)
 
@@ -18,59 +26,108 @@ logger = logging.getLogger(__name__)
 TIME_LIMIT = 60.0
 
 
-def start_picture(mesh: Path, facets: Path, png: Path) -> subprocess.Popen[bytes]:
-    """Start drawing the mesh of two files of the output folder into a PNG file."""
-    command = [sys.executable, "-m", "femprep.report.picture", str(mesh), str(facets), str(png)]
-    return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+def start_painter() -> subprocess.Popen[bytes]:
+    """Start the process that will draw. It ends when this process does, which closes the pipe it waits at."""
+    command = [sys.executable, "-m", "femprep.report.picture"]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
-def finish_picture(child: subprocess.Popen[bytes], png: Path) -> str | None:
+def start_picture(painter: subprocess.Popen[bytes], mesh: VolumeMesh, png: Path) -> None:
+    """Let a painter draw a mesh into a PNG file; what it needs goes into a file beside it."""
+    scene = png.with_suffix(".npz")
+    np.savez(scene, **_scene(mesh))
+    if painter.stdin is not None:
+        try:
+            painter.stdin.write(f"{scene}\n{png}\n".encode())
+            painter.stdin.close()
+        except OSError:
+            logger.debug("the process that draws has ended already")
+
+
+def end_painter(painter: subprocess.Popen[bytes]) -> None:
+    """End a painter, whatever it is doing."""
+    painter.kill()
+    painter.wait()
+    if painter.stdin is not None:
+        try:
+            painter.stdin.close()
+        except OSError:
+            logger.debug("the process that draws has ended already")
+
+
+def finish_picture(painter: subprocess.Popen[bytes], png: Path) -> str | None:
     """Wait for a picture; a ``data:`` address of it, or None where it could not be drawn."""
     try:
-        child.wait(timeout=TIME_LIMIT)
+        painter.wait(timeout=TIME_LIMIT)
     except subprocess.TimeoutExpired:
         logger.warning("no picture: rendering took more than %g s", TIME_LIMIT)
-    except BaseException:
-        child.kill()
-        child.wait()
-        raise
-    child.kill()
-    child.wait()
-    if child.returncode != 0 or not png.is_file():
-        logger.warning("no picture: VTK could not render off screen (exit status %s)", child.returncode)
+    finally:
+        end_painter(painter)
+    if painter.returncode != 0 or not png.is_file():
+        logger.warning("no picture: VTK could not render off screen (exit status %s)", painter.returncode)
         return None
     return "data:image/png;base64," + base64.b64encode(png.read_bytes()).decode("ascii")
 
 
-def draw(mesh_path: str, facets_path: str, png_path: str) -> None:
-    """Draw the tagged surface, and beside it the elements behind a cut along the long axis."""
-    import numpy as np
-    import pyvista as pv
-
-    mesh, facets = pv.read(mesh_path), pv.read(facets_path)
-    tags = facets.cell_data["facet_tag"]
-    _, _, axes = np.linalg.svd(mesh.points - mesh.points.mean(axis=0), full_matrices=False)
-    up, across = axes[0], axes[1]
-    if "base" in facets.field_data:
-        base = facets.extract_cells(tags == int(facets.field_data["base"][0]))
-        up = base.center - mesh.points.mean(axis=0)
+def _scene(mesh: VolumeMesh) -> dict[str, Any]:
+    """Arrays of the picture: tagged facets, the boundary of the elements behind a cut along the long axis, a view."""
+    _, axes = np.linalg.eigh(np.cov(mesh.points.T))
+    up, across, third = axes[:, 2], axes[:, 1], axes[:, 0]
+    facets = [block[:, : FACET_CORNERS[kind]] for kind, block in mesh.facets.items()]
+    tags = np.split(mesh.facet_tag, np.cumsum([len(block) for block in facets])[:-1])
+    base = [block[tag == FACET_TAGS["base"]].ravel() for block, tag in zip(facets, tags)]
+    nodes = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *base]))
+    if len(nodes):
+        up = mesh.points[nodes].mean(axis=0) - mesh.points.mean(axis=0)
         up /= np.linalg.norm(up)
-        across = np.cross(up, axes[2])
+        across = np.cross(up, third)
         across /= np.linalg.norm(across)
     view = np.cross(up, across)
-    centre = np.asarray(mesh.center)
-    half = mesh.extract_cells(np.flatnonzero((mesh.cell_centers().points - centre) @ view < 0.0))
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    centre = 0.5 * (low + high)
+    side = (mesh.points - centre) @ view
+    half = {
+        kind: block[side[block[:, : ELEMENTS[kind].corners]].mean(axis=1) < 0.0] for kind, block in mesh.cells.items()
+    }
+    cut = [faces.nodes[:, : FACET_CORNERS[kind]] for kind, faces in boundary_faces(half).items()]
+    eye = centre + 3.0 * 0.62 * float(np.linalg.norm(high - low)) * (view + 0.45 * up)
+    parts = {"facets": facets, "cut": cut}
+    arrays = {f"{name}_{key}": value for name, part in parts.items() for key, value in _polygons(mesh.points, part)}
+    return {**arrays, "tag": mesh.facet_tag, "camera": np.stack([eye, centre, up])}
+
+
+def _polygons(points: FloatArray, blocks: list[np.ndarray]) -> Iterator[tuple[str, np.ndarray]]:
+    """Points in use and, as VTK lists them, polygons: the number of corners before the corners of each."""
+    used = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *(block.ravel() for block in blocks)]))
+    number = np.zeros(len(points), dtype=np.int64)
+    number[used] = np.arange(len(used))
+    listed = [np.insert(number[block], 0, block.shape[1], axis=1).ravel() for block in blocks]
+    yield "points", points[used]
+    yield "polygons", np.concatenate([np.empty(0, dtype=np.int64), *listed])
+
+
+def main() -> None:
+    """Load VTK, wait for two lines that name the scene and the picture, and draw."""
+    import pyvista as pv
+
+    scene, png = (sys.stdin.readline().rstrip("\n") for _ in range(2))
+    if not png:
+        return
+    with np.load(scene) as arrays:
+        facets = pv.PolyData(arrays["facets_points"], arrays["facets_polygons"])
+        facets.cell_data["facet_tag"] = arrays["tag"]
+        cut = pv.PolyData(arrays["cut_points"], arrays["cut_polygons"])
+        camera = arrays["camera"].tolist()
     plotter = pv.Plotter(off_screen=True, shape=(1, 2), window_size=(1200, 600), border=False)
-    camera = [centre + 3.0 * mesh.length * 0.62 * (view + 0.45 * up), centre, up]
     edges = {"show_edges": True, "line_width": 0.4, "edge_color": "#444444"}
     plotter.subplot(0, 0)
     plotter.add_mesh(facets, scalars="facet_tag", cmap="Set2", ambient=0.35, **edges, show_scalar_bar=False)
     plotter.camera_position = camera
     plotter.subplot(0, 1)
-    plotter.add_mesh(half, color="#e0a096", ambient=0.35, **edges)
+    plotter.add_mesh(cut, color="#e0a096", ambient=0.35, **edges)
     plotter.camera_position = camera
-    plotter.screenshot(png_path)
+    plotter.screenshot(png)
 
 
 if __name__ == "__main__":
-    draw(*sys.argv[1:4])
+    main()
