@@ -135,7 +135,12 @@ class SurfaceOptions(StageOptions):
         le=4.0,
         description="Radius of the sphere over the object's greatest distance from its barycentre.",
     )
-    steps: int = Field(40, ge=4, le=1000, description="Runge-Kutta steps from sphere to surface.")
+    steps: int | None = Field(
+        None,
+        ge=4,
+        le=1000,
+        description="Runge-Kutta steps from sphere to surface; as many as an error of 0.002 mm asks for where not given.",
+    )
     memory_limit: float = Field(4.0, gt=0, description="Largest memory a solve may need, GB.")
 
 

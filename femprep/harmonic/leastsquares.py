@@ -17,6 +17,8 @@ _log = logging.getLogger(__name__)
 
 #: Rows of G in memory at a time.
 BLOCK = 2048
+#: Up to this many elements all of G is kept (64 MB), so that it is computed once.
+KEPT = 8_000_000
 
 
 @compiled(fast_sums=True, part=True)
@@ -77,7 +79,7 @@ def fit_spline(
     """Fit a spline on the sphere to values at directions (Eqs. 9 to 11).
 
     G'WG is gathered from blocks of rows, scaled to a unit diagonal and factorised; its ill-conditioning is made good
-    by refining the solution with residuals taken from G itself. No array of N x K is held.
+    by refining the solution with residuals taken from G itself. Where N x K is large, blocks are computed when needed.
 
     Parameters
     ----------
@@ -110,9 +112,14 @@ def fit_spline(
     weight = np.ones(count) if weights is None else np.asarray(weights, dtype=np.float64)
     blocks = [slice(first, min(first + BLOCK, count)) for first in range(0, count, BLOCK)]
 
+    kept = basis.rows(directions) if count * size <= KEPT else None
+
+    def rows_of(block: slice) -> FloatArray:
+        return basis.rows(directions[block]) if kept is None else kept[block]
+
     gram = np.zeros((size, size))
     for block in blocks:
-        rows = basis.rows(directions[block]) * np.sqrt(weight[block])[:, None]
+        rows = rows_of(block) * np.sqrt(weight[block])[:, None]
         _add_gram(np.ascontiguousarray(rows.T), gram)
     penalty = basis.penalty
     underdetermined = count < size
@@ -135,12 +142,13 @@ def fit_spline(
     for _ in range(3):
         slope = -weightless * (penalty * coefficients).sum(axis=1)
         for block in blocks:
-            rows = basis.rows(directions[block])
+            rows = rows_of(block)
             residual = values[block] - (rows * coefficients).sum(axis=1)
             slope += (rows * (weight[block] * residual)[:, None]).sum(axis=0)
         step = slope * scale
         _substitute(lower, step)
         coefficients = coefficients + step * scale
     spline = Spline(basis, coefficients)
-    rms = float(np.sqrt(np.mean((spline(directions) - values) ** 2)))
+    misfit = np.concatenate([(rows_of(block) * coefficients).sum(axis=1) - values[block] for block in blocks])
+    rms = float(np.sqrt(np.mean(misfit * misfit)))
     return spline, {"smoothing": float(used), "underdetermined": underdetermined, "rms": rms}

@@ -35,6 +35,8 @@ TABLE_1: Final = {
 _FEWEST, _MOST = 50, 450
 #: Voxels of the isotropic grid along the sphere's radius, at least and at most.
 _COARSEST, _FINEST = 16.0, 64.0
+#: Greatest error of a flow line, mm.
+_FLOW_ERROR = 2e-3
 #: Least size of those voxels, in distances of neighbouring singularities.
 _DENT_FREE = 0.25
 
@@ -131,12 +133,13 @@ def fit_surface(
     tell("surface", 0.3)
     field = fit_strength(Field(centre, radius, centre + sources @ axes.T, np.ones(1)), boundary.points)
     level = field.potential(boundary.points)
-    feet = field.directions(field.flow(boundary.points, level, 0.0, chosen.steps))
+    steps = chosen.steps or field.enough_steps(boundary.points, level, 0.0, _FLOW_ERROR)
+    feet = field.directions(field.flow(boundary.points, level, 0.0, steps))
     tell("surface", 0.7)
     tell("surface", 0.8)
     basis = Basis(sphere_points(control_points) @ frame.T, chosen.spline_order)
     triangles = split_quads(template.cells)
-    target = Target(field, basis, feet, level, directions, triangles, frame, chosen.steps, obj.name)
+    target = Target(field, basis, feet, level, directions, triangles, frame, steps, obj.name)
     mapped = sound_map(target, even=chosen.method == "even")
     shape, points, directions = mapped.shape, mapped.points, mapped.directions
     raw = shape.stopping(directions)
@@ -154,6 +157,7 @@ def fit_surface(
         "boundary": dict(boundary.info),
         "centre": centre.tolist(),
         "radius": radius,
+        "flow_steps": steps,
         "level_mean": float(level.mean()),
         "level_spread": float(level.std()),
         "residual_rms": float(np.sqrt(np.mean(residual * residual))),

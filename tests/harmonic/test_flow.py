@@ -93,3 +93,19 @@ def test_bytes_do_not_depend_on_the_number_of_threads(threads: str) -> None:
     field = Field(np.zeros(3), 50.0, fibonacci(123) * [12.0, 14.0, 25.0], np.full(123, 0.35))
     ends = field.flow(field.on_sphere(fibonacci(1001)), 0.0, 0.9, 20, settle=1)
     assert child.stdout.strip() == hashlib.sha256(ends.tobytes() + field.gradient(ends).tobytes()).hexdigest()
+
+
+def test_as_few_steps_as_the_error_allows() -> None:
+    field = ellipsoid_field()
+    rays = sphere_points(400)
+    points = field.flow(field.on_sphere(rays), 0.0, 0.95, 640)
+    level = field.potential(points)
+    exact = field.flow(points, level, 0.0, 640)
+    asked = (1e-1, 1e-2, 1e-3, 1e-4)
+    found = [field.enough_steps(points, level, 0.0, tolerance) for tolerance in asked]
+    assert found == sorted(found)
+    assert found[0] < 10 < found[-1] < 40
+    for tolerance, steps in zip(asked, found):
+        errors = np.linalg.norm(field.flow(points, level, 0.0, steps) - exact, axis=1)
+        assert errors.max() <= tolerance
+        assert errors.max() > 1e-3 * tolerance or steps == 6
