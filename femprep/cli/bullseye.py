@@ -21,9 +21,9 @@ def bullseye(
     label: Annotated[str | None, typer.Option(help="Title; the field and the statistic if not given.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Draw a field of a mesh as a bull's eye: one number in each of the 17 AHA segments of the left ventricle.
+    """Draw a field of a mesh as a bull's eye of the 17 AHA segments.
 
-    The base lies outside, the anterior wall at the top, the septum on the left.
+    One number in each segment of the left ventricle: the base lies outside, the anterior wall at the top, the septum on the left.
     """
     from femprep.bullseyes import draw
     from femprep.errors import FileError, OptionError
