@@ -23,7 +23,8 @@ def bullseye(
 ) -> None:
     """Draw a field of a mesh as a bull's eye of the 17 AHA segments.
 
-    One number in each segment of the left ventricle: the base lies outside, the anterior wall at the top, the septum on the left.
+    One number in each segment of the left ventricle: the base lies outside, the anterior wall at the top, the septum on
+    the left.
     """
     from femprep.bullseyes import draw
     from femprep.errors import FileError, OptionError
