@@ -57,10 +57,9 @@ def print_quality(report: Any, console: Console | None = None, *, worst: int = 0
     """Counts, element measures with histograms, limits and verdict of a quality report, and the worst elements."""
     console = console or Console(highlight=False)
     console.print(f"{report.n_points} points, " + ", ".join(f"{n} {kind}" for kind, n in report.cells.items()))
-    table = _table("Quality", "", "min", "mean", "median", "max", "elements from", "to", "")
+    table = _table("Quality", "", "min", "mean", "median", "max", "histogram")
     for name, item in report.measures.items():
-        edges = item.histogram.edges
-        values = (item.min, item.mean, item.median, item.max, edges[0], edges[-1])
+        values = (item.min, item.mean, item.median, item.max)
         table.add_row(name.replace("_", " "), *map(_number, values), _bars(item.histogram.counts))
     console.print(table)
     console.print(f"stable time step of explicit dynamics {report.time_step:.3g} microseconds")

@@ -57,6 +57,11 @@ def mesh_notices(info: Mapping[str, Any]) -> list[str]:
     lines = [f"fTetWild run {i + 1} of {len(attempts)}: {run['outcome']}" for i, run in enumerate(attempts[:-1])]
     if not info.get("quality_reached", True):
         lines.append("the mesher did not reach the quality asked of it; the best of its runs was kept")
+    if info.get("straightened"):
+        lines.append(
+            f"{info['straightened']} edges of the template were made straight in all layers of quadratic elements, so "
+            "that no element is inverted"
+        )
     lines.extend(_anatomy_notices(info))
     return lines
 

@@ -14,6 +14,8 @@ import femprep as fp
 from femprep.cli import main
 
 CUBE = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=float)
+#: The cube as four tetrahedra at its corners and a regular one between them.
+FIVE = [[0, 4, 2, 1], [4, 6, 2, 7], [1, 4, 7, 5], [1, 2, 3, 7], [1, 2, 7, 4]]
 
 
 def write_tetrahedra(path: Path, cells: list[list[int]]) -> Path:
@@ -30,8 +32,7 @@ def sphere(path: Path, radius: float) -> Path:
 
 
 def test_check_passes_a_sound_mesh_of_anyone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    cells = [[0, 4, 2, 1], [4, 6, 2, 7], [1, 4, 7, 5], [1, 2, 3, 7], [1, 2, 7, 4]]
-    assert main(["check", str(write_tetrahedra(tmp_path / "cube.vtu", cells)), "--json"]) in (0, 1)
+    assert main(["check", str(write_tetrahedra(tmp_path / "cube.vtu", FIVE)), "--json"]) in (0, 1)
     record = json.loads(capsys.readouterr().out)
     assert record["volume"] == pytest.approx(1.0)
     assert record["validity"]["inverted_elements"] == 0
@@ -42,6 +43,45 @@ def test_check_fails_an_inverted_element(tmp_path: Path, capsys: pytest.CaptureF
     path = write_tetrahedra(tmp_path / "bad.vtu", [[0, 4, 2, 1], [4, 6, 2, 7], [1, 4, 5, 7]])
     assert main(["check", str(path)]) == 1
     assert "inverted" in capsys.readouterr().out
+
+
+def test_check_judges_by_purpose(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A cube of 1 mm is sound for mechanics and three times too coarse for waves of excitation."""
+    path = str(write_tetrahedra(tmp_path / "cube.vtu", FIVE))
+    assert main(["check", path, "--purpose", "implicit", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["options"]["purpose"] == "implicit"
+    assert {"minimum_relative_jacobian", "maximum_volume_ratio"} <= {item["name"] for item in record["limits"]}
+    assert main(["check", path, "--purpose", "electrophysiology"]) == 1
+    assert "mean edge length by the space constant" in capsys.readouterr().out
+    assert main(["check", path, "--purpose", "electrophysiology", "--space-constant", "2"]) == 0
+    capsys.readouterr()
+    assert main(["check", path, "--minimum-dihedral", "56"]) == 1
+    assert "smallest dihedral angle in degrees is 54.74" in capsys.readouterr().out
+    assert main(["check", path, "--purpose", "art"]) == 2
+    assert "option 'purpose' is 'art'" in capsys.readouterr().err
+
+
+def test_check_shows_histograms_and_the_worst_elements(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_tetrahedra(tmp_path / "cube.vtu", FIVE)
+    page = tmp_path / "cube.html"
+    assert main(["check", str(path), "--worst", "2", "--html", str(page)]) == 0
+    text = capsys.readouterr().out
+    # Four tetrahedra at corners and the regular one in the middle: two bins, one four times as high.
+    ratio = next(line for line in text.splitlines() if line.startswith("mean ratio"))
+    assert "█" in ratio
+    assert "▂" in ratio
+    assert "stable time step" in text
+    found = [line.split() for line in text.splitlines() if line.startswith("minimum dihedral") and "tetra" in line]
+    assert len(found) == 2
+    # The centroid of a corner's tetrahedron lies a quarter of the way along each edge.
+    assert all(set(line[-3:]) <= {"0.2", "0.8"} for line in found)
+    html = page.read_text(encoding="utf-8")
+    assert html.count("<svg") == 4
+    assert "Worst elements" in html
+    assert "Every check passed" in html
+    assert main(["check", str(path), "--html", str(tmp_path / "none" / "cube.html")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", [["check", "none.vtu"], ["compare", "none.vtp", "none.vtp"]])

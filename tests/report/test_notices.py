@@ -19,6 +19,12 @@ def test_object_repairs_are_said_with_their_counts() -> None:
     assert object_notices("lv", {"removed_voxels": 0, "filled_voxels": 0, "tunnels": 0}) == []
 
 
+def test_straightened_edges_of_swept_elements_are_said() -> None:
+    assert mesh_notices({"straightened": 0}) == []
+    (line,) = mesh_notices({"straightened": 7})
+    assert line.startswith("7 edges of the template were made straight")
+
+
 def test_what_is_assumed_of_the_heart_is_said_with_a_remedy() -> None:
     def lines(mirrored: bool | None, *assumed: str) -> list[str]:
         return mesh_notices({"axes": {"mirrored": mirrored, "info": {"assumed": list(assumed)}}})
