@@ -122,6 +122,19 @@ class SurfaceOptions(StageOptions):
         description="Cells of the surface: triangles, or quadrilaterals of a cubed sphere, which has 6 n^2 + 2 vertices "
         "for a whole number n, the nearest number to the one asked for. A wall is made of triangles.",
     )
+    connectivity: Literal["template", "auto", "free"] = Field(
+        "auto",
+        description="Which vertices are joined where vertices are moved. template: as in the template. auto: as in the "
+        "template, but with edges flipped where a long or branched object leaves no even triangles otherwise. free: "
+        "flipped wherever that makes triangles more even. Quadrilaterals stay.",
+    )
+    curvature_sizing: float = Field(
+        0.0,
+        ge=0.0,
+        le=2.0,
+        description="Where vertices are moved, the area of cells goes with the surface's curvature to minus this power "
+        "where that is large: 0 the same everywhere, 1 finer where curved.",
+    )
     singularities: int | None = Field(
         None, ge=4, description="Number of singularities M; from the object where not given."
     )

@@ -41,6 +41,8 @@ def surface(
     vertices: Annotated[int | None, option(SurfaceOptions, "vertices", panel=SURFACES)] = None,
     cells: Annotated[str | None, option(SurfaceOptions, "cells", panel=SURFACES)] = None,
     method: Annotated[str | None, option(SurfaceOptions, "method", panel=SURFACES)] = None,
+    connectivity: Annotated[str | None, option(SurfaceOptions, "connectivity", panel=SURFACES)] = None,
+    curvature_sizing: Annotated[float | None, option(SurfaceOptions, "curvature_sizing", panel=SURFACES)] = None,
     singularities: Annotated[
         int | None, option(SurfaceOptions, "singularities", panel=SURFACES, default="from the object")
     ] = None,
@@ -66,6 +68,8 @@ def surface(
         surface__vertices=vertices,
         surface__cells=cells,
         surface__method=method,
+        surface__connectivity=connectivity,
+        surface__curvature_sizing=curvature_sizing,
         surface__singularities=singularities,
         surface__control_points=control_points,
     )

@@ -16,7 +16,7 @@ from femprep.harmonic.spline import Basis
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
-from femprep.model import FloatArray, Surface, split_quads
+from femprep.model import FloatArray, Surface
 from femprep.options import SurfaceOptions, choose
 from femprep.surface.mend import Target, sound_map
 from femprep.template import charge_template, cubed_template, sphere_points
@@ -138,8 +138,19 @@ def fit_surface(
     tell("surface", 0.7)
     tell("surface", 0.8)
     basis = Basis(sphere_points(control_points) @ frame.T, chosen.spline_order)
-    triangles = split_quads(template.cells)
-    target = Target(field, basis, feet, level, directions, triangles, frame, steps, obj.name)
+    target = Target(
+        field,
+        basis,
+        feet,
+        level,
+        directions,
+        template.cells,
+        frame,
+        steps,
+        obj.name,
+        chosen.connectivity,
+        chosen.curvature_sizing,
+    )
     mapped = sound_map(target, even=chosen.method == "even")
     shape, points, directions = mapped.shape, mapped.points, mapped.directions
     raw = shape.stopping(directions)
@@ -169,7 +180,7 @@ def fit_surface(
         "memory_gb": memory,
     }
     tell("surface", 1.0)
-    return Surface(points, template.cells, name=obj.name, directions=directions, shape=shape, info=info)
+    return Surface(points, mapped.cells, name=obj.name, directions=directions, shape=shape, info=info)
 
 
 def required_memory(boundary: int, singularities: int, control_points: int, vertices: int, radius: float) -> float:

@@ -11,8 +11,9 @@ from femprep.errors import StageError
 from femprep.harmonic.field import Field
 from femprep.harmonic.leastsquares import fit_spline
 from femprep.harmonic.spline import Basis
-from femprep.model import FloatArray, IntArray
+from femprep.model import FloatArray, IntArray, split_quads
 from femprep.surface.even import even_out
+from femprep.surface.place import Connectivity
 from femprep.surface.shape import HarmonicShape
 from femprep.surface.soundness import Faults, find_faults
 
@@ -39,6 +40,8 @@ class Mapped:
         Where on the sphere each vertex comes from.
     points : (V, 3) array
         The vertices, ``shape(directions)``, mm LPS.
+    cells : (m, 3) or (m, 4) array
+        The template's cells, or others on the same vertices.
     info : dict
         ``smoothing`` used, ``underdetermined``, ``even`` (how much triangles gained, where vertices were moved), and
         under ``notices`` what had to be mended.
@@ -47,6 +50,7 @@ class Mapped:
     shape: HarmonicShape
     directions: FloatArray
     points: FloatArray
+    cells: IntArray
     info: dict[str, Any]
 
 
@@ -66,14 +70,16 @@ class Target:
         Values of u at the boundary points.
     directions : (V, 3) array
         The template's vertices.
-    cells : (T, 3) array
-        Its triangles.
+    cells : (m, 3) or (m, 4) array
+        Its triangles or quadrilaterals.
     axes : (3, 3) array
         The image's axes as a rotation, columns.
     steps : int
         Runge-Kutta steps of a flow line.
     name : str
         The object's, for messages.
+    connectivity, curvature
+        As for :func:`~femprep.surface.place.place_evenly`, where vertices are moved.
     """
 
     field: Field
@@ -85,18 +91,25 @@ class Target:
     axes: FloatArray
     steps: int
     name: str
+    connectivity: Connectivity = "template"
+    curvature: float = 0.0
+
+    def stopped(self, smoothing: float) -> tuple[HarmonicShape, dict[str, Any]]:
+        """The surface of one smoothing, and how its stopping function was solved for."""
+        stopping, solve = fit_spline(self.basis, self.feet, self.level, smoothing=smoothing)
+        bounds = 0.5 * float(self.level.min()), 1.5 * float(self.level.max())
+        return HarmonicShape(self.field, stopping, *bounds, self.steps), solve
 
     def mapped(self, smoothing: float, even: bool) -> tuple[Mapped, Faults]:
         """The template on the surface of one smoothing, its vertices moved or not, and its faults."""
-        stopping, solve = fit_spline(self.basis, self.feet, self.level, smoothing=smoothing)
-        bounds = 0.5 * float(self.level.min()), 1.5 * float(self.level.max())
-        shape = HarmonicShape(self.field, stopping, *bounds, self.steps)
+        shape, solve = self.stopped(smoothing)
         info: dict[str, Any] = {"smoothing": solve["smoothing"], "underdetermined": solve["underdetermined"]}
         if even:
-            directions, points, info["even"] = even_out(shape, self.directions, self.cells, self.axes)
+            found = even_out(shape, self.directions, self.cells, self.axes, self.connectivity, self.curvature)
+            mapped = Mapped(shape, found.directions, found.points, found.cells, info | {"even": found.info})
         else:
-            directions, points = self.directions, shape(self.directions)
-        return Mapped(shape, directions, points, info), find_faults(points, self.cells, self.field)
+            mapped = Mapped(shape, self.directions, shape(self.directions), self.cells, info)
+        return mapped, find_faults(mapped.points, split_quads(mapped.cells), self.field)
 
 
 def sound_map(target: Target, even: bool) -> Mapped:

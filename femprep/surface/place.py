@@ -13,7 +13,7 @@ from femprep.geometry.patches import PatchSurface
 from femprep.geometry.topology import euler_characteristic, is_closed, volume
 from femprep.geometry.triangles import areas, triangle_quality
 from femprep.model import FloatArray, IntArray
-from femprep.surface.descent import OnPatches, Place, descend, smoother
+from femprep.surface.descent import OnPatches, Place, descend, on_sphere, smoother
 from femprep.surface.distortion import Ideal
 from femprep.surface.flips import flip_edges
 from femprep.surface.spherical import sphere_map
@@ -22,28 +22,29 @@ Connectivity = Literal["template", "auto", "free"]
 
 #: Vertices of the coarse mesh from which the map to the sphere is made.
 _COARSE: Final = 1000
-#: What a cell's area counts beside its shape: where cells are the template's, and where edges are flipped.
+#: What a cell's area counts beside its shape: where cells are the template's; where edges are flipped, first much, so
+#: that vertices spread, then as there.
 _SIZE: Final = 0.1
-_SIZE_FREE: Final = 0.2
-#: Descents, each followed by new ideal areas and flips, and steps of one at most.
-_ROUNDS: Final = 12
+_SIZES: Final = (1.0, 0.3, 0.1)
+#: Steps of a descent at most, without flips and between them, and rounds of flips and descents for each of the above.
 _STEPS: Final = 100
 _STEPS_FREE: Final = 20
+_ROUNDS: Final = 8
 #: Quality, mean and least, and share of the volume cut off by flat triangles, with which the template's are left.
 _ENOUGH: Final = (0.955, 0.55)
 _CUT: Final = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
-    """A template on a surface.
+class Slid:
+    """Cells on a surface, as even as sliding and flipping made them.
 
     Attributes
     ----------
     points, normals : (V, 3) arrays
         Vertices on the smooth surface, mm, and its unit normals there.
     cells : (T, 3) or (T, 4) array
-        The template's, or the same number of others on the same vertices.
+        Those given, or the same number of others on the same vertices.
     steps : int
         Of all descents.
     flips : int
@@ -58,6 +59,20 @@ class Placed:
     steps: int
     flips: int
     folded: int
+
+
+@dataclass(frozen=True, eq=False)
+class Placed(Slid):
+    """A template on a surface.
+
+    Attributes
+    ----------
+    directions : (V, 3) array
+        Its vertices on the sphere, unit vectors: where they were, or where they belong after edges were flipped, so
+        that the cells are not folded there either.
+    """
+
+    directions: FloatArray
 
 
 class Goal:
@@ -138,10 +153,13 @@ def place_evenly(
     sphere = sphere_map(points, triangles, density)
     weight = areas(points, triangles) * density[triangles].mean(axis=1)
     sphere = sphere @ _turn(sphere, _wanted(points, directions, start), weight, triangles).T
-    return slide_evenly(_carry(directions, sphere, points, triangles), cells, goal, connectivity)
+    slid = slide_evenly(_carry(directions, sphere, points, triangles), cells, goal, connectivity)
+    if slid.flips:
+        directions = _unfolded(_carry(slid.points, points, sphere, triangles), slid)
+    return Placed(**vars(slid), directions=directions)
 
 
-def slide_evenly(points: FloatArray, cells: IntArray, goal: Goal, connectivity: Connectivity = "template") -> Placed:
+def slide_evenly(points: FloatArray, cells: IntArray, goal: Goal, connectivity: Connectivity = "template") -> Slid:
     """Slide a template that lies on a smooth surface along it until its cells are even.
 
     Parameters
@@ -160,7 +178,7 @@ def slide_evenly(points: FloatArray, cells: IntArray, goal: Goal, connectivity: 
     return _free(points, cells, goal)
 
 
-def _kept(points: FloatArray, cells: IntArray, goal: Goal) -> Placed:
+def _kept(points: FloatArray, cells: IntArray, goal: Goal) -> Slid:
     domain = OnPatches(goal.surface)
     domain(points)
     solve = smoother(cells, len(points))
@@ -168,38 +186,39 @@ def _kept(points: FloatArray, cells: IntArray, goal: Goal) -> Placed:
     if np.ptp(goal.area) > 0.0:
         place, more = descend(place.points, domain, goal.cells(cells, domain.near), solve, _SIZE, _STEPS)
         steps += more
-    return _placed(place, cells, steps, 0)
+    return _slid(place, cells, steps, 0)
 
 
-def _free(points: FloatArray, cells: IntArray, goal: Goal) -> Placed:
+def _free(points: FloatArray, cells: IntArray, goal: Goal) -> Slid:
     domain = OnPatches(goal.surface)
     place = domain(points)
     steps = flips = 0
-    for _ in range(_ROUNDS):
-        cells, flipped = flip_edges(place.points, place.normals, cells, goal.area[domain.near], _SIZE_FREE)
-        flips += flipped
-        if steps and not flipped:
-            break
-        ideal = goal.cells(cells, domain.near)
-        place, more = descend(place.points, domain, ideal, smoother(cells, len(points)), _SIZE_FREE, _STEPS_FREE)
-        steps += more
-    return _placed(place, cells, steps, flips)
+    for size in _SIZES:
+        for turn in range(_ROUNDS):
+            cells, flipped = flip_edges(place.points, place.normals, cells, goal.area[domain.near], size)
+            flips += flipped
+            if turn and not flipped:
+                break
+            ideal, solve = goal.cells(cells, domain.near), smoother(cells, len(points))
+            place, more = descend(place.points, domain, ideal, solve, size, _STEPS_FREE)
+            steps += more
+    return _slid(place, cells, steps, flips)
 
 
-def _placed(place: Place, cells: IntArray, steps: int, flips: int) -> Placed:
+def _slid(place: Place, cells: IntArray, steps: int, flips: int) -> Slid:
     folded = Ideal.even(cells, np.ones(len(cells))).folded(place.points, place.normals)
-    return Placed(place.points, place.normals, cells, steps, flips, int(np.count_nonzero(folded)))
+    return Slid(place.points, place.normals, cells, steps, flips, int(np.count_nonzero(folded)))
 
 
-def _enough(placed: Placed, goal: Goal) -> bool:
+def _enough(slid: Slid, goal: Goal) -> bool:
     """Whether triangles are as even as they usually are in the template's order."""
-    quality = triangle_quality(placed.points, placed.cells)
+    quality = triangle_quality(slid.points, slid.cells)
     whole = volume(goal.surface.points, goal.surface.triangles)
     return (
-        placed.folded == 0
+        slid.folded == 0
         and float(quality.mean()) >= _ENOUGH[0]
         and float(quality.min()) >= _ENOUGH[1]
-        and volume(placed.points, placed.cells) >= (1.0 - _CUT) * whole
+        and volume(slid.points, slid.cells) >= (1.0 - _CUT) * whole
     )
 
 
@@ -238,7 +257,17 @@ def _turn(sphere: FloatArray, wanted: FloatArray, weight: FloatArray, cells: Int
     return np.asarray(left @ flip @ right)
 
 
-def _carry(directions: FloatArray, sphere: FloatArray, points: FloatArray, cells: IntArray) -> FloatArray:
-    """Where directions lie on the mesh whose vertices have places on the sphere: linear within its triangles."""
-    found = ClosestFinder(sphere, cells)(directions)
-    return np.asarray(np.einsum("qi,qik->qk", found.weights, points[cells[found.triangle]]))
+def _carry(queries: FloatArray, one: FloatArray, other: FloatArray, cells: IntArray) -> FloatArray:
+    """Points near a mesh carried to the same mesh with its vertices elsewhere: linear within its triangles."""
+    found = ClosestFinder(one, cells)(queries)
+    return np.asarray(np.einsum("qi,qik->qk", found.weights, other[cells[found.triangle]]))
+
+
+def _unfolded(directions: FloatArray, slid: Slid) -> FloatArray:
+    """Unit vectors near directions at which none of the triangles is folded on the sphere, if there are any."""
+    whole = areas(slid.points, slid.cells)
+    ideal = Ideal.of(slid.points, slid.cells, np.full(len(whole), np.sqrt(4.0 * np.pi / whole.sum())))
+    place = on_sphere(directions)
+    if np.isfinite(ideal.measure(*place, 0.0)[0]):
+        return place.points
+    return descend(place.points, on_sphere, ideal, smoother(slid.cells, len(directions)), _SIZE, _STEPS)[0].points

@@ -23,7 +23,7 @@ from femprep.surface.distortion import Ideal
 
 #: Steps of the flow, and their length by the area of the surface.
 _FLOWS: Final = 30
-_PACE: Final = 0.1
+_PACE: Final = 0.5
 #: It ends when the distances from the middle differ by less than this share.
 _ROUND: Final = 0.02
 #: What areas count beside angles, and steps of levelling.
