@@ -23,7 +23,7 @@ from femprep.options import VolumeOptions
 from femprep.template import charge_template
 from femprep.volume.guard import run_tetwild
 from femprep.volume.measures import element_measures
-from femprep.volume.tetrahedra import tetrahedralize
+from femprep.volume.tetrahedra import attempts, tetrahedralize
 from femprep.volume.validate import mean_thickness
 from femprep.wall import build_wall
 
@@ -86,10 +86,11 @@ def row(*cells: object) -> None:
 def bench_raw(points: np.ndarray, triangles: np.ndarray, edge: float, options: VolumeOptions) -> None:
     """fTetWild alone, with the parameters tetrahedralize gives it."""
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
+    first = next(attempts(options, str, edge))
     settings = {
         "edge_length_abs": edge,
-        "epsilon": (options.envelope or edge / 20.0) / diagonal,
-        "stop_energy": options.stop_energy,
+        "epsilon": first.envelope / diagonal,
+        "stop_energy": first.stop_energy,
         "num_threads": 1,
     }
     quality = float(triangle_quality(points, triangles).min())
