@@ -286,11 +286,12 @@ class SweepOptions(StageOptions):
         description="Rows of elements of constant number around, that end at the base; from the edge length where not "
         "given. Equal columns, rows and layers give equal connectivity.",
     )
-    grading: float = Field(
-        1.0,
+    grading: float | None = Field(
+        None,
         gt=0.01,
         lt=100,
-        description="Height of the outermost layer over that of the innermost; above 1 is finer inside.",
+        description="Height of the outermost layer over that of the innermost; above 1 is finer inside. Where not "
+        "given, layers grow with the width of the elements, from place to place.",
     )
     order: Literal[1, 2] = Field(1, description="Order of the elements; 2 adds mid-side nodes on the smooth surfaces.")
     minimum_thickness: float = Field(

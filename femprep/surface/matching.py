@@ -16,15 +16,14 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.geometry.patches import PatchSurface
-from femprep.model import FloatArray, IntArray, Plane, Surface
+from femprep.model import Plane, Surface
 from femprep.options import SweepOptions, choose
 from femprep.surface.apart import push_apart
 from femprep.surface.axial import Axial
 from femprep.surface.denser import denser
 from femprep.surface.refine import refine, scatter
+from femprep.surface.relax import Relaxation
 from femprep.surface.resolution import HEIGHT, coarser, corners_of, make_cup, resolution
-from femprep.surface.sliding import colour, judge, slide
-from femprep.template.cup import Cup
 from femprep.template.matched import MatchedSurfaces
 
 _log = logging.getLogger(__name__)
@@ -33,14 +32,6 @@ _log = logging.getLogger(__name__)
 _SWEEPS: Final = (40, 12, 6)
 #: A layer is at least this share of an edge high: where the wall is thinner, the epicardium is pushed outwards.
 _THIN: Final = 0.2
-#: A sweep that moves no vertex by more than this share of an edge is the last.
-_SETTLED: Final = 0.02
-#: Cells with a greater inverse mean ratio than this are mended alone, with so many rings of cells around them, in so
-#: many rounds of so many sweeps.
-_BAD: Final = 2.0
-_RINGS: Final = 2
-_ROUNDS: Final = 5
-_LOCAL: Final = 10
 
 
 def match_surfaces(
@@ -101,19 +92,22 @@ def match_surfaces(
     ]
     levels = [make_cup(c, r, corners, apex is not None) for c, r in coarser(columns, rows, corners, apex is not None)]
     positions = [scatter(disk, points, levels[0].disk) for disk, points in clouds]
-    state = _State(surfaces, table)
     sweeps = []
     for number, cup in enumerate(levels):
         if number:
             positions = [refine(levels[number - 1], p, cup) for p in positions]
-        most = _SWEEPS[0] if number == 0 else _SWEEPS[2] if number == len(levels) - 1 else _SWEEPS[1]
-        edges = chosen.edge_length * columns / cup.columns
-        positions, made = state.relax(cup, positions, edges, layers * cup.columns / columns, most)
-        sweeps.append(made)
+        last = number == len(levels) - 1
+        thin = layers if last else max(round(layers * cup.columns / columns), 1)
+        height = HEIGHT[corners] * layers * cup.columns / columns / thin
+        edge = chosen.edge_length * columns / cup.columns
+        state = Relaxation(
+            cup, surfaces, table, height, last and chosen.element == "tetra", thin, edge, chosen.grading, positions
+        )
+        sweeps.append(state.run(_SWEEPS[0] if number == 0 else _SWEEPS[2] if last else _SWEEPS[1]))
+        positions = state.places
         tell("match", 0.3 + 0.7 * (number + 1) / len(levels))
-    cup = levels[-1]
     inner, outer = positions
-    quality = _require_unfolded(cup, inner, outer, layers)
+    quality = _require_unfolded(state)
     thickness = np.linalg.norm(outer - inner, axis=1)
     info = {
         "template": "triangle" if corners == 3 else "quad",
@@ -131,110 +125,16 @@ def match_surfaces(
         "levels": [level.columns for level in levels],
         "sweeps": sweeps,
     }
-    return MatchedSurfaces(cup, inner, outer, layers, *surfaces, planes, info)
+    return MatchedSurfaces(cup, inner, outer, layers, state.growth, *surfaces, planes, info)
 
 
-class _State:
-    """The surfaces and planes the vertices slide on."""
-
-    def __init__(self, surfaces: tuple[PatchSurface, PatchSurface], planes: FloatArray) -> None:
-        self.surfaces, self.planes = surfaces, planes
-
-    def relax(
-        self, cup: Cup, positions: list[FloatArray], edge: float, layers: float, most: int
-    ) -> tuple[list[FloatArray], int]:
-        """Slide all vertices until they settle; returns positions and the number of sweeps."""
-        corners = cup.cells.shape[1]
-        flat = cup.rim
-        settled = [s.settle(p, None, flat, self.planes) for s, p in zip(self.surfaces, positions)]
-        places = [s[0] for s in settled]
-        normals, near = [s[1] for s in settled], [s[2] for s in settled]
-        starts, incident = _incidence(cup.cells, len(cup.disk))
-        order, colours = _colours(cup.cells, len(cup.disk))
-        cells = np.ascontiguousarray(cup.cells)
-        worst = np.empty(len(cells))
-        moved = np.zeros(len(cup.disk))
-        typical = edge * edge * float(np.linalg.norm(places[1] - places[0], axis=1).mean()) / layers
-
-        def once(order: IntArray, colours: IntArray, delta: float, steep: bool) -> float:
-            moved[:] = 0.0
-            slide(
-                *places,
-                *normals,
-                *near,
-                flat,
-                self.planes,
-                self.surfaces[0].arrays,
-                self.surfaces[1].arrays,
-                cells,
-                starts,
-                incident,
-                order,
-                colours,
-                layers,
-                HEIGHT[corners],
-                delta,
-                steep,
-                edge,
-                moved,
-            )
-            judge(*places, cells, layers, HEIGHT[corners], worst)
-            return float(moved.max())
-
-        judge(*places, cells, layers, HEIGHT[corners], worst)
-        made, share, far = 0, 0.1, np.inf
-        while made < most and far > _SETTLED * edge:
-            folded = not np.all(np.isfinite(worst))
-            step = once(order, colours, share * typical if folded else 0.0, False)
-            far = np.inf if folded else step
-            share = max(0.7 * share, 1e-4)
-            made += 1
-        # What is still bad lies in few places: more sweeps there alone.
-        for _ in range(_ROUNDS):
-            active = np.zeros(len(cup.disk), dtype=bool)
-            active[cells[worst > _BAD]] = True
-            if not active.any():
-                break
-            for _ in range(_RINGS):
-                active[cells[active[cells].any(axis=1)]] = True
-            part = order[active[order]]
-            bounds = np.concatenate([[0], np.cumsum(active[order])])[colours]
-            for _ in range(_LOCAL):
-                folded = not np.all(np.isfinite(worst))
-                if once(part, bounds, share * typical if folded else 0.0, True) < 0.1 * _SETTLED * edge and not folded:
-                    break
-        return places, made
-
-
-def _incidence(cells: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Cells around each vertex, as row starts and columns."""
-    order = np.argsort(cells.ravel(), kind="stable")
-    starts = np.searchsorted(cells.ravel()[order], np.arange(count + 1))
-    return starts.astype(np.int64), (order // cells.shape[1]).astype(np.int64)
-
-
-def _colours(cells: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Vertices ordered by colour, and where each colour starts; vertices of one colour share no cell."""
-    corners = cells.shape[1]
-    pairs = np.concatenate([cells[:, [i, j]] for i in range(corners) for j in range(corners) if i != j])
-    pairs = np.unique(pairs, axis=0)
-    starts = np.searchsorted(pairs[:, 0], np.arange(count + 1)).astype(np.int64)
-    found = np.empty(count, dtype=np.int64)
-    number = colour(starts, np.ascontiguousarray(pairs[:, 1]), found)
-    order = np.argsort(found, kind="stable").astype(np.int64)
-    return order, np.searchsorted(found[order], np.arange(number + 1)).astype(np.int64)
-
-
-def _require_unfolded(cup: Cup, inner: FloatArray, outer: FloatArray, layers: int) -> float:
-    """Least mean ratio of the elements' corners; an error where one is folded."""
-    corners = cup.cells.shape[1]
-    worst = np.empty(len(cup.cells))
-    judge(inner, outer, np.ascontiguousarray(cup.cells), float(layers), HEIGHT[corners], worst)
-    folded = np.flatnonzero(~np.isfinite(worst))
+def _require_unfolded(state: Relaxation) -> float:
+    """Least mean ratio of the elements; an error where one is inverted."""
+    folded = np.flatnonzero(~np.isfinite(state.worst))
     if len(folded):
-        where = 0.5 * (inner + outer)[cup.cells[folded[0]]].mean(axis=0)
+        where = 0.5 * (state.places[0] + state.places[1])[state.cup.cells[folded[0]]].mean(axis=0)
         raise StageError(
-            f"{len(folded)} of {len(cup.cells)} columns of elements between the surfaces remain folded, one near "
+            f"{len(folded)} of {len(state.worst)} columns of elements between the surfaces remain folded, one near "
             f"{np.round(where, 1).tolist()} (mm LPS); try a longer edge length, or the mesher tetwild"
         )
-    return float(1.0 / worst.max())
+    return float(1.0 / state.worst.max())

@@ -1,11 +1,13 @@
-"""Two matched surfaces in, the same with their vertices slid to better shaped elements between them: compiled loops.
+"""Vertices of two matched surfaces in, moved along the surfaces for well-shaped elements between them: compiled loops.
 
 Inner and outer vertex of the same number are joined by a straight line; elements lie between cells and layers. Every
 vertex moves along its own surface, rim vertices along the curve in which it meets their plane, so that surfaces,
 planes and connectivity stay as they are.
 
-The measure is the inverse mean ratio at the corners of the elements [1]_, with the determinant replaced by a positive
-function of it while elements are inverted [2]_: the same sweeps untangle and smooth.
+The measure is the inverse mean ratio of the elements' simplices [1]_, with the determinant replaced by a positive
+function of it while elements are inverted [2]_: the same sweeps untangle and smooth. Seen from one vertex, the
+determinant of a simplex is linear and the sum of its squared edges is quadratic, so that gradient and curvature of the
+measure are known in closed form.
 
 References
 ----------
@@ -19,49 +21,67 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from numba import prange
 
 from femprep.compiled import compiled
 from femprep.geometry.patches import settle
 
-IntArray = npt.NDArray[np.int64]
-
-#: Step of differences, and longest move in one sweep, in edge lengths.
-_PROBE = 1e-3
+#: Longest move in one sweep, in edge lengths, and the shortest worth making.
 _LEAP = 0.5
-#: What an inverted corner counts where determinants are not regularised.
+_LEAST = 1e-6
+#: What an inverted simplex counts where determinants are not regularised.
 INVERTED = 1e30
 
 
-@compiled()
-def _shape(
-    ax: float,
-    ay: float,
-    az: float,
-    bx: float,
-    by: float,
-    bz: float,
-    hx: float,
-    hy: float,
-    hz: float,
-    triangle: bool,
-    height: float,
-    delta: float,
-) -> float:
-    """Cubed inverse mean ratio of the frame (a, b, h) against two ideal sides and an ideal height; at least 1.
+@compiled(part=True)
+def _prism(inner: Any, outer: Any, depth: Any, cells: Any, c: int, layer: int, out: Any) -> None:
+    """Corners of the element over a cell in a layer."""
+    n = cells.shape[1]
+    for i in range(n):
+        v = cells[c, i]
+        low = depth[layer, v]
+        high = depth[layer + 1, v]
+        for k in range(3):
+            across = outer[v, k] - inner[v, k]
+            out[i, k] = inner[v, k] + low * across
+            out[i + n, k] = inner[v, k] + high * across
 
-    Cubed, (size / 3)^3 / det^2 is rational, and what is worst counts most.
-    """
-    det = (ax * (by * hz - bz * hy) + ay * (bz * hx - bx * hz) + az * (bx * hy - by * hx)) / height
-    size = (hx * hx + hy * hy + hz * hz) / (height * height)
-    sides = ax * ax + ay * ay + az * az + bx * bx + by * by + bz * bz
-    if triangle:
-        # Sides of the equilateral triangle made orthogonal.
-        size += (sides - ax * bx - ay * by - az * bz) * (4.0 / 3.0)
-        det *= 1.1547005383792515
-    else:
-        size += sides
+
+@compiled(part=True)
+def _determinant(x: Any, i: int, j: int, k: int, m: int) -> float:
+    ax = x[j, 0] - x[i, 0]
+    ay = x[j, 1] - x[i, 1]
+    az = x[j, 2] - x[i, 2]
+    bx = x[k, 0] - x[i, 0]
+    by = x[k, 1] - x[i, 1]
+    bz = x[k, 2] - x[i, 2]
+    cx = x[m, 0] - x[i, 0]
+    cy = x[m, 1] - x[i, 1]
+    cz = x[m, 2] - x[i, 2]
+    volume: float = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+    return volume
+
+
+@compiled(part=True)
+def _shape(x: Any, row: Any, weights: Any, scale: float, upright: float, delta: float) -> float:
+    """Cubed inverse mean ratio of a simplex, at least 1: rational, and what is worst counts most."""
+    size = 0.0
+    e = 0
+    for a in range(3):
+        for b in range(a + 1, 4):
+            w = weights[e]
+            if e == 2:
+                w *= upright
+            e += 1
+            if w == 0.0:
+                continue
+            p = row[a]
+            q = row[b]
+            dx = x[p, 0] - x[q, 0]
+            dy = x[p, 1] - x[q, 1]
+            dz = x[p, 2] - x[q, 2]
+            size += w * (dx * dx + dy * dy + dz * dz)
+    det = scale * np.sqrt(upright) * _determinant(x, row[0], row[1], row[2], row[3])
     if delta > 0.0:
         det = 0.5 * (det + np.sqrt(det * det + 4.0 * delta * delta))
     elif det <= 0.0:
@@ -69,97 +89,171 @@ def _shape(
     return size * size * size / (27.0 * det * det)
 
 
-@compiled()
-def _cell(
-    inner: Any, outer: Any, cells: Any, c: int, vertex: int, layers: float, height: float, delta: float, steep: bool
+@compiled(part=True)
+def _around(
+    inner: Any, outer: Any, depth: Any, vertex: int, mesh: Any, judged: Any, layers: Any, delta: float, steep: bool
 ) -> float:
-    """Sum over the corners of one cell that feel a vertex, at three depths of the wall; squared where steep."""
-    corners = cells.shape[1]
-    triangle = corners == 3
+    """Sum over the simplices around a vertex that feel it; squared where steep."""
+    cells, starts, incident = mesh
+    nodes, kinds, weights, scale, upright = judged
+    n = cells.shape[1]
+    x = np.empty((8, 3))
     total = 0.0
-    for i in range(corners):
-        v = cells[c, i]
-        n = cells[c, i + 1 if i + 1 < corners else 0]
-        m = cells[c, i - 1 if i > 0 else corners - 1]
-        if v != vertex and n != vertex and m != vertex:
-            continue
-        dx = outer[v, 0] - inner[v, 0]
-        dy = outer[v, 1] - inner[v, 1]
-        dz = outer[v, 2] - inner[v, 2]
-        ax = inner[n, 0] - inner[v, 0]
-        ay = inner[n, 1] - inner[v, 1]
-        az = inner[n, 2] - inner[v, 2]
-        bx = inner[m, 0] - inner[v, 0]
-        by = inner[m, 1] - inner[v, 1]
-        bz = inner[m, 2] - inner[v, 2]
-        # How the sides change over half the wall.
-        px = 0.5 * (outer[n, 0] - inner[n, 0] - dx)
-        py = 0.5 * (outer[n, 1] - inner[n, 1] - dy)
-        pz = 0.5 * (outer[n, 2] - inner[n, 2] - dz)
-        qx = 0.5 * (outer[m, 0] - inner[m, 0] - dx)
-        qy = 0.5 * (outer[m, 1] - inner[m, 1] - dy)
-        qz = 0.5 * (outer[m, 2] - inner[m, 2] - dz)
-        for level in range(3):
-            f = _shape(
-                ax + level * px,
-                ay + level * py,
-                az + level * pz,
-                bx + level * qx,
-                by + level * qy,
-                bz + level * qz,
-                dx / layers,
-                dy / layers,
-                dz / layers,
-                triangle,
-                height,
-                delta,
-            )
-            total += f * f if steep else f
+    for s in range(starts[vertex], starts[vertex + 1]):
+        c = incident[s]
+        for layer in layers:
+            _prism(inner, outer, depth, cells, c, layer, x)
+            table = nodes[kinds[c, layer % 2]]
+            for r in range(len(table)):
+                row = table[r]
+                if (
+                    cells[c, row[0] % n] == vertex
+                    or cells[c, row[1] % n] == vertex
+                    or cells[c, row[2] % n] == vertex
+                    or cells[c, row[3] % n] == vertex
+                ):
+                    f = _shape(x, row, weights, scale, upright[c], delta)
+                    total += f * f if steep else f
     return total
 
 
-@compiled()
-def _around(
+@compiled(part=True)
+def _slopes(
     inner: Any,
     outer: Any,
+    depth: Any,
     vertex: int,
-    cells: Any,
-    starts: Any,
-    incident: Any,
-    layers: float,
-    height: float,
+    inside: bool,
+    mesh: Any,
+    judged: Any,
+    layers: Any,
     delta: float,
     steep: bool,
+    gradient: Any,
+    hessian: Any,
 ) -> float:
-    """Sum over the cells around a vertex."""
+    """The same sum, its gradient and its second derivatives where the inner or the outer vertex moves."""
+    cells, starts, incident = mesh
+    nodes, kinds, weights, scale, upright = judged
+    n = cells.shape[1]
+    x = np.empty((8, 3))
+    share = np.empty(8)
+    m = np.empty(4)
+    gs = np.empty(3)
+    gd = np.empty(3)
+    gl = np.empty(3)
     total = 0.0
-    for k in range(starts[vertex], starts[vertex + 1]):
-        total += _cell(inner, outer, cells, incident[k], vertex, layers, height, delta, steep)
+    power = 2.0 if steep else 1.0
+    gradient[:] = 0.0
+    hessian[:] = 0.0
+    for s in range(starts[vertex], starts[vertex + 1]):
+        c = incident[s]
+        for layer in layers:
+            _prism(inner, outer, depth, cells, c, layer, x)
+            for i in range(n):
+                mine = 1.0 if cells[c, i] == vertex else 0.0
+                low = depth[layer, vertex]
+                high = depth[layer + 1, vertex]
+                share[i] = mine * (1.0 - low if inside else low)
+                share[i + n] = mine * (1.0 - high if inside else high)
+            table = nodes[kinds[c, layer % 2]]
+            for r in range(len(table)):
+                row = table[r]
+                felt = False
+                for a in range(4):
+                    m[a] = share[row[a]]
+                    if cells[c, row[a] % n] == vertex:
+                        felt = True
+                if not felt:
+                    continue
+                size = 0.0
+                bend = 0.0
+                gs[:] = 0.0
+                e = 0
+                for a in range(3):
+                    for b in range(a + 1, 4):
+                        w = weights[e]
+                        if e == 2:
+                            w *= upright[c]
+                        e += 1
+                        if w == 0.0:
+                            continue
+                        gap = m[a] - m[b]
+                        bend += 2.0 * w * gap * gap
+                        for k in range(3):
+                            d = x[row[a], k] - x[row[b], k]
+                            size += w * d * d
+                            gs[k] += 2.0 * w * gap * d
+                factor = scale * np.sqrt(upright[c])
+                # Normals of the faces opposite to the nodes 1, 2, 3; that of node 0 is minus their sum.
+                for k in range(3):
+                    p = (k + 1) % 3
+                    q = (k + 2) % 3
+                    a1 = x[row[1], p] - x[row[0], p]
+                    a2 = x[row[1], q] - x[row[0], q]
+                    b1 = x[row[2], p] - x[row[0], p]
+                    b2 = x[row[2], q] - x[row[0], q]
+                    c1 = x[row[3], p] - x[row[0], p]
+                    c2 = x[row[3], q] - x[row[0], q]
+                    gd[k] = factor * (
+                        (m[1] - m[0]) * (b1 * c2 - b2 * c1)
+                        + (m[2] - m[0]) * (c1 * a2 - c2 * a1)
+                        + (m[3] - m[0]) * (a1 * b2 - a2 * b1)
+                    )
+                det = factor * _determinant(x, row[0], row[1], row[2], row[3])
+                if delta > 0.0:
+                    root = np.sqrt(det * det + 4.0 * delta * delta)
+                    fixed = 0.5 * (det + root)
+                elif det <= 0.0:
+                    total += INVERTED
+                    continue
+                else:
+                    root = det
+                    fixed = det
+                f = size * size * size / (27.0 * fixed * fixed)
+                if steep:
+                    f *= f
+                total += f
+                for k in range(3):
+                    gl[k] = 3.0 * gs[k] / size - 2.0 * gd[k] / root
+                    gradient[k] += power * f * gl[k]
+                bow = 2.0 * det / (root * root * root)
+                for k in range(3):
+                    for j in range(k, 3):
+                        hessian[k, j] += (
+                            power
+                            * f
+                            * (power * gl[k] * gl[j] - 3.0 * gs[k] * gs[j] / (size * size) + bow * gd[k] * gd[j])
+                        )
+                    hessian[k, k] += power * f * 3.0 * bend / size
+    for k in range(3):
+        for j in range(k):
+            hessian[k, j] = hessian[j, k]
     return total
 
 
-@compiled()
+@compiled(part=True)
 def _move(
-    moving: Any,
-    normals: Any,
-    near: Any,
     inner: Any,
     outer: Any,
+    depth: Any,
+    normals: Any,
+    near: Any,
     vertex: int,
+    inside: bool,
     flat: int,
     planes: Any,
     surface: Any,
-    cells: Any,
-    starts: Any,
-    incident: Any,
-    layers: float,
-    height: float,
+    mesh: Any,
+    judged: Any,
+    layers: Any,
     delta: float,
     steep: bool,
     edge: float,
 ) -> float:
     """One damped Newton step of one vertex along its surface; returns how far it moved."""
     points, frames, coefficients, reach, ring = surface
+    moving = inner if inside else outer
     n = normals[vertex].copy()
     old = moving[vertex].copy()
     one = np.empty(3)
@@ -187,36 +281,25 @@ def _move(
     two[1] = n[2] * one[0] - n[0] * one[2]
     two[2] = n[0] * one[1] - n[1] * one[0]
 
-    e = _PROBE * edge
-    now = _around(inner, outer, vertex, cells, starts, incident, layers, height, delta, steep)
-    values = np.empty(5)
-    for s in range(5 if flat == 0 else 2):
-        p = 0.0
-        q = 0.0
-        if s == 0:
-            p = e
-        elif s == 1:
-            p = -e
-        elif s == 2:
-            q = e
-        elif s == 3:
-            q = -e
-        else:
-            p = e
-            q = e
-        for k in range(3):
-            moving[vertex, k] = old[k] + p * one[k] + q * two[k]
-        values[s] = _around(inner, outer, vertex, cells, starts, incident, layers, height, delta, steep)
-    gp = (values[0] - values[1]) / (2.0 * e)
-    hpp = (values[0] - 2.0 * now + values[1]) / (e * e)
+    gradient = np.empty(3)
+    hessian = np.empty((3, 3))
+    now = _slopes(inner, outer, depth, vertex, inside, mesh, judged, layers, delta, steep, gradient, hessian)
+    gp = 0.0
+    gq = 0.0
+    hpp = 0.0
+    hpq = 0.0
+    hqq = 0.0
+    for k in range(3):
+        gp += gradient[k] * one[k]
+        gq += gradient[k] * two[k]
+        for j in range(3):
+            hpp += one[k] * hessian[k, j] * one[j]
+            hpq += one[k] * hessian[k, j] * two[j]
+            hqq += two[k] * hessian[k, j] * two[j]
     if flat > 0:
-        curve = abs(hpp) + 1e-12
-        p = -gp / curve
+        p = -gp / (abs(hpp) + 1e-12)
         q = 0.0
     else:
-        gq = (values[2] - values[3]) / (2.0 * e)
-        hqq = (values[2] - 2.0 * now + values[3]) / (e * e)
-        hpq = (values[4] - values[0] - values[2] + now) / (e * e)
         # Shift the smaller eigenvalue up to a share of the larger one.
         mean = 0.5 * (hpp + hqq)
         half = np.sqrt(0.25 * (hpp - hqq) ** 2 + hpq * hpq)
@@ -228,18 +311,15 @@ def _move(
         p = -(gp * hqq - gq * hpq) / det
         q = -(gq * hpp - gp * hpq) / det
     far = np.sqrt(p * p + q * q)
-    if not far > 1e-6 * edge:
-        for k in range(3):
-            moving[vertex, k] = old[k]
+    if not far > _LEAST * edge:
         return 0.0
     scale = min(1.0, _LEAP * edge / far)
-    place = near[vertex]
     fresh = np.empty(3)
     for _ in range(5):
         for k in range(3):
             moving[vertex, k] = old[k] + scale * (p * one[k] + q * two[k])
         place = settle(moving[vertex], fresh, near[vertex], flat, planes, points, frames, coefficients, reach, ring)
-        if _around(inner, outer, vertex, cells, starts, incident, layers, height, delta, steep) < now:
+        if _around(inner, outer, depth, vertex, mesh, judged, layers, delta, steep) < now:
             near[vertex] = place
             for k in range(3):
                 normals[vertex, k] = fresh[k]
@@ -254,94 +334,61 @@ def _move(
 def slide(
     inner: Any,
     outer: Any,
-    inner_normal: Any,
-    outer_normal: Any,
-    inner_near: Any,
-    outer_near: Any,
+    depth: Any,
+    normals: Any,
+    near: Any,
     flat: Any,
     planes: Any,
     inner_surface: Any,
     outer_surface: Any,
-    cells: Any,
-    starts: Any,
-    incident: Any,
+    mesh: Any,
+    judged: Any,
+    layers: Any,
     order: Any,
     colours: Any,
-    layers: float,
-    height: float,
     delta: float,
     steep: bool,
     edge: float,
     moved: Any,
 ) -> None:
-    """One sweep over all vertices, in place, colour by colour: vertices of one colour share no cell."""
+    """One sweep over the vertices in ``order``, in place, colour by colour: vertices of one colour share no cell.
+
+    ``normals`` and ``near`` are pairs, of the inner and of the outer surface; ``mesh`` is the cells, and
+    those around each vertex as row starts and columns; ``judged`` is what Simplices holds, ``layers`` which of them
+    are looked at. Moves are written to ``moved``.
+    """
     for c in range(len(colours) - 1):
         first = colours[c]
         for k in prange(colours[c + 1] - first):
             v = order[first + k]
-            one = _move(
-                inner,
-                inner_normal,
-                inner_near,
-                inner,
-                outer,
-                v,
-                flat[v],
-                planes,
-                inner_surface,
-                cells,
-                starts,
-                incident,
-                layers,
-                height,
-                delta,
-                steep,
-                edge,
-            )
-            two = _move(
-                outer,
-                outer_normal,
-                outer_near,
-                inner,
-                outer,
-                v,
-                flat[v],
-                planes,
-                outer_surface,
-                cells,
-                starts,
-                incident,
-                layers,
-                height,
-                delta,
-                steep,
-                edge,
-            )
-            moved[v] = max(one, two)
+            a = _move(
+                inner, outer, depth, normals[0], near[0], v, True, flat[v], planes, inner_surface, mesh, judged,
+                layers, delta, steep, edge,
+            )  # fmt: skip
+            b = _move(
+                inner, outer, depth, normals[1], near[1], v, False, flat[v], planes, outer_surface, mesh, judged,
+                layers, delta, steep, edge,
+            )  # fmt: skip
+            moved[v] = max(a, b)
 
 
 @compiled(parallel=True)
-def judge(inner: Any, outer: Any, cells: Any, layers: float, height: float, worst: Any) -> None:
-    """Greatest inverse mean ratio of each cell's corners, into ``worst``; infinite where it is folded."""
+def judge(inner: Any, outer: Any, depth: Any, cells: Any, judged: Any, layers: Any, worst: Any) -> None:
+    """Greatest inverse mean ratio in the column over each cell, into ``worst``; infinite where it is folded."""
+    nodes, kinds, weights, scale, upright = judged
     for c in prange(len(cells)):
-        corners = cells.shape[1]
+        x = np.empty((8, 3))
         most = 0.0
-        for i in range(corners):
-            v = cells[c, i]
-            n = cells[c, (i + 1) % corners]
-            m = cells[c, (i + corners - 1) % corners]
-            for level in range(3):
-                t = 0.5 * level
-                a = inner[n] + t * (outer[n] - inner[n]) - inner[v] - t * (outer[v] - inner[v])
-                b = inner[m] + t * (outer[m] - inner[m]) - inner[v] - t * (outer[v] - inner[v])
-                h = (outer[v] - inner[v]) / layers
-                f = _shape(a[0], a[1], a[2], b[0], b[1], b[2], h[0], h[1], h[2], corners == 3, height, 0.0)
-                most = max(most, f)
+        for layer in layers:
+            _prism(inner, outer, depth, cells, c, layer, x)
+            table = nodes[kinds[c, layer % 2]]
+            for r in range(len(table)):
+                most = max(most, _shape(x, table[r], weights, scale, upright[c], 0.0))
         worst[c] = np.cbrt(most) if most < INVERTED else np.inf
 
 
 @compiled()
-def colour(starts: IntArray, neighbours: IntArray, out: IntArray) -> int:
+def colour(starts: Any, neighbours: Any, out: Any) -> int:
     """Greedy colours of vertices, in their order; returns how many."""
     most = 0
     used = np.zeros(64, dtype=np.bool_)

@@ -28,6 +28,8 @@ class MatchedSurfaces:
         Positions of its vertices on the endocardium and on the epicardium, mm LPS.
     layers : int
         Number of layers of elements the vertices were placed for.
+    growth : (V,) array
+        Width of the elements on the epicardium over that on the endocardium, near each vertex: layers grow with it.
     inner_surface, outer_surface : PatchSurface
         The smooth closed surfaces they lie on.
     planes : mapping of str to Plane
@@ -40,6 +42,7 @@ class MatchedSurfaces:
     inner: FloatArray
     outer: FloatArray
     layers: int
+    growth: FloatArray
     inner_surface: PatchSurface
     outer_surface: PatchSurface
     planes: Mapping[str, Plane]
@@ -49,6 +52,7 @@ class MatchedSurfaces:
         count = len(self.cup.disk)
         for name in ("inner", "outer"):
             object.__setattr__(self, name, readonly(getattr(self, name), np.float64, (count, 3), f"{name} points"))
+        object.__setattr__(self, "growth", readonly(self.growth, np.float64, (count,), "growth"))
         object.__setattr__(self, "planes", MappingProxyType(dict(self.planes)))
         object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
 

@@ -38,7 +38,8 @@ def pair() -> tuple[Surface, Surface]:
 @pytest.mark.parametrize("template", ["triangle", "quad"])
 def test_lines_join_both_surfaces_without_folding(pair, apex, template):
     matched = match_surfaces(endo=pair[0], epi=pair[1], base=BASE, apex=apex, template=template, edge_length=5.0)
-    assert matched.info["least_mean_ratio"] > 0.6
+    # Of the tetrahedra themselves; those of an ideal wedge have 0.7 to 0.9.
+    assert matched.info["least_mean_ratio"] > 0.5
     assert np.abs(beyond(matched.inner, ENDO)).max() < 0.05
     assert np.abs(beyond(matched.outer, EPI)).max() < 0.05
     for points in (matched.inner, matched.outer):

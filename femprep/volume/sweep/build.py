@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from femprep.errors import OptionError, StageError
-from femprep.model import FACET_TAGS, REGION_TAGS, FloatArray, IntArray, VolumeMesh
+from femprep.model import FACET_TAGS, REGION_TAGS, IntArray, VolumeMesh
 from femprep.options import SweepOptions, choose
+from femprep.template.layers import graded, layer_depths
 from femprep.template.matched import MatchedSurfaces
+from femprep.template.split import checkerboard
 from femprep.volume.measures import element_volumes
 from femprep.volume.sweep.quadratic import quadratic
 from femprep.volume.sweep.split import (
-    checkerboard,
     checkered,
     hexahedron_tetrahedra,
     prisms,
@@ -70,8 +71,11 @@ def sweep(
             f"{'triangles' if corners == 3 else 'quadrilaterals'}; choose tetra or {shape}"
         )
     layers = chosen.layers or matched.layers
-    depth = depths(layers, chosen.grading)
-    points = matched.inner + depth[:, None, None] * (matched.outer - matched.inner)
+    if chosen.grading is None:
+        depth = layer_depths(layers, matched.growth)
+    else:
+        depth = np.repeat(graded(layers, chosen.grading)[:, None], count, axis=1)
+    points = matched.inner + depth[..., None] * (matched.outer - matched.inner)
     # The ends exactly, whatever rounding makes of them.
     points[-1] = matched.outer
     for name, rim in (("base", cup.base), ("apex", cup.apex)):
@@ -108,7 +112,7 @@ def sweep(
         tags.astype(np.int32),
         cell_data={"layer": np.repeat(np.arange(layers, dtype=np.int32), len(cells) // layers)},
         point_data={
-            "transmural": np.repeat(depth, count),
+            "transmural": depth.ravel(),
             "thickness": np.tile(matched.thickness, layers + 1),
             "template": (number % count).astype(np.int32),
         },
@@ -116,17 +120,9 @@ def sweep(
         info=info,
     )
     if chosen.order == 2:
-        mesh = quadratic(mesh, matched, depth)
+        mesh = quadratic(mesh, matched, depth.ravel())
     tell("volume", 1.0)
     return mesh
-
-
-def depths(layers: int, grading: float) -> FloatArray:
-    """Depths of layer boundaries, ``(layers + 1,)`` from 0 to 1; ``grading`` is the last height over the first."""
-    heights = grading ** (np.arange(layers) / max(layers - 1, 1))
-    result = np.concatenate([[0.0], np.cumsum(heights)]) / heights.sum()
-    result[-1] = 1.0
-    return np.asarray(result)
 
 
 def _connect(

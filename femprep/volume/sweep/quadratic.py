@@ -25,8 +25,8 @@ def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> 
         One block of linear elements, as swept.
     matched : MatchedSurfaces
         What it was swept between.
-    depth : (layers + 1,) array
-        Depths of the layers.
+    depth : ((layers + 1) V,) array
+        Depth of each point, from 0 to 1.
 
     Returns
     -------
@@ -43,7 +43,7 @@ def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> 
     edges = number_edges(mesh)
     one, two = edges.ends.T
     pair = np.sort(edges.ends % count, axis=1)
-    share = 0.5 * (depth[one // count] + depth[two // count])
+    share = 0.5 * (depth[one] + depth[two])
     across, which = np.unique(pair[:, 0] * count + pair[:, 1], return_inverse=True)
     which = which.ravel()
     inner, outer = _template_middles(matched, np.stack([across // count, across % count], axis=1))
