@@ -303,9 +303,10 @@ class SweepOptions(StageOptions):
     maximum_push: float = Field(
         8.0, ge=0, description="Farthest the epicardium may be pushed outwards to reach the least thickness, mm."
     )
-    toward: tuple[float, float, float] = Field(
-        (1.0, 0.0, 0.0),
-        description="Direction (LPS) in which the first column of elements lies, seen from the long axis.",
+    toward: tuple[float, float, float] | None = Field(
+        None,
+        description="Direction (LPS) in which the first column of elements lies, seen from the long axis; to the right "
+        "ventricle, as the labels show it, where not given.",
     )
 
 

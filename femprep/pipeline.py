@@ -154,17 +154,21 @@ def _tetrahedra(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, V
 
 def _swept(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
     """Match the surfaces and fill the wall between them by layers; its boundary is the wall."""
+    layers, frame = options.layers, parts.objects["lv"].frame
+    if layers.toward is None and frame is not None:
+        x, y, z = frame[:, 0].tolist()
+        layers = layers.model_copy(update={"toward": (x, y, z)})
     with stages("match") as report:
         matched = match_surfaces(
             endo=parts.endo["lv"],
             epi=parts.epi,
             base=parts.base,
             apex=parts.apex,
-            options=options.layers,
+            options=layers,
             progress=report,
         )
     with stages("volume") as report:
-        mesh = sweep(matched, options=options.layers, progress=report)
+        mesh = sweep(matched, options=layers, progress=report)
     return boundary_wall(mesh), mesh
 
 

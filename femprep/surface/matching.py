@@ -20,7 +20,7 @@ from femprep.model import Plane, Surface
 from femprep.options import SweepOptions, choose
 from femprep.surface.apart import push_apart
 from femprep.surface.axial import Axial
-from femprep.surface.denser import denser
+from femprep.surface.patches import patches_of
 from femprep.surface.refine import refine, scatter
 from femprep.surface.relax import Relaxation
 from femprep.surface.resolution import HEIGHT, coarser, corners_of, make_cup, resolution
@@ -76,20 +76,26 @@ def match_surfaces(
     tell = progress or (lambda stage, fraction: None)
     tell("match", 0.0)
     corners = corners_of(chosen)
-    axial = Axial.of(endo, base, apex, np.asarray(chosen.toward))
+    axial = Axial.of(endo, base, apex, np.asarray(chosen.toward or (1.0, 0.0, 0.0)))
     columns, rows, layers = resolution(axial, endo, epi, chosen, corners, apex is not None)
     sparse = len(endo.points), len(epi.points)
-    endo, epi = denser(endo), denser(epi)
+    inside, outside = patches_of(endo), patches_of(epi)
     least = max(chosen.minimum_thickness, _THIN * chosen.edge_length * layers)
-    pushed, push = push_apart(endo, epi, base, least, chosen.maximum_push)
-    surfaces = (PatchSurface(endo.points, endo.triangles), PatchSurface(pushed, epi.triangles))
+    pushed, push = push_apart(
+        Surface(inside.points, inside.triangles, name=endo.name),
+        Surface(outside.points, outside.triangles, name=epi.name),
+        base,
+        least,
+        chosen.maximum_push,
+    )
+    if push["vertices"]:
+        outside = PatchSurface(pushed, outside.triangles)
+    surfaces = (inside, outside)
     planes = {"base": base} if apex is None else {"base": base, "apex": apex}
     table = np.array([[*plane.normal, plane.offset] for plane in planes.values()])
     tell("match", 0.2)
 
-    clouds = [
-        axial.cloud(s.points, t, n) for s, t, n in zip(surfaces, (endo.triangles, epi.triangles), sparse, strict=True)
-    ]
+    clouds = [axial.cloud(s.points, s.triangles, n) for s, n in zip(surfaces, sparse, strict=True)]
     levels = [make_cup(c, r, corners, apex is not None) for c, r in coarser(columns, rows, corners, apex is not None)]
     positions = [scatter(disk, points, levels[0].disk) for disk, points in clouds]
     sweeps = []

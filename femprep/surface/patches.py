@@ -1,4 +1,4 @@
-"""A fitted surface in, the same with four times the triangles out: edge middles put on the smooth surface."""
+"""A closed surface in, the smooth surface it stands for out, ready for projections."""
 
 from __future__ import annotations
 
@@ -6,8 +6,27 @@ from dataclasses import replace
 
 import numpy as np
 
+from femprep.geometry.patches import PatchSurface
 from femprep.geometry.topology import edge_table
 from femprep.model import Surface
+from femprep.surface.placed import PlacedShape
+
+
+def patches_of(surface: Surface) -> PatchSurface:
+    """The smooth surface of a closed surface: the one its template was placed on, else patches through its points.
+
+    Parameters
+    ----------
+    surface : Surface
+        Of triangles; where it has a ``shape`` the patches follow that map, to fourth order in half an edge.
+    """
+    if isinstance(surface.shape, PlacedShape):
+        own = surface.shape.surface
+        mirrored = np.linalg.det(surface.shape.axes) < 0.0
+        triangles = own.triangles[:, ::-1] if mirrored else own.triangles
+        return PatchSurface(surface.shape.to_world(own.points), triangles)
+    fine = denser(surface)
+    return PatchSurface(fine.points, fine.triangles)
 
 
 def denser(surface: Surface) -> Surface:
