@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.errors import InputError, ResourceError
+from femprep.errors import InputError, ResourceError, StageError
 from femprep.harmonic.field import Field, fit_strength
 from femprep.harmonic.leastsquares import BLOCK
 from femprep.harmonic.sources import place_sources
@@ -19,6 +19,7 @@ from femprep.image.resample import isotropic
 from femprep.model import FloatArray, Surface
 from femprep.options import SurfaceOptions, choose
 from femprep.surface.mend import Target, sound_map
+from femprep.surface.smooth import smooth_map
 from femprep.template import charge_template, cubed_template, sphere_points
 
 _log = logging.getLogger(__name__)
@@ -54,6 +55,9 @@ def fit_surface(
     A pre-meshed sphere about the object's barycentre is carried along the gradient of a harmonic field to the
     surface that fits the object's boundary points in the least squares sense. Its vertices stay where
     the paper has them (``method="paper"``), or are moved along that surface until the triangles are even (``"even"``).
+    The most accurate surface (``"smooth"``) only begins there: it is bent as evenly as the labels allow, each weighted
+    by what it tells, see :func:`~femprep.surface.estimate.estimate_surface`, and the template is placed evenly on it.
+    Where triangles of that surface cross, as they may in a thin bent chamber, the harmonic one is taken, with a notice.
 
     The template is turned with the heart where the object knows its ``frame``
     (:func:`femprep.orient`), so that vertex i lies at the same place in other phases and in other hearts; else with the
@@ -79,8 +83,9 @@ def fit_surface(
     -------
     Surface
         ``directions`` are the template's vertices, moved or not, ``shape`` the smooth surface as a
-        :class:`HarmonicShape`, so that ``shape(directions)`` is ``points``; ``info`` tells the parameters, residuals
-        (mm), and under ``notices`` what was mended.
+        :class:`HarmonicShape` (by ``"smooth"`` as a :class:`~femprep.surface.placed.PlacedShape`), so that
+        ``shape(directions)`` is ``points``; ``info`` tells the parameters, residuals (mm), and under ``notices`` what
+        was mended.
 
     Raises
     ------
@@ -109,7 +114,7 @@ def fit_surface(
     singularities = number if chosen.singularities is None else chosen.singularities
     control_points = number if chosen.control_points is None else chosen.control_points
 
-    axes, frame = _axes(obj)
+    axes, turn = _axes(obj)
     centre = obj.barycentre
     radius = float(chosen.sphere_ratio * np.linalg.norm(boundary.points - centre, axis=1).max())
     # The paper erodes by two isotropic voxels and leaves their size open: the image's smallest. Singularities closer to
@@ -124,11 +129,11 @@ def fit_surface(
         )
 
     template = (cubed_template if chosen.cells == "quad" else charge_template)(chosen.vertices)
-    directions = template.directions @ (frame if obj.frame is None else obj.frame).T
+    directions = template.directions @ (turn if obj.frame is None else obj.frame).T
     tell("surface", 0.1)
     even = isotropic(obj, voxel)
     sources, placement = place_sources(
-        sphere_points(singularities) @ frame.T @ axes, even.mask, even.grid.to_index(centre[None, :])[0], voxel, radius
+        sphere_points(singularities) @ turn.T @ axes, even.mask, even.grid.to_index(centre[None, :])[0], voxel, radius
     )
     tell("surface", 0.3)
     field = fit_strength(Field(centre, radius, centre + sources @ axes.T, np.ones(1)), boundary.points)
@@ -137,7 +142,7 @@ def fit_surface(
     feet = field.directions(field.flow(boundary.points, level, 0.0, steps))
     tell("surface", 0.7)
     tell("surface", 0.8)
-    basis = Basis(sphere_points(control_points) @ frame.T, chosen.spline_order)
+    basis = Basis(sphere_points(control_points) @ turn.T, chosen.spline_order)
     target = Target(
         field,
         basis,
@@ -145,19 +150,12 @@ def fit_surface(
         level,
         directions,
         template.cells,
-        frame,
+        turn,
         steps,
         obj.name,
         chosen.connectivity,
         chosen.curvature_sizing,
     )
-    mapped = sound_map(target, even=chosen.method == "even")
-    shape, points, directions = mapped.shape, mapped.points, mapped.directions
-    raw = shape.stopping(directions)
-    residual = (level - shape.levels(feet)) / np.linalg.norm(field.gradient(boundary.points), axis=1)
-    held = int(np.count_nonzero((raw < shape.lowest) | (raw > shape.highest)))
-    if held:
-        _log.warning("surface of %r: stopping value held within bounds at %d vertices", obj.name, held)
     info = {
         "method": chosen.method,
         "singularities": singularities,
@@ -171,14 +169,30 @@ def fit_surface(
         "flow_steps": steps,
         "level_mean": float(level.mean()),
         "level_spread": float(level.std()),
-        "residual_rms": float(np.sqrt(np.mean(residual * residual))),
-        "residual_p95": float(np.quantile(np.abs(residual), 0.95)),
-        "within_1mm": float(np.mean(np.abs(residual) <= 1.0)),
-        "stopping_held": held,
-        **mapped.info,
         "sources": placement,
         "memory_gb": memory,
     }
+    notices: list[str] = []
+    if chosen.method == "smooth":
+        try:
+            smooth, points, cells, more = smooth_map(target, obj, boundary)
+        except StageError as error:
+            # The harmonic surface is less accurate, but bends of a thin chamber cannot cross on it.
+            notices.append(f"{error}; the surface of method even is taken in its place")
+            _log.warning(notices[-1])
+        else:
+            info |= _residuals(smooth.height(boundary.points)) | more
+            tell("surface", 1.0)
+            return Surface(points, cells, name=obj.name, directions=smooth.directions, shape=smooth, info=info)
+    mapped = sound_map(target, even=chosen.method != "paper")
+    shape, points, directions = mapped.shape, mapped.points, mapped.directions
+    raw = shape.stopping(directions)
+    residual = (level - shape.levels(feet)) / np.linalg.norm(field.gradient(boundary.points), axis=1)
+    held = int(np.count_nonzero((raw < shape.lowest) | (raw > shape.highest)))
+    if held:
+        _log.warning("surface of %r: stopping value held within bounds at %d vertices", obj.name, held)
+    info |= _residuals(residual) | {"stopping_held": held} | mapped.info
+    info["notices"] = [*notices, *info.get("notices", [])]
     tell("surface", 1.0)
     return Surface(points, mapped.cells, name=obj.name, directions=directions, shape=shape, info=info)
 
@@ -199,6 +213,15 @@ def required_memory(boundary: int, singularities: int, control_points: int, vert
     # Solution and its copy, and a few byte masks and the depth about the object.
     grid = (2.0 * radius + 5.0) ** 3 * 40.0
     return float((points + max(solve, grid)) / 1e9)
+
+
+def _residuals(residual: FloatArray) -> dict[str, float]:
+    """How far boundary points lie from the surface."""
+    return {
+        "residual_rms": float(np.sqrt(np.mean(residual * residual))),
+        "residual_p95": float(np.quantile(np.abs(residual), 0.95)),
+        "within_1mm": float(np.mean(np.abs(residual) <= 1.0)),
+    }
 
 
 def _axes(obj: LabelObject) -> tuple[FloatArray, FloatArray]:

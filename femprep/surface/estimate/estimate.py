@@ -15,16 +15,23 @@ from femprep.surface.estimate.curvature import Curvature
 from femprep.surface.estimate.evidence import Evidence
 
 #: Weight of the change of curvature against the labels, mm^4, in each round: a stiff surface first.
-_STIFFNESS: Final = (9000.0, 3000.0, 900.0, 300.0, 300.0, 300.0, 300.0, 300.0)
+_STIFFNESS: Final = (30000.0, 10000.0, 3000.0, 1000.0, 1000.0, 1000.0, 1000.0, 1000.0)
+#: Curvature may change by this, 1/mm2, before an edge is taken for one; in rounds from this one on, and least weight.
+_USUAL: Final = 0.005
+_EDGES: Final = 3
+_LEAST: Final = 0.05
 #: A vertex moves no farther than this in one round, mm.
 _STEP: Final = 2.0
+#: Rings of vertices that are held back with one that would, each by this power of the share of the one before.
+_RINGS: Final = 8
+_SOFT: Final = 0.8
 #: A voxel centre on the wrong side of the surface counts by its distance over this, mm.
-_WRONG: Final = 0.2
-#: Share of the weight of faces between slices: neighbouring ones err by the same.
-_BETWEEN: Final = 0.3
-#: Least squared cosine between a face's axis and the surface's normal, in a slice and between: what the surface bends
-#: within half a voxel is not known.
-_OBLIQUE: Final = (0.05, 0.02)
+_WRONG: Final = 0.4
+#: Share of the weight of faces between slices and at the ends: neighbouring ones err by the same.
+_BETWEEN: Final = (0.3, 0.1)
+#: Least squared cosine between a face's axis and the surface's normal: what the surface bends within half a voxel is
+#: not known.
+_OBLIQUE: Final = 0.02
 #: Principal curvatures are not followed beyond this, 1/mm.
 _SHARPEST: Final = 0.2
 #: Passes of spreading vertices along the surface after each round.
@@ -35,7 +42,8 @@ def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence
     """Bend a rough mesh to the surface the labels most likely come from.
 
     Sought is the surface whose mean curvature varies least (the integral of its squared gradient) and that passes the
-    voxel faces at the boundary within what they leave open. A face tells the surface's place along its own axis only,
+    voxel faces at the boundary within what they leave open; where curvature changes sharply, as at the rim of a valve,
+    change counts less. A face tells the surface's place along its own axis only,
     to half a voxel; across the surface that is less the more oblique it is, so that a step in a slice's outline is
     known much better than a straight run along the pixels, and a face between slices tells little. Voxel centres
     must lie on their own side. The surface bends to a minimum by Gauss and Newton: in each round the vertices
@@ -59,31 +67,44 @@ def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence
     for number, stiffness in enumerate(_STIFFNESS):
         if number:
             points = spread(points, triangles, _SPREAD)
-        points += _bend(points, triangles, evidence, stiffness)
+        points += _bend(points, triangles, evidence, stiffness, number >= _EDGES)
     return PatchSurface(points, triangles)
 
 
-def _bend(points: FloatArray, triangles: IntArray, evidence: Evidence, stiffness: float) -> FloatArray:
-    """One round: moves ``(n, 3)`` of the vertices along their normals, mm."""
+def _bend(points: FloatArray, triangles: IntArray, evidence: Evidence, stiffness: float, edges: bool) -> FloatArray:
+    """One round: moves ``(n, 3)`` of the vertices along their normals, mm; sharp edges spared or not."""
     from scipy.sparse.linalg import splu
 
     shape = Curvature.of(points, triangles, _SHARPEST)
     finder = ClosestFinder(points, triangles)
     faces = _Feet.of(evidence.faces, finder, shape.normals)
     along = faces.normal[np.arange(len(faces.normal)), evidence.axis] ** 2
-    least = np.where(evidence.between, _OBLIQUE[1], _OBLIQUE[0])
+    share = np.where(evidence.end, _BETWEEN[1], np.where(evidence.between, _BETWEEN[0], 1.0))
     # Even over the voxel: variance of a twelfth.
-    weight = 12.0 / (evidence.spacing**2 * (along + least)) * np.where(evidence.between, _BETWEEN, 1.0)
+    weight = share * 12.0 / (evidence.spacing**2 * (along + _OBLIQUE))
     centres = _Feet.of(evidence.centres, finder, shape.normals)
     wrong = np.where((centres.height < 0.0) == evidence.outside, 1.0 / _WRONG**2, 0.0)
     matrix, right = faces.normal_equations(weight, len(points))
     more, also = centres.normal_equations(wrong, len(points))
-    energy = shape.change.T @ shape.stiffness @ shape.change
-    slope = shape.change.T @ (shape.stiffness @ shape.mean)
+    bent = shape.lenient(_USUAL, _LEAST) if edges else shape.stiffness
+    energy = shape.change.T @ bent @ shape.change
+    slope = shape.change.T @ (bent @ shape.mean)
     whole = (matrix + more + stiffness * energy).tocsc()
     solver = splu(whole, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    move = np.clip(solver.solve(right + also - stiffness * slope), -_STEP, _STEP)
-    return np.asarray(move[:, None] * shape.normals)
+    move = solver.solve(right + also - stiffness * slope)
+    return np.asarray((move * _held_back(move, triangles))[:, None] * shape.normals)
+
+
+def _held_back(move: FloatArray, triangles: IntArray) -> FloatArray:
+    """Share ``(n,)`` of their moves that vertices make so that none goes too far; it changes little between neighbours.
+
+    Moves cut off one by one would dent the surface.
+    """
+    share = np.minimum(1.0, _STEP / np.maximum(np.abs(move), _STEP))
+    for _ in range(_RINGS):
+        least = share[triangles].min(axis=1)
+        np.minimum.at(share, triangles, np.broadcast_to(least[:, None] ** _SOFT, triangles.shape))
+    return share
 
 
 @dataclass(frozen=True, eq=False)
