@@ -9,7 +9,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    PositiveFloat,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from femprep.errors import OptionError
 
@@ -247,6 +256,13 @@ class VolumeOptions(StageOptions):
     )
     time_limit: float = Field(600.0, gt=0, description="Longest time one run of the mesher may take, s.")
     memory_limit: float = Field(8.0, gt=0, description="Largest memory the mesher may need, GB.")
+
+    @field_validator("sizing")
+    @classmethod
+    def _fields_are_for_tetwild(cls, value: str | None, info: ValidationInfo) -> str | None:
+        if value is not None and info.data.get("mesher") == "sweep":
+            raise ValueError("the sweep takes no sizing field; give it layers and an edge_length, or use tetwild")
+        return value
 
     @property
     def targets(self) -> MeshTargets:

@@ -51,7 +51,7 @@ class SizingField:
     values : (n,) array
         Edge length at each point, mm.
     finest, coarsest : float
-        Smallest and largest edge length at points of the wall, mm.
+        Smallest and largest edge length in and next to the wall, mm.
     elements : float
         Tetrahedra of one cubic edge length that fill the wall, the integral of 1 / length^3 over it.
     """
@@ -94,7 +94,7 @@ def sizing_field(wall: Wall, options: VolumeOptions, sizing: Sizing | None = Non
     if sizing is None and options.elements_through_wall is None:
         return None
     grid = _Grid(wall)
-    inside, foot = grid.onto(wall)
+    inside, near, foot = grid.onto(wall)
     values = np.full(len(foot), np.inf)
     if sizing is not None:
         values = _lengths(sizing, foot)
@@ -103,15 +103,13 @@ def sizing_field(wall: Wall, options: VolumeOptions, sizing: Sizing | None = Non
     if options.largest_edge is not None:
         values = np.minimum(values, options.largest_edge)
     values = grid.graded(values, options.gradation)
-    near = values[grid.touching]
-    corners = values[grid.tets[inside[grid.tets].any(axis=1)]]
     return SizingField(
         grid.points,
         grid.tets,
         values,
-        float(near.min()),
-        float(corners.max(initial=near.max())),
-        float((1.0 / values[inside] ** 3).mean() * wall.volume),
+        float(values[near].min()),
+        float(values[near].max()),
+        float((1.0 / values[inside if inside.any() else near] ** 3).mean() * wall.volume),
     )
 
 
@@ -186,7 +184,7 @@ def _lengths(sizing: Sizing, where: FloatArray) -> FloatArray:
 
 
 class _Grid:
-    """A grid of cubes about the wall, each split into six tetrahedra; cubes far from the wall are left out."""
+    """A grid of cubes about the wall, each split into six tetrahedra."""
 
     def __init__(self, wall: Wall) -> None:
         corners = wall.points[np.unique(wall.triangles)]
@@ -215,15 +213,17 @@ class _Grid:
         edges = np.sort(self.tets[:, pairs].reshape(-1, 2), axis=1)
         self._edges = np.unique(edges, axis=0)
         self._step = step
-        self.touching = np.zeros(len(self.points), dtype=bool)
 
-    def onto(self, wall: Wall) -> tuple[npt.NDArray[np.bool_], FloatArray]:
-        """Which nodes lie in the wall; each node, or the point of the wall closest to one that lies outside."""
+    def onto(self, wall: Wall) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_], FloatArray]:
+        """Which nodes lie in the wall; which in it or within a cube of it; each node, or its closest point of the wall.
+
+        Nodes outside stand for the point of the wall closest to them.
+        """
         finder = ClosestFinder(wall.points, wall.triangles)
         closest = finder(self.points)
         inside = finder.signed(self.points) < 0.0
-        self.touching = inside | (closest.distance <= np.sqrt(3.0) * self._step)
-        return inside, np.where(inside[:, None], self.points, closest.points)
+        near = inside | (closest.distance <= np.sqrt(3.0) * self._step)
+        return inside, near, np.where(inside[:, None], self.points, closest.points)
 
     def graded(self, values: FloatArray, rate: float) -> FloatArray:
         """The largest lengths no larger than those given that grow by no more than a rate along every edge."""

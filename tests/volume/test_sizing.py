@@ -164,6 +164,11 @@ def test_sweep_takes_layers_and_order_from_the_same_options():
     assert (own.layers, own.order) == (5, 1)
 
 
+def test_sweep_takes_no_sizing_field():
+    with pytest.raises(OptionError, match=r"'volume.sizing' is 'field.vti'.*the sweep takes no sizing field"):
+        choose(Options, None, {"volume": {"mesher": "sweep", "sizing": "field.vti"}})
+
+
 def test_edges_follow_the_field():
     """Fine on one side, coarse on the other: mean edges of either side within a fifth of what was asked for."""
     wall = ellipsoid_wall(rings=10, layers=2)
