@@ -24,6 +24,7 @@ from femprep.phantoms import (
     rv_bent,
     rv_crescent,
     sphere_shell,
+    whole_heart,
 )
 from femprep.phantoms.closest import fibonacci_sphere
 
@@ -35,6 +36,7 @@ PHANTOMS = {
     "crescent": rv_crescent(),
     "biventricular": biventricular(),
     "atrium": atrium(),
+    "whole heart": whole_heart(),
     "flat": lv_ellipsoid((20.0, 26.0, 55.0), (29.0, 36.0, 66.0), -5.0),
 }
 ALL = [pytest.param(phantom, name, id=f"{key}-{name}") for key, phantom in PHANTOMS.items() for name in phantom.regions]

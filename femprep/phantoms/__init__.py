@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 from femprep.phantoms.bends import Bend
-from femprep.phantoms.hearts import atrium, biventricular, lv_ellipsoid, rv_bent, rv_crescent, sphere_shell
+from femprep.phantoms.hearts import (
+    atrium,
+    biventricular,
+    lv_ellipsoid,
+    rv_bent,
+    rv_crescent,
+    sphere_shell,
+    whole_heart,
+)
 from femprep.phantoms.phantom import Phantom, Region
 from femprep.phantoms.solids import EllipsoidBody, LobedBody, Solid
 
@@ -20,4 +28,5 @@ __all__ = [
     "rv_bent",
     "rv_crescent",
     "sphere_shell",
+    "whole_heart",
 ]

@@ -1,4 +1,4 @@
-"""Sizes in, phantom hearts out: LV ellipsoid, sphere shell, bent and crescent RV, both ventricles, atrium.
+"""Sizes in, phantom hearts out: LV ellipsoid, sphere shell, bent and crescent RV, ventricles, atrium, whole heart.
 
 Defaults are of the size of an adult heart at end-diastole; labels are those of ACDC (rv 1, myo 2, lv 3).
 """
@@ -131,6 +131,26 @@ def atrium(radius: float = 20.0, appendage: float = 0.9, sharpness: float = 12.0
         Region ``la``.
     """
     return Phantom({"la": Region(LobedBody(radius, appendage, sharpness, (0.6, 0.0, 0.8)), 4, "la")}, "atrium")
+
+
+def whole_heart(radius: float = 45.0, apex: float = 0.45, sharpness: float = 3.0) -> Phantom:
+    """A large sphere with a broad lobe towards the apex, as the epicardium of the whole heart, about 490 mL.
+
+    Parameters
+    ----------
+    radius : float
+        Of the sphere, mm.
+    apex : float
+        Height of the lobe as a fraction of the radius.
+    sharpness : float
+        The larger, the more pointed the apex.
+
+    Returns
+    -------
+    Phantom
+        Region ``epi``.
+    """
+    return Phantom({"epi": Region(LobedBody(radius, apex, sharpness, (-0.3, 0.1, -0.95)), 2, "epi")}, "whole heart")
 
 
 def _crescent(semi_axes: Axes, epi: Axes, base: float) -> Region:

@@ -1,6 +1,7 @@
 """Every method side by side on hearts whose true surface is known; prints a table.
 
     python tests/benchmarks/bench_surfaces.py                         Rodero 01 at 1.4 x 1.4 x 8 mm, and the phantoms
+    python tests/benchmarks/bench_surfaces.py --cases rodero --placements 5
     python tests/benchmarks/bench_surfaces.py --cases phantoms --spacing 1.4 1.4 10 --supersample 4 --seed 3
 
 Rodero 01 needs FEMPREP_DATA. Distances are symmetric means between the first and the last slice centre, in mm; normals
@@ -26,13 +27,15 @@ import trimesh
 
 from femprep.errors import MissingDependencyError
 from femprep.geometry.topology import volume
-from femprep.image import LabelObject, read_segmentation
+from femprep.image import Grid, LabelObject, make_object, read_segmentation
 from femprep.model import Surface
-from femprep.phantoms import Phantom, atrium, lv_ellipsoid, rv_bent, rv_crescent
+from femprep.phantoms import Phantom, atrium, lv_ellipsoid, rv_bent, rv_crescent, whole_heart
 from femprep.surface import end_planes, fit_surface, label_distance, read_surface, surface_distance, surface_quality
 from femprep.surface.fit import TABLE_1
 from femprep.surface.reference import METHODS
 
+#: Gives 2,500 triangles.
+VERTICES = 1252
 RODERO_LABELS = {"lv": 1, "rv": 3, "la": 5, "ra": 7}
 
 
@@ -56,6 +59,43 @@ def rodero(data: Path, chambers: list[str]) -> Iterator[Case]:
         yield Case(f"rodero {name}", name, seg.object(name), Surface(points, ras.cells, name="truth"))
 
 
+def placed(case: Case, spacing: list[float], supersample: int, seed: int) -> Case:
+    """The same truth sampled anew, on a grid moved and tilted at random about the first one."""
+    import pyvista as pv
+    import vtk
+    from vtk.util.numpy_support import vtk_to_numpy
+
+    rng = np.random.default_rng(seed)
+    left, _, right = np.linalg.svd(case.obj.grid.direction)
+    tilt = trimesh.transformations.euler_matrix(*rng.normal(scale=np.radians(10.0), size=3))[:3, :3]
+    axes, size = tilt @ left @ right, np.asarray(spacing)
+    offset = rng.uniform(0.0, 1.0, size=3) * size
+    local = (case.truth.points - case.truth.points.mean(axis=0)) @ axes
+    low = np.floor((local.min(axis=0) - offset) / size) - 3.0
+    count = (np.ceil((local.max(axis=0) - offset) / size) + 3.0 - low).astype(int)
+    fine = count * supersample
+    faces = np.column_stack([np.full(len(case.truth.triangles), 3), case.truth.triangles])
+    stencil = vtk.vtkPolyDataToImageStencil()
+    stencil.SetInputData(pv.PolyData(local, faces.ravel()))
+    stencil.SetOutputSpacing(*(size / supersample))
+    stencil.SetOutputOrigin(*(offset + low * size + 0.5 * size / supersample))
+    stencil.SetOutputWholeExtent(0, int(fine[0]) - 1, 0, int(fine[1]) - 1, 0, int(fine[2]) - 1)
+    stencil.SetTolerance(0.0)
+    image = vtk.vtkImageStencilToImage()
+    image.SetInputConnection(stencil.GetOutputPort())
+    image.SetInsideValue(1)
+    image.SetOutsideValue(0)
+    image.SetOutputScalarTypeToUnsignedChar()
+    image.Update()
+    hits = vtk_to_numpy(image.GetOutput().GetPointData().GetScalars()).reshape(fine[::-1]).T
+    i, j, k = count
+    parts = hits.reshape(i, supersample, j, supersample, k, supersample).sum(axis=(1, 3, 5))
+    mask = 2 * parts > supersample**3
+    origin = case.truth.points.mean(axis=0) + axes @ (offset + (low + 0.5) * size)
+    obj = make_object(mask, Grid(mask.shape, size, origin, axes), case.obj.name)
+    return Case(f"{case.name}, placement {seed}", case.chamber, obj, case.truth)
+
+
 def phantoms(chambers: list[str], spacing: list[float], supersample: int, seed: int | None) -> Iterator[Case]:
     """Bodies with closed-form surfaces; a seed moves them on the grid and turns them a little out of its axes."""
     bodies: dict[str, tuple[str, Phantom, str, tuple[str, ...]]] = {
@@ -64,7 +104,9 @@ def phantoms(chambers: list[str], spacing: list[float], supersample: int, seed: 
         "rv crescent": ("rv", rv_crescent(), "rv", ("rv",)),
         "rv bent": ("rv", rv_bent(), "rv", ("rv",)),
         "rv bent, small": ("rv", rv_bent((8.0, 18.0, 42.0), 30.0), "rv", ("rv",)),
+        "rv crescent, end-systolic": ("rv", rv_crescent((9.0, 42.0, 50.0), (38.0, 38.0, 62.0), 18.0), "rv", ("rv",)),
         "la": ("la", atrium(), "la", ("la",)),
+        "whole heart": ("epi", whole_heart(), "epi", ("epi",)),
     }
     rng = np.random.default_rng(seed)
     for title, (chamber, phantom, region, structures) in bodies.items():
@@ -89,11 +131,12 @@ def exact(phantom: Phantom, region: str, subdivisions: int = 6) -> Surface:
 
 
 def methods(chamber: str) -> dict[str, Callable[[LabelObject], Surface]]:
-    """The methods in use, the paper's at its own numbers, and femprep's default."""
+    """The methods in use, the paper's at its own numbers, and femprep's own."""
     return {
         **METHODS,
         "paper (M, K, V of its Table 1)": partial(fit_surface, method="paper", **TABLE_1[chamber]),
-        "femprep": fit_surface,
+        "femprep, even": partial(fit_surface, method="even", vertices=VERTICES),
+        "femprep, smooth": partial(fit_surface, method="smooth", vertices=VERTICES),
     }
 
 
@@ -137,6 +180,7 @@ def main() -> None:
     parser.add_argument("--spacing", nargs=3, type=float, default=[1.4, 1.4, 8.0], help="voxels of the phantoms, mm")
     parser.add_argument("--supersample", type=int, default=1, help="partial volume from n x n x n points a voxel")
     parser.add_argument("--seed", type=int, help="move and tilt the phantoms on the grid")
+    parser.add_argument("--placements", type=int, default=0, help="further random placements of Rodero 01 on the grid")
     parser.add_argument("--csv", type=Path, help="keep all figures in this file")
     arguments = parser.parse_args()
 
@@ -145,7 +189,10 @@ def main() -> None:
         if "FEMPREP_DATA" not in os.environ:
             parser.error("Rodero 01 needs the environment variable FEMPREP_DATA; or give --cases phantoms")
         chambers = [c for c in arguments.chambers if c in RODERO_LABELS]
-        cases.extend(rodero(Path(os.environ["FEMPREP_DATA"]), chambers))
+        hearts = list(rodero(Path(os.environ["FEMPREP_DATA"]), chambers))
+        cases.extend(hearts)
+        for seed in range(1, arguments.placements + 1):
+            cases.extend(placed(case, arguments.spacing, arguments.supersample, seed) for case in hearts)
     if "phantoms" in arguments.cases:
         cases.extend(phantoms(arguments.chambers, arguments.spacing, arguments.supersample, arguments.seed))
 
