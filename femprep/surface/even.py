@@ -12,7 +12,7 @@ from femprep.geometry.patches import PatchSurface
 from femprep.geometry.topology import volume
 from femprep.geometry.triangles import areas, triangle_quality
 from femprep.model import FloatArray, IntArray, split_quads
-from femprep.surface.place import Connectivity, Goal, Slid, place_evenly, slide_evenly
+from femprep.surface.place import Chart, Connectivity, Goal, slide_evenly
 from femprep.surface.resolved import Resolved
 from femprep.surface.shape import HarmonicShape
 from femprep.surface.soundness import Faults, find_faults
@@ -21,6 +21,8 @@ from femprep.surface.soundness import Faults, find_faults
 _ROUNDS: Final = 4
 #: All end when the map from the sphere brings vertices to where they should be, by Q, or when Q gains less.
 _GAIN: Final = 0.01
+#: Least Q with which the first round may be the last.
+_FAIR: Final = 0.5
 #: Volume that large triangles may cut off, as a share, before the best round is chosen by it.
 _CUT: Final = 0.02
 #: Longest edge of the mesh vertices slide on, in edge lengths.
@@ -111,24 +113,27 @@ def even_out(
         mesh = _resolve(shape, current)
         whole = volume(mesh.points, mesh.cells)
         surface = PatchSurface(mesh.points @ axes, mesh.cells)
+        goal = Goal(surface, len(cells), curvature)
         start = current.points @ axes
-        slid: Slid
         if rounds == 0:
-            slid = place_evenly(
-                directions @ axes, cells, surface, start, connectivity=connectivity, curvature=curvature
-            )
-        else:
-            slid = slide_evenly(start, current.cells, Goal(surface, len(cells), curvature), connectivity)
-        rounds += 1
+            start = Chart.of(goal, directions @ axes, start).points_at(directions @ axes)
+        slid = slide_evenly(start, current.cells, goal, connectivity)
         following = _follow(shape, current, mesh.directions_of(slid.points @ axes.T), slid.cells)
+        if following.faults and rounds == 0:
+            # Patches on a mesh that the field's map stretches much are rough: a better mesh comes before sliding.
+            unslid = _follow(shape, current, mesh.directions_of(start @ axes.T), cells)
+            following = min(following, unslid, key=lambda state: len(state.faults.triangles))
+        rounds += 1
         if following.faults.lost:
             break
         wanted = triangle_quality(slid.points, split_quads(slid.cells))
-        near = abs(following.quality.mean() - wanted.mean()) < _GAIN and following.quality.min() > 0.95 * wanted.min()
+        near = abs(following.quality.mean() - wanted.mean()) < _GAIN and following.quality.min() > max(
+            0.95 * wanted.min(), _FAIR
+        )
         gain = max(following.quality.mean() - current.quality.mean(), following.quality.min() - current.quality.min())
         current = following
         best = max(best, current, key=lambda state: state.rank(whole))
-        if near or gain < _GAIN:
+        if near or (gain < _GAIN and rounds > 1):
             break
     info = {
         "rounds": rounds,

@@ -148,15 +148,47 @@ def place_evenly(
             f"Euler characteristic {euler_characteristic(surface.triangles)}, not 2"
         )
     goal = Goal(surface, len(cells), curvature)
-    points, triangles = coarser(surface.points, surface.triangles, _COARSE)
-    density = goal.density[surface.nearest(points)]
-    sphere = sphere_map(points, triangles, density)
-    weight = areas(points, triangles) * density[triangles].mean(axis=1)
-    sphere = sphere @ _turn(sphere, _wanted(points, directions, start), weight, triangles).T
-    slid = slide_evenly(_carry(directions, sphere, points, triangles), cells, goal, connectivity)
+    chart = Chart.of(goal, directions, start)
+    slid = slide_evenly(chart.points_at(directions), cells, goal, connectivity)
     if slid.flips:
-        directions = _unfolded(_carry(slid.points, points, sphere, triangles), slid)
+        directions = _unfolded(chart.directions_at(slid.points), slid)
     return Placed(**vars(slid), directions=directions)
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """A coarse mesh of a surface with the place of each vertex on the sphere: a map both ways, rough but not folded.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        mm.
+    cells : (m, 3) array
+        Triangles.
+    sphere : (n, 3) array
+        Unit vectors.
+    """
+
+    points: FloatArray
+    cells: IntArray
+    sphere: FloatArray
+
+    @classmethod
+    def of(cls, goal: Goal, directions: FloatArray, start: FloatArray | None) -> Chart:
+        """The chart with little distortion of angles and areas, turned to agree with ``start``."""
+        points, cells = coarser(goal.surface.points, goal.surface.triangles, _COARSE)
+        density = goal.density[goal.surface.nearest(points)]
+        sphere = sphere_map(points, cells, density)
+        weight = areas(points, cells) * density[cells].mean(axis=1)
+        return cls(points, cells, sphere @ _turn(sphere, _wanted(points, directions, start), weight, cells).T)
+
+    def points_at(self, directions: FloatArray) -> FloatArray:
+        """Points ``(q, 3)`` of the mesh for unit vectors ``(q, 3)``."""
+        return _carry(directions, self.sphere, self.points, self.cells)
+
+    def directions_at(self, points: FloatArray) -> FloatArray:
+        """Places ``(q, 3)`` on the sphere, about unit vectors, for points ``(q, 3)`` near the mesh."""
+        return _carry(points, self.points, self.sphere, self.cells)
 
 
 def slide_evenly(points: FloatArray, cells: IntArray, goal: Goal, connectivity: Connectivity = "template") -> Slid:
