@@ -1,0 +1,96 @@
+"""Placing a template on random bodies: star-shaped and bent, of any place and turn; nothing folds or crosses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from femprep.geometry.intersection import self_intersections
+from femprep.geometry.patches import PatchSurface
+from femprep.geometry.topology import is_manifold, volume
+from femprep.geometry.triangles import triangle_quality
+from femprep.model import FloatArray
+from femprep.surface.place import place_evenly
+from femprep.template import charge_template
+
+BALL = charge_template(2500)
+TEMPLATE = charge_template(400)
+
+
+def body(lengths: tuple[float, ...], waves: list[float], bend: float) -> FloatArray:
+    """An ellipsoid with waves of up to a fifth of its radius, its long axis bent to a part of a circle; mm."""
+    x, y, z = BALL.directions.T
+    basis = np.stack([x * y, y * z, x * z, x * x - y * y, 3.0 * z * z - 1.0, x * (5.0 * z * z - 1.0)])
+    share = 1.0 + 0.2 * np.tanh(np.asarray(waves) @ basis)
+    x, y, z = (BALL.directions * share[:, None] * lengths).T
+    if bend < 0.05:
+        return np.column_stack([x, y, z])
+    half = max(lengths[2], 1.5 * lengths[0] * bend)
+    radius = half / bend
+    angle = z / radius
+    return np.column_stack([radius - (radius - x) * np.cos(angle), y, (radius - x) * np.sin(angle)])
+
+
+BODIES = {
+    "lengths": st.tuples(st.floats(10.0, 25.0), st.floats(10.0, 25.0), st.floats(20.0, 60.0)),
+    "waves": st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6),
+    "bend": st.floats(0.0, 1.4),
+    "turn": st.integers(0, 10_000),
+    "connectivity": st.sampled_from(["template", "auto", "free"]),
+}
+
+
+def placing_is_sound(lengths, waves, bend, turn, connectivity):
+    place = np.random.default_rng(turn).normal(scale=100.0, size=3)
+    rotation = Rotation.random(random_state=turn).as_matrix()
+    surface = PatchSurface(body(lengths, waves, bend) @ rotation.T + place, BALL.cells)
+    assert len(self_intersections(surface.points, surface.triangles)) == 0
+    directions = TEMPLATE.directions @ rotation.T
+    placed = place_evenly(directions, TEMPLATE.cells, surface, connectivity=connectivity)
+    assert placed.folded == 0
+    assert len(self_intersections(placed.points, placed.cells)) == 0
+    assert is_manifold(placed.cells)
+    assert placed.cells.shape == TEMPLATE.cells.shape
+    # Flat triangles cut off a little of a convex body: more where few have to cover a long one in the template's order.
+    whole = volume(surface.points, surface.triangles)
+    assert volume(placed.points, placed.cells) == pytest.approx(whole, rel=0.12 if connectivity == "template" else 0.05)
+    quality = triangle_quality(placed.points, placed.cells)
+    assert quality.mean() > (0.85 if connectivity == "template" else 0.94)
+    assert quality.min() > (0.05 if connectivity == "template" else 0.4)
+    a, b, c = (placed.directions[placed.cells[:, k]] for k in range(3))
+    assert np.einsum("ij,ij->i", a, np.cross(b, c)).min() > 0.0
+
+
+@settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(**BODIES)
+def test_bodies_are_covered_soundly(lengths, waves, bend, turn, connectivity):
+    placing_is_sound(lengths, waves, bend, turn, connectivity)
+
+
+@pytest.mark.slow
+@settings(max_examples=300, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(**BODIES)
+def test_many_bodies_are_covered_soundly(lengths, waves, bend, turn, connectivity):
+    placing_is_sound(lengths, waves, bend, turn, connectivity)
+
+
+@settings(max_examples=8, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(lengths=BODIES["lengths"], waves=BODIES["waves"], bend=BODIES["bend"], turn=BODIES["turn"])
+def test_a_turned_body_gets_the_same_template_turned(lengths, waves, bend, turn):
+    points = body(lengths, waves, bend)
+    shift = np.array([30.0, -80.0, 5.0])
+    rotation = Rotation.random(random_state=turn).as_matrix()
+    here = place_evenly(TEMPLATE.directions, TEMPLATE.cells, PatchSurface(points, BALL.cells))
+    there = place_evenly(
+        TEMPLATE.directions @ rotation.T, TEMPLATE.cells, PatchSurface(points @ rotation.T + shift, BALL.cells)
+    )
+    # The descents end within a small share of an edge of the minimum; edges are 3 to 6 mm long.
+    gap = np.linalg.norm(there.points - (here.points @ rotation.T + shift), axis=1)
+    if here.flips == there.flips == 0:
+        assert np.quantile(gap, 0.95) < 0.5
+    assert triangle_quality(there.points, there.cells).mean() == pytest.approx(
+        triangle_quality(here.points, here.cells).mean(), abs=0.02
+    )
