@@ -112,21 +112,28 @@ class ElementFaces:
 
 def element_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
     """List every face of every element, by facet type; interior faces come twice, once from each side."""
-    found: dict[str, list[tuple[IntArray, IntArray, IntArray]]] = {}
-    first = 0
+    first, size = 0, dict.fromkeys(FACET_TYPES.values(), 0)
+    parts = []
     for name, block in cells.items():
         kind = ELEMENTS[name]
-        numbers = np.arange(first, first + len(block), dtype=np.int64)
         for face in range(len(kind.faces)):
-            nodes = block[:, kind.face_nodes(face)]
-            found.setdefault(FACET_TYPES[nodes.shape[1]], []).append(
-                (nodes, numbers, np.full(len(block), face, dtype=np.int64))
-            )
+            nodes = kind.face_nodes(face)
+            facet = FACET_TYPES[len(nodes)]
+            parts.append((facet, size[facet], block, nodes, first, face))
+            size[facet] += len(block)
         first += len(block)
-    return {
-        kind_name: ElementFaces(*(np.concatenate([part[i] for part in parts]) for i in range(3)))
-        for kind_name, parts in found.items()
+    width = {name: count for count, name in FACET_TYPES.items()}
+    found = {
+        facet: ElementFaces(np.empty((size[facet], width[facet]), np.int64), *np.empty((2, size[facet]), np.int64))
+        for facet in dict.fromkeys(part[0] for part in parts)
     }
+    for facet, start, block, nodes, number, face in parts:
+        rows = slice(start, start + len(block))
+        for column, node in enumerate(nodes):
+            found[facet].nodes[rows, column] = block[:, node]
+        found[facet].element[rows] = np.arange(number, number + len(block))
+        found[facet].face[rows] = face
+    return found
 
 
 def row_numbers(rows: IntArray) -> IntArray:
@@ -190,23 +197,33 @@ def match_facets(cells: Mapping[str, IntArray], facets: Mapping[str, IntArray]) 
         Element number over all blocks and face number from 0; -1 for a facet that no element has. An interface facet
         gets the element on whose outside its winding is, where the windings tell, else the first.
     """
-    faces = element_faces(cells)
+    # Only faces whose corners all lie on facets can match, and only elements with three such corners have them: few, so
+    # that the sorting below is quick.
+    touched = np.zeros(
+        max((int(block.max(initial=0)) for block in (*cells.values(), *facets.values())), default=0) + 1, np.int8
+    )
+    for kind, nodes in facets.items():
+        touched[nodes[:, : FACET_CORNERS[kind]]] = 1
+    chosen, first = {}, 0
+    for name, block in cells.items():
+        chosen[name] = np.flatnonzero(sum(touched[block[:, i]] for i in range(ELEMENTS[name].corners)) >= 3)
+    faces = element_faces({name: block[chosen[name]] for name, block in cells.items()})
+    own = []
+    for name, block in cells.items():
+        own.append(first + chosen[name])
+        first += len(block)
+    numbered = np.concatenate([np.empty(0, dtype=np.int64), *own])
     elements, numbers = [], []
     for kind, nodes in facets.items():
         element = np.full(len(nodes), -1, dtype=np.int64)
         number = np.full(len(nodes), -1, dtype=np.int64)
         if kind in faces:
             corners = FACET_CORNERS[kind]
-            wanted, every = nodes[:, :corners], faces[kind].nodes[:, :corners]
-            # Only faces whose nodes all lie on facets can match: few, so that the sorting below is quick.
-            touched = np.zeros(max(wanted.max(initial=0), every.max(initial=0)) + 1, dtype=bool)
-            touched[wanted] = True
-            near = np.flatnonzero(touched[every].all(axis=1))
-            have = every[near]
+            wanted, have = nodes[:, :corners], faces[kind].nodes[:, :corners]
             row = _first_row(_ring(have), _ring(wanted))
             row = np.where(row < 0, _first_row(np.sort(have, axis=1), np.sort(wanted, axis=1)), row)
-            element[row >= 0] = faces[kind].element[near[row[row >= 0]]]
-            number[row >= 0] = faces[kind].face[near[row[row >= 0]]]
+            element[row >= 0] = numbered[faces[kind].element[row[row >= 0]]]
+            number[row >= 0] = faces[kind].face[row[row >= 0]]
         elements.append(element)
         numbers.append(number)
     if not elements:

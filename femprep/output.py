@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -67,14 +68,13 @@ def write_run(
         painter = painter or start_painter()
         try:
             start_picture(painter, run.mesh, png)
-            write_mesh(run.mesh, folder / "mesh.vtu")
-            write_facets(run.mesh, folder / "facets.vtp")
-            _write_surfaces(run.surfaces, folder)
-            write_wall(run.wall, folder / "wall.vtp")
-            for name in run.options.formats:
-                write_format(run.mesh, folder, name, options=run.options.export)
-            (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
-            slices = _slices(run)
+            with ThreadPoolExecutor(1) as pool:  # VTK compresses while the decks are put into words
+                vtk = pool.submit(_write_vtk, run, folder)
+                for name in run.options.formats:
+                    write_format(run.mesh, folder, name, options=run.options.export)
+                (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
+                slices = _slices(run)
+                vtk.result()
         finally:
             picture = finish_picture(painter, png)
             png.unlink(missing_ok=True)
@@ -115,6 +115,13 @@ def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | No
         manifest = _manifest(fitted, fitted.seconds, source, volumes, _surface_details(fitted), folder)
         _write_manifest(manifest, folder)
     return manifest
+
+
+def _write_vtk(run: Run, folder: Path) -> None:
+    write_mesh(run.mesh, folder / "mesh.vtu")
+    write_facets(run.mesh, folder / "facets.vtp")
+    _write_surfaces(run.surfaces, folder)
+    write_wall(run.wall, folder / "wall.vtp")
 
 
 def _write_surfaces(surfaces: Mapping[str, Any], folder: Path) -> None:

@@ -62,6 +62,7 @@ def _load(formats: tuple[str, ...]) -> None:
         import h5py  # noqa: F401
         from vtkmodules import vtkIOXML  # noqa: F401
 
+        import femprep.output  # noqa: F401
         from femprep.export.polydata import facets_polydata
         from femprep.export.table import FORMATS
         from femprep.export.text import wrapped

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import signal
 import sys
 from types import FrameType
@@ -23,6 +25,8 @@ def main(arguments: list[str] | None = None) -> int:
     from femprep.cli._app import app
 
     signal.signal(signal.SIGTERM, _terminate)
+    # The system takes all memory back at the end: Python need not look through it for cycles first.
+    atexit.register(gc.freeze)
     try:
         status = int(app(args=arguments, prog_name="femprep", standalone_mode=False) or 0)
         return _interrupted() if status == INTERRUPTED else status

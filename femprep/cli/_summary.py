@@ -13,7 +13,7 @@ from rich.table import Table
 def _table(title: str, *columns: str) -> Table:
     table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for i, column in enumerate(columns):
-        table.add_column(column, justify="left" if i == 0 else "right", header_style="dim")
+        table.add_column(column, justify="left" if i == 0 else "right", header_style="dim", no_wrap=i == 0)
     return table
 
 

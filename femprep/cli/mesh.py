@@ -161,12 +161,13 @@ def mesh_file(segmentation: Path, out: Path, options: Options, *, quiet: bool, j
 
 def mesh_and_write(seg: Any, out: Path, options: Options, *, source: Path | None, progress: Any) -> tuple[Any, Any]:
     """The pipeline, then its folder."""
-    from femprep.output import write_run
     from femprep.pipeline import mesh_segmentation
     from femprep.rehearsal import Rehearsal
 
     with Rehearsal(options.formats, progress) as rehearsal:
         run = mesh_segmentation(seg, options, progress=rehearsal)
+        from femprep.output import write_run  # loaded by the rehearsal, while the mesher runs
+
         return run, write_run(run, out, source=source, progress=progress, painter=rehearsal.painter)
 
 

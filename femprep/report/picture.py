@@ -1,8 +1,8 @@
 """A picture of a mesh and of a cut through it, drawn by VTK off screen in a child process.
 
 VTK ends the whole process where it finds no way to render, so it is kept out of ours: where it fails there is no
-picture, and the page says so. The child loads VTK at once and then waits for what it is to draw, so that it can be
-started long before.
+picture, and the page says so. The child loads VTK and draws something small at once, and then waits for what it is to
+draw, so that it can be started long before.
 """
 
 from __future__ import annotations
@@ -107,9 +107,13 @@ def _polygons(points: FloatArray, blocks: list[np.ndarray]) -> Iterator[tuple[st
 
 
 def main() -> None:
-    """Load VTK, wait for two lines that name the scene and the picture, and draw."""
+    """Load VTK, practise on a tetrahedron, wait for two lines that name the scene and the picture, and draw."""
     import pyvista as pv
 
+    # The first picture compiles VTK's shaders, which takes longer than to draw any other.
+    practice = pv.PolyData(np.eye(4, 3), np.array([(3, *face) for face in ELEMENTS["tetra"].faces]).ravel())
+    practice.cell_data["facet_tag"] = np.arange(4)
+    _draw(practice, practice, [(9.0, 9.0, 9.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)], None)
     scene, png = (sys.stdin.readline().rstrip("\n") for _ in range(2))
     if not png:
         return
@@ -118,6 +122,13 @@ def main() -> None:
         facets.cell_data["facet_tag"] = arrays["tag"]
         cut = pv.PolyData(arrays["cut_points"], arrays["cut_polygons"])
         camera = arrays["camera"].tolist()
+    _draw(facets, cut, camera, Path(png))
+
+
+def _draw(facets: Any, cut: Any, camera: list[Any], png: Path | None) -> None:
+    """Draw two surfaces side by side, the first coloured by its tags, into a file or for nothing."""
+    import pyvista as pv
+
     plotter = pv.Plotter(off_screen=True, shape=(1, 2), window_size=(1200, 600), border=False)
     edges = {"show_edges": True, "line_width": 0.4, "edge_color": "#444444"}
     plotter.subplot(0, 0)
@@ -127,6 +138,7 @@ def main() -> None:
     plotter.add_mesh(cut, color="#e0a096", ambient=0.35, **edges)
     plotter.camera_position = camera
     plotter.screenshot(png)
+    plotter.close()
 
 
 if __name__ == "__main__":

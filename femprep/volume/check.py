@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from femprep.elements import ELEMENTS, FACET_CORNERS, element_faces, set_numbers
+from femprep.elements import ELEMENTS, FACET_CORNERS
 from femprep.errors import InputError
 from femprep.geometry.topology import pieces
 from femprep.geometry.triangles import areas
@@ -16,9 +17,17 @@ from femprep.model import VolumeMesh, tag_name
 from femprep.options import CheckOptions, choose
 from femprep.volume.limits import judge
 from femprep.volume.measures import MEASURES, centroids, element_measures
-from femprep.volume.report import FacetRecord, Histogram, QualityReport, RegionRecord, Statistics, WorstElement
+from femprep.volume.report import (
+    FacetRecord,
+    Histogram,
+    QualityReport,
+    RegionRecord,
+    Statistics,
+    Validity,
+    WorstElement,
+)
 from femprep.volume.transmural import elements_through_wall, mesh_edges
-from femprep.volume.validity import used_points, validity
+from femprep.volume.validity import FaceTable, face_table, used_points, validity
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -69,11 +78,16 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         for key in MEASURES
         if any(key in values for values in measures.values())
     }
-    edges = mesh_edges(mesh)
-    length = np.linalg.norm(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], axis=1)
-    through = elements_through_wall(mesh, edges)
-    through = through[through >= 0]
-    found = validity(mesh, overall["relative_jacobian"])
+    # Two threads, which numpy lets work side by side.
+    with ThreadPoolExecutor(1) as pool:
+        topology = pool.submit(_topology, mesh, overall)
+        edges = mesh_edges(mesh)
+        length = np.linalg.norm(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], axis=1)
+        through = elements_through_wall(mesh, edges)
+        through = through[through >= 0]
+        by_type = {name: _summary(values) for name, values in measures.items()}
+        lengths = statistics(length, "mm")
+        found, volume_ratio = topology.result()
     facet_tags, notes = _facet_records(mesh), []
     if mesh.n_facets == 0:
         notes.append("no facet tags: boundary conditions have nothing to name")
@@ -83,11 +97,10 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     sizes: dict[str, float | None] = {
         "time_step": 1e3 * max(float(small.min()), 0.0) / limits.wave_speed,
         "size_ratio": float(small.min() / np.median(small)) if small.min() > 0 else 0.0,
-        "volume_ratio": _volume_ratio(mesh, overall["volume"]),
+        "volume_ratio": volume_ratio,
         "edge_by_space_constant": float(length.mean()) / limits.space_constant,
     }
     verdicts, failures = judge(measures, found, facet_tags, sizes, limits)
-    by_type = {name: _summary(values) for name, values in measures.items()}
     used = mesh.points[used_points(mesh)]
     low, high = used.min(axis=0).tolist(), used.max(axis=0).tolist()
     return QualityReport(
@@ -107,7 +120,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         facet_tags=facet_tags,
         measures=next(iter(by_type.values())) if len(by_type) == 1 else _summary(overall),
         measures_by_type=by_type,
-        edge_length=statistics(length, "mm"),
+        edge_length=lengths,
         elements_through_wall=_count_statistics(through) if len(through) else None,
         time_step=float(sizes["time_step"] or 0.0),
         volume_ratio=sizes["volume_ratio"],
@@ -118,6 +131,12 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         failures=failures,
         notes=tuple(notes),
     )
+
+
+def _topology(mesh: VolumeMesh, measures: dict[str, FloatArray]) -> tuple[Validity, float | None]:
+    """What the faces of all elements tell: whether the mesh is sound, and how much neighbours differ in volume."""
+    table = face_table(mesh)
+    return validity(mesh, measures["relative_jacobian"], table), _volume_ratio(table, measures["volume"])
 
 
 def _summary(measures: dict[str, FloatArray]) -> dict[str, Statistics]:
@@ -216,19 +235,12 @@ def _smallest(values: FloatArray, count: int) -> IntArray:
     return np.asarray(near[np.argsort(values[near], kind="stable")][:count])
 
 
-def _volume_ratio(mesh: VolumeMesh, volume: FloatArray) -> float | None:
+def _volume_ratio(table: FaceTable, volume: FloatArray) -> float | None:
     """Largest ratio of the volumes of two elements that share a face; 1 where none do, None where one has none."""
-    ratio = 1.0
-    for kind, faces in element_faces(mesh.cells).items():
-        number = set_numbers(faces.nodes[:, : FACET_CORNERS[kind]])
-        order = np.argsort(number, kind="stable")
-        one, two = order[:-1], order[1:]
-        shared = number[one] == number[two]
-        pair = volume[np.stack([faces.element[one[shared]], faces.element[two[shared]]])]
-        if pair.size and pair.min() <= 0:
-            return None
-        ratio = max(ratio, float((pair.max(axis=0, initial=0.0) / pair.min(axis=0, initial=np.inf)).max(initial=1.0)))
-    return ratio
+    pair = volume[table.neighbours()]
+    if pair.size and pair.min() <= 0:
+        return None
+    return float((pair.max(axis=1, initial=0.0) / pair.min(axis=1, initial=np.inf)).max(initial=1.0))
 
 
 def _facet_records(mesh: VolumeMesh) -> dict[str, FacetRecord]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -216,9 +217,15 @@ def _finish(run: Run, wall: Wall, options: VolumeOptions, attempt: Attempt) -> _
         The mesh is wrong.
     """
     points, cells = _used(run.points, run.cells)
-    facets = _checked_boundary(points, cells, wall)
-    tag = tag_facets(points, facets, wall, attempt.envelope)
-    constraints = constrain(len(points), facets, tag, wall)
+    _check_volumes(points, cells, wall)
+    facets = boundary_faces({"tetra": cells})["triangle"].nodes
+    with ThreadPoolExecutor(1) as pool:  # two threads, which numpy lets work side by side
+        sound = pool.submit(_check_boundary, facets, wall)
+        try:
+            tag = tag_facets(points, facets, wall, attempt.envelope)
+            constraints = constrain(len(points), facets, tag, wall)
+        finally:  # what is wrong with the boundary is told rather than that it cannot be tagged
+            sound.result()
     before = points.copy()
     if options.optimise:
         poor = float(np.sin(np.radians(options.targets.poor_angle)) / REGULAR_SINE)
@@ -303,8 +310,8 @@ def _used(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
     return points[kept], cells[np.argsort(cells.min(axis=1), kind="stable")]
 
 
-def _checked_boundary(points: FloatArray, cells: IntArray, wall: Wall) -> IntArray:
-    """Boundary facets of the mesh, outward, checked to bound the same kind of body as the wall."""
+def _check_volumes(points: FloatArray, cells: IntArray, wall: Wall) -> None:
+    """Make sure that no element is inverted and that they fill the wall, nothing else."""
     volumes = element_volumes(points, cells, "tetra")
     if (volumes <= 0).any():
         raise StageError(f"the mesher gave {int((volumes <= 0).sum())} inverted elements; choose another edge_length")
@@ -315,7 +322,10 @@ def _checked_boundary(points: FloatArray, cells: IntArray, wall: Wall) -> IntArr
             + ("; it filled a cavity" if difference > 0 else "; it lost part of it")
             + "; choose a smaller edge_length or envelope"
         )
-    facets = boundary_faces({"tetra": cells})["triangle"].nodes
+
+
+def _check_boundary(facets: IntArray, wall: Wall) -> None:
+    """Make sure that the boundary facets bound the same kind of body as the wall."""
     table = edge_table(facets)
     if (table.count != 2).any() or (table.forward != 1).any() or len(pinched_vertices(facets)):
         raise StageError("the boundary of the mesh is no closed 2-manifold; choose a smaller edge_length or envelope")
@@ -326,7 +336,6 @@ def _checked_boundary(points: FloatArray, cells: IntArray, wall: Wall) -> IntArr
             f"the boundary of the mesh has {shells} shell(s) and Euler characteristic {euler}, the wall's {expected} "
             f"and {wanted}; choose a smaller edge_length or envelope"
         )
-    return facets
 
 
 def _missed(candidate: _Candidate) -> str:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +20,85 @@ from femprep.volume.report import Validity
 IntArray = npt.NDArray[np.int64]
 
 
-def validity(mesh: VolumeMesh, relative_jacobian: npt.NDArray[np.float64]) -> Validity:
+@dataclass(frozen=True)
+class FaceTable:
+    """All faces of all elements and all tagged facets of a mesh, numbered: equal numbers, equal corners.
+
+    Attributes
+    ----------
+    rings : (f, 3) or (f, 4) array
+        Corners of each face, outward from its element; -1 after a triangle's third where there are quadrilaterals.
+    element : (f,) array
+        The element of each face.
+    number : (f,) array
+    facets : (n_facets, 3) or (n_facets, 4) array
+        Corners of the tagged facets, in the same way.
+    facet_number : (n_facets,) array
+    count : (k,) array
+        Number of faces of each number.
+    """
+
+    rings: IntArray
+    element: IntArray
+    number: IntArray
+    facets: IntArray
+    facet_number: IntArray
+    count: IntArray
+
+    @cached_property
+    def first(self) -> IntArray:
+        """The first face of each number, ``(k,)``; 0 where there is none."""
+        return self._place(slice(None, None, -1))
+
+    @cached_property
+    def last(self) -> IntArray:
+        """The last face of each number, ``(k,)``; 0 where there is none."""
+        return self._place(slice(None))
+
+    def _place(self, way: slice) -> IntArray:
+        found = np.zeros(len(self.count), dtype=np.int64)
+        found[self.number[way]] = np.arange(len(self.number))[way]
+        return found
+
+    def neighbours(self) -> IntArray:
+        """Pairs of elements that share a face, ``(p, 2)``."""
+        pairs = np.stack([self.first, self.last], axis=1)[self.count == 2]
+        if (self.count > 2).any():  # more than two elements at one face: each with the next
+            faces = np.flatnonzero(self.count[self.number] > 2)
+            faces = faces[np.argsort(self.number[faces], kind="stable")]
+            follows = self.number[faces[:-1]] == self.number[faces[1:]]
+            pairs = np.concatenate([pairs, np.stack([faces[:-1], faces[1:]], axis=1)[follows]])
+        return np.asarray(self.element[pairs])
+
+
+def face_table(mesh: VolumeMesh) -> FaceTable:
+    """Number the faces and facets of a mesh."""
+    faces = element_faces(mesh.cells)
+    corners = max([3, *(FACET_CORNERS[kind] for kind in (*faces, *mesh.facets))])
+    rings = _rings({kind: own.nodes for kind, own in faces.items()}, corners)
+    facets = _rings(mesh.facets, corners)
+    every = np.concatenate([rings, facets])
+    # What stands for no fourth corner goes last: first numbers that differ make rows quick to compare.
+    number = set_numbers(np.where(every < 0, every.max(initial=0) + 1, every) if corners > 3 else every)
+    face, facet = number[: len(rings)], number[len(rings) :]
+    element = np.concatenate([np.empty(0, dtype=np.int64), *(own.element for own in faces.values())])
+    return FaceTable(rings, element, face, facets, facet, np.bincount(face, minlength=int(number.max(initial=-1)) + 1))
+
+
+def _rings(blocks: Mapping[str, IntArray], corners: int) -> IntArray:
+    """Corners of all faces of some blocks ``(f, corners)``, -1 after those a face has."""
+    if len(blocks) == 1:
+        kind, block = next(iter(blocks.items()))
+        if FACET_CORNERS[kind] == corners:
+            return block[:, :corners]
+    rings, first = np.full((sum(map(len, blocks.values())), corners), -1, dtype=np.int64), 0
+    for kind, block in blocks.items():
+        rings[first : first + len(block), : FACET_CORNERS[kind]] = block[:, : FACET_CORNERS[kind]]
+        first += len(block)
+    return rings
+
+
+def validity(mesh: VolumeMesh, relative_jacobian: npt.NDArray[np.float64], table: FaceTable | None = None) -> Validity:
     """Judge everything but shapes.
 
     Parameters
@@ -27,19 +107,16 @@ def validity(mesh: VolumeMesh, relative_jacobian: npt.NDArray[np.float64]) -> Va
         Any mesh, with or without tags.
     relative_jacobian : (n_cells,) array
         As from ``element_measures``.
+    table : FaceTable, optional
+        Its faces, where they are numbered already.
     """
-    faces, owner = _face_rings(mesh.cells)
-    facets = _facet_rings(mesh)
-    number = _ring_numbers(np.concatenate([faces, facets]))
-    face, facet = number[: len(faces)], number[len(faces) :]
-    count = np.bincount(face, minlength=int(number.max(initial=-1)) + 1)
-    boundary = faces[count[face] == 1]
+    table = face_table(mesh) if table is None else table
+    count, facet = table.count, table.facet_number
+    boundary = _with_fourth(table.rings[count[table.number] == 1])
     edges = _BoundaryEdges(boundary)
     used = used_points(mesh)
     outer = count[facet] == 1
-    first = np.zeros(len(count), dtype=np.int64)
-    first[face[::-1]] = np.arange(len(face))[::-1]
-    inward = ~_same_sense(facets[outer], faces[first[facet[outer]]])
+    inward = ~_same_sense(_with_fourth(table.facets[outer]), _with_fourth(table.rings[table.first[facet[outer]]]))
     return Validity(
         inverted_elements=int((~(relative_jacobian > 0)).sum()),
         duplicate_elements=_duplicate_elements(mesh.cells),
@@ -49,7 +126,7 @@ def validity(mesh: VolumeMesh, relative_jacobian: npt.NDArray[np.float64]) -> Va
         non_manifold_boundary_points=edges.pinched,
         duplicate_points=len(cKDTree(mesh.points[used]).query_pairs(_tiny(mesh, used), output_type="ndarray")),
         orphan_points=len(mesh.points) - len(used),
-        pieces=_components(mesh.n_cells, face, owner, len(count)),
+        pieces=_components(mesh.n_cells, table.number, table.element, len(count)),
         boundary_shells=edges.shells,
         euler_characteristic=len(np.unique(boundary[boundary >= 0])) - len(edges.count) + len(boundary),
         boundary_facets=len(boundary),
@@ -59,33 +136,9 @@ def validity(mesh: VolumeMesh, relative_jacobian: npt.NDArray[np.float64]) -> Va
     )
 
 
-def _ring_numbers(rings: IntArray) -> IntArray:
-    """Number from 0 of each ring, equal for rings of the same corners."""
-    # What stands for no fourth corner goes last: first numbers that differ make rows quick to compare.
-    if (rings[:, 3] < 0).all():
-        return set_numbers(rings[:, :3])
-    return set_numbers(np.where(rings < 0, rings.max(initial=0) + 1, rings))
-
-
-def _face_rings(cells: Mapping[str, IntArray]) -> tuple[IntArray, IntArray]:
-    """Corner rings of all faces of all elements ``(f, 4)``, -1 after a triangle's third, and the elements."""
-    rings, owner = [np.empty((0, 4), dtype=np.int64)], [np.empty(0, dtype=np.int64)]
-    for kind, faces in element_faces(cells).items():
-        corners = FACET_CORNERS[kind]
-        ring = np.full((len(faces.nodes), 4), -1, dtype=np.int64)
-        ring[:, :corners] = faces.nodes[:, :corners]
-        rings.append(ring)
-        owner.append(faces.element)
-    return np.concatenate(rings), np.concatenate(owner)
-
-
-def _facet_rings(mesh: VolumeMesh) -> IntArray:
-    """Corner rings ``(n_facets, 4)`` of the tagged facets, -1 after a triangle's third."""
-    rings, first = np.full((mesh.n_facets, 4), -1, dtype=np.int64), 0
-    for kind, block in mesh.facets.items():
-        rings[first : first + len(block), : FACET_CORNERS[kind]] = block[:, : FACET_CORNERS[kind]]
-        first += len(block)
-    return rings
+def _with_fourth(rings: IntArray) -> IntArray:
+    """Rings ``(f, 4)``: -1 after a triangle's third corner."""
+    return np.pad(rings, ((0, 0), (0, 4 - rings.shape[1])), constant_values=-1)
 
 
 class _BoundaryEdges:
