@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
+import numpy as np
+
 from femprep.errors import StageError
 from femprep.harmonic.field import Field
 from femprep.harmonic.leastsquares import fit_spline
@@ -154,6 +156,12 @@ def sound_map(target: Target, even: bool) -> Mapped:
             how += " and moving its vertices along it"
         best.info["notices"].append(f"surface {target.name} had {first}; {how} mended it")
         _log.warning(best.info["notices"][0])
+    if not np.array_equal(best.cells, target.cells) and target.connectivity == "auto":
+        best.info["notices"].append(
+            f"surface {target.name} is too long or branched for even triangles in the template's order; edges were "
+            "flipped"
+        )
+        _log.info(best.info["notices"][-1])
     return best
 
 

@@ -134,6 +134,28 @@ def summary(rows: list[dict[str, Any]]) -> None:
             print(f"{key:24s}{min(values):12.4g}{np.mean(values):12.4g}{max(values):12.4g}")
 
 
+#: Quality asked of each object's triangles: mean and least Q.
+ASKED = {"lv": (0.95, 0.5), "epi": (0.95, 0.5), "rv": (0.92, 0.4)}
+
+
+def against_asked(rows: list[dict[str, Any]]) -> None:
+    """How many surfaces of each object have the quality asked for, and which have not or were refused."""
+    for key, (mean, least) in ASKED.items():
+        fitted = [row for row in rows if f"{key}_q_min" in row]
+        refused = [
+            row["case"] for row in rows if any(f"{key} {how}:" in row["outcome"] for how in ("refused", "failed"))
+        ]
+        if not fitted and not refused:
+            continue
+        short = [row for row in fitted if row[f"{key}_q_mean"] < mean or row[f"{key}_q_min"] < least]
+        crossing = sum(row[f"{key}_crossings"] > 0 for row in fitted)
+        print(f"\n{key}: {len(fitted)} accepted, {crossing} of them crossing; {len(short)} short of Q {mean} / {least}")
+        for row in sorted(short, key=lambda row: row[f"{key}_q_min"])[:10]:
+            print(f"    {row['case']}  Q mean {row[f'{key}_q_mean']:.3f}  min {row[f'{key}_q_min']:.3f}")
+        share = 100.0 * len(refused) / (len(fitted) + len(refused))
+        print(f"    refused {len(refused)} ({share:.1f} %): {', '.join(refused) or 'none'}")
+
+
 def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     """Run the chosen benchmark."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -166,6 +188,8 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
             )
     print()
     summary(results)
+    if given.what == "surfaces":
+        against_asked(results)
     if given.csv:
         names = list(dict.fromkeys(key for row in results for key in row))
         with given.csv.open("w", newline="") as stream:
