@@ -21,6 +21,8 @@ from femprep.template import charge_template
 
 #: Vertices of the mesh that is bent.
 _DENSE: Final = 3000
+#: Share of its triangles that may cross: a few in a sharp bend are passed over by the template's.
+_CROSSED: Final = 0.02
 #: Smoothing of the stopping function the mesh begins with.
 _ROUGH: Final = 1e-5
 
@@ -59,6 +61,10 @@ def smooth_map(
     axes, centre = target.axes, obj.barycentre
     begin = (rough(template.directions @ axes.T) - centre) @ axes
     surface = estimate_surface(begin, template.cells, Evidence.of(obj, axes, boundary))
+    crossing = len(np.unique(self_intersections(surface.points, surface.triangles)))
+    if crossing > _CROSSED * len(surface.triangles):
+        # No template can be placed on what is not a surface.
+        raise StageError(f"the smooth surface of {obj.name!r} crosses itself in {crossing} places")
     start = (rough(target.directions) - centre) @ axes
     placed = place_evenly(
         target.directions @ axes,
