@@ -9,7 +9,7 @@ from femprep.errors import StageError
 from femprep.geometry.intersection import self_intersections
 from femprep.geometry.patches import PatchSurface
 from femprep.geometry.topology import volume
-from femprep.geometry.triangles import scaled_jacobian, triangle_quality
+from femprep.geometry.triangles import areas, scaled_jacobian, triangle_quality
 from femprep.model import FloatArray
 from femprep.surface.place import place_evenly
 from femprep.template import charge_template
@@ -83,6 +83,34 @@ def test_the_same_input_gives_the_same_bytes() -> None:
     ball, surface = charge_template(300), bean(1.0)
     first = place_evenly(ball.directions, ball.cells, surface)
     assert place_evenly(ball.directions, ball.cells, surface).points.tobytes() == first.points.tobytes()
+
+
+def test_edges_are_flipped_only_where_the_template_s_order_leaves_no_even_triangles() -> None:
+    ball, long = charge_template(400), ellipsoid(8, 9, 60)
+    kept, mended = (place_evenly(ball.directions, ball.cells, long, connectivity=c) for c in ("template", "auto"))
+    np.testing.assert_array_equal(kept.cells, ball.cells)
+    assert kept.flips == 0 < mended.flips
+    before, after = (triangle_quality(placed.points, placed.cells) for placed in (kept, mended))
+    assert after.min() > max(0.5, before.min())
+    assert after.mean() > 0.95
+    whole = volume(long.points, long.triangles)
+    assert volume(kept.points, kept.cells) < volume(mended.points, mended.cells) < whole
+    a, b, c = (mended.directions[mended.cells[:, k]] for k in range(3))
+    assert np.einsum("ij,ij->i", a, np.cross(b, c)).min() > 0.0
+    short = place_evenly(ball.directions, ball.cells, ellipsoid(20, 22, 30), connectivity="auto")
+    assert short.flips == 0
+    np.testing.assert_array_equal(short.directions, ball.directions)
+
+
+def test_triangles_are_finer_where_the_surface_is_curved_if_asked() -> None:
+    ball, surface = charge_template(400), ellipsoid(15, 15, 40)
+    ratio = []
+    for power in (0.0, 1.0):
+        placed = place_evenly(ball.directions, ball.cells, surface, connectivity="free", curvature=power)
+        middle, area = placed.points[placed.cells].mean(axis=1), areas(placed.points, placed.cells)
+        ratio.append(area[np.abs(middle[:, 2]) > 36.0].mean() / area[np.abs(middle[:, 2]) < 15.0].mean())
+        assert triangle_quality(placed.points, placed.cells).mean() > 0.94
+    assert ratio[1] < 0.7 * ratio[0]
 
 
 def test_a_surface_that_is_no_ball_s_is_refused() -> None:
