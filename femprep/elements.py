@@ -143,7 +143,8 @@ def row_numbers(rows: IntArray) -> IntArray:
     equal first numbers; few, or such whose first numbers differ too much or too little, are packed into one number
     each, and compressed on the way where they would not fit.
     """
-    rows = rows - rows.min(initial=0)
+    least = rows.min(initial=0)
+    rows = rows - least if least < 0 else rows
     size = int(rows.max(initial=0)) + 1
     if len(rows) > _MANY_ROWS and rows.shape[1] > 1:
         first = rows[:, 0]

@@ -27,6 +27,8 @@ _HALVINGS: Final = 5
 #: How often the step along a gradient is halved, and how many such steps one visit takes.
 _BACKTRACKS: Final = 4
 _ASCENTS: Final = 2
+#: Two thirds of a float's exponent offset, as its bits have it, and what makes the error of the first guess least.
+_THIRD: Final = np.int64(0x2A9F7893782DA1CE)
 #: Points one thread takes at a time.
 _CHUNK: Final = 32
 
@@ -87,9 +89,25 @@ def coloured(t: IntArray, start: IntArray, around: IntArray, nodes: IntArray) ->
     return order, first
 
 
-@compiled()
-def _shape(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float]:
-    """Mean ratio, and least sine over REGULAR_SINE, both signed by the volume."""
+@compiled(part=True)
+def _cube_root(x: float) -> float:
+    """Cube root of a positive number, to 1e-14: a third of its exponent, then two of Halley's steps."""
+    number = np.float64(x)
+    bits = np.int64(number.view(np.int64) // 3 + _THIRD)
+    root = bits.view(np.float64)
+    for _ in range(2):
+        cube = root * root * root
+        root *= (cube + 2.0 * x) / (2.0 * cube + x)
+    return root
+
+
+@compiled(part=True)
+def _sizes(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float, float, float]:
+    """What a shape is made of: six volumes, the sum of squared edges, and two numbers for the least sine.
+
+    The squared sine at an edge is that of six volumes times its length by the product of the areas of its two faces.
+    Over the product of all four areas (the last number) the least of them takes one division.
+    """
     ux, uy, uz = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
     vx, vy, vz = p[c, 0] - p[a, 0], p[c, 1] - p[a, 1], p[c, 2] - p[a, 2]
     wx, wy, wz = p[d, 0] - p[a, 0], p[d, 1] - p[a, 1], p[d, 2] - p[a, 2]
@@ -107,12 +125,17 @@ def _shape(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float]
     cd = (wx - vx) ** 2 + (wy - vy) ** 2 + (wz - vz) ** 2
     total = ab + ac + ad + bc + bd + cd
     product = area_a * area_b * area_c * area_d
-    if product <= 0.0 or total <= 0.0:
-        return -1.0, -1.0
-    # The squared sine at an edge is that of six volumes times its length by the product of the areas of its two faces;
-    # over the product of all four areas only one square root and one division are left.
     square = min(ab * area_a * area_b, ac * area_a * area_c, ad * area_a * area_d)
     square = min(square, bc * area_b * area_c, bd * area_b * area_d, cd * area_c * area_d)
+    return six, total, square, product
+
+
+@compiled()
+def _shape(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float]:
+    """Mean ratio, and least sine over REGULAR_SINE, both signed by the volume."""
+    six, total, square, product = _sizes(p, a, b, c, d)
+    if product <= 0.0 or total <= 0.0:
+        return -1.0, -1.0
     ratio = 12.0 * np.cbrt(0.25 * six * six) / total
     if six < 0.0:
         ratio = -ratio
@@ -138,6 +161,20 @@ def _worst(p: FloatArray, t: IntArray, start: IntArray, around: IntArray, v: int
         if worst <= enough:
             return worst
     return worst
+
+
+@compiled()
+def _reached(p: FloatArray, t: IntArray, start: IntArray, around: IntArray, v: int, enough: float) -> bool:
+    """Whether all elements around a point have at least a positive quality: powers of both are compared."""
+    sine = (enough * REGULAR_SINE) ** 2
+    for k in range(start[v], start[v + 1]):
+        i = around[k]
+        six, total, square, product = _sizes(p, t[i, 0], t[i, 1], t[i, 2], t[i, 3])
+        if six <= 0.0 or product <= 0.0:
+            return False
+        if 432.0 * six * six < (enough * total) ** 3 or six * six * square < sine * product:
+            return False
+    return True
 
 
 @compiled()
@@ -219,7 +256,7 @@ def _mean_at(star: FloatArray, count: int, x: float, y: float, z: float) -> floa
             return -np.inf
         edges = 3.0 * (x * x + y * y + z * z) + star[k, 7]
         edges -= 2.0 * (star[k, 4] * x + star[k, 5] * y + star[k, 6] * z)
-        total += 12.0 * np.cbrt(0.25 * six * six) / edges
+        total += 12.0 * _cube_root(0.25 * six * six) / edges
     return total
 
 
@@ -231,7 +268,7 @@ def _gradient(star: FloatArray, count: int, x: float, y: float, z: float, out: F
         six = star[k, 3] - star[k, 0] * x - star[k, 1] * y - star[k, 2] * z
         edges = 3.0 * (x * x + y * y + z * z) + star[k, 7]
         edges -= 2.0 * (star[k, 4] * x + star[k, 5] * y + star[k, 6] * z)
-        ratio = 12.0 * np.cbrt(0.25 * six * six) / edges
+        ratio = 12.0 * _cube_root(0.25 * six * six) / edges
         by_volume, by_edges = 2.0 / 3.0 * ratio / six, 2.0 * ratio / edges
         out[0] -= by_volume * star[k, 0] + by_edges * (3.0 * x - star[k, 4])
         out[1] -= by_volume * star[k, 1] + by_edges * (3.0 * y - star[k, 5])
@@ -287,11 +324,14 @@ def _ascend(
             value = _mean_at(star, count, nx, ny, nz)
             if value > best:
                 p[v, 0], p[v, 1], p[v, 2] = hx + nx, hy + ny, hz + nz
-                after = _worst(p, t, start, around, v, -np.inf)
-                if after < poor and before == np.inf:
-                    p[v, 0], p[v, 1], p[v, 2] = hx, hy, hz
-                    before = _worst(p, t, start, around, v, -np.inf)
-                if after >= min(poor, before):
+                sound = _reached(p, t, start, around, v, poor)
+                if not sound:
+                    after = _worst(p, t, start, around, v, -np.inf)
+                    if before == np.inf:
+                        p[v, 0], p[v, 1], p[v, 2] = hx, hy, hz
+                        before = _worst(p, t, start, around, v, -np.inf)
+                    sound = after >= min(poor, before)
+                if sound:
                     x, y, z, best, better = nx, ny, nz, value, True
                     break
             size *= 0.5

@@ -53,11 +53,14 @@ def elements_through_wall(mesh: VolumeMesh, edges: IntArray | None = None) -> In
 
 def mesh_edges(mesh: VolumeMesh) -> IntArray:
     """The edges of all elements, each once, corners only, ``(e, 2)``, smaller number first."""
-    parts = [block[:, np.array(ELEMENTS[name].edges)].reshape(-1, 2) for name, block in mesh.cells.items()]
-    if not parts:
-        return np.empty((0, 2), dtype=np.int64)
-    edges = np.concatenate(parts)
-    edges = np.stack([np.minimum(edges[:, 0], edges[:, 1]), np.maximum(edges[:, 0], edges[:, 1])], axis=1)
+    edges = np.empty((sum(len(block) * len(ELEMENTS[name].edges) for name, block in mesh.cells.items()), 2), np.int64)
+    first = 0
+    for name, block in mesh.cells.items():
+        for one, two in ELEMENTS[name].edges:
+            rows = edges[first : first + len(block)]
+            np.minimum(block[:, one], block[:, two], out=rows[:, 0])
+            np.maximum(block[:, one], block[:, two], out=rows[:, 1])
+            first += len(block)
     number = row_numbers(edges)
     out = np.empty((int(number.max(initial=-1)) + 1, 2), dtype=np.int64)
     out[number] = edges

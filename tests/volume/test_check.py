@@ -49,6 +49,28 @@ def tagged(mesh: VolumeMesh, top: float) -> VolumeMesh:
 LOOSE = {"minimum_dihedral": None, "mean_of_mean_ratio": None, "minimum_scaled_jacobian": None}
 
 
+def test_volume_ratio_where_more_than_two_elements_share_a_face():
+    """Three tetrahedra on one face, of heights 1, 2 and 8: each is compared with the next."""
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 2), (0, 0, 8)], dtype=float)
+    cells = np.array([(0, 1, 2, 3), (0, 1, 2, 4), (0, 1, 2, 5)])
+    report = check(VolumeMesh(points, {"tetra": cells}, np.full(3, REGION_TAGS["lv"])))
+    assert report.validity.non_manifold_faces == 1
+    assert report.volume_ratio == pytest.approx(4.0)
+
+
+def test_facets_of_mixed_meshes_are_counted_by_their_corners():
+    """A hexahedron with a wedge on its side: triangles and quadrilaterals side by side, one facet twice, one stray."""
+    points = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1), (2, 0))], dtype=float)
+    cells = {"hexahedron": np.array([(0, 1, 2, 3, 5, 6, 7, 8)]), "wedge": np.array([(1, 4, 2, 6, 9, 7)])}
+    facets = {"triangle": np.array([(1, 2, 4), (0, 1, 2)]), "quad": np.array([(0, 3, 2, 1), (1, 2, 3, 0)])}
+    found = check(VolumeMesh(points, cells, np.full(2, REGION_TAGS["lv"]), facets, np.full(4, 2))).validity
+    assert found.boundary_facets == 5 + 4
+    assert found.untagged_boundary_facets == 9 - 2
+    assert found.stray_facets == 1
+    assert found.inward_facets == 1
+    assert found.pieces == 1
+
+
 @pytest.mark.parametrize("kind", ["hexahedron", "wedge", "tetra"])
 def test_box_is_judged_exactly(kind):
     mesh = slab(3, 4, 2, kind)

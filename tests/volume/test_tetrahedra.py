@@ -1,6 +1,7 @@
 import json
 from dataclasses import replace
 
+import numba
 import numpy as np
 import pytest
 from analytic_walls import cut_ellipsoid_volume, ellipsoid_wall
@@ -255,6 +256,34 @@ def test_inputs_are_left_alone(coarse_wall, mesher, coarse_mesh):
     mesher(result(coarse_mesh))
     tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82)
     assert before == (coarse_wall.points.tobytes(), coarse_wall.triangles.tobytes())
+
+
+def test_one_thread_and_several_give_the_same_bytes(coarse_wall, mesher, coarse_mesh):
+    mesher(result(coarse_mesh))
+    found = []
+    threads = numba.get_num_threads()
+    try:
+        for number in (threads, 1):
+            numba.set_num_threads(number)
+            mesh = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82)
+            report = check(mesh).model_dump_json()
+            found.append((mesh.points.tobytes(), mesh.cells["tetra"].tobytes(), mesh.facet_tag.tobytes(), report))
+    finally:
+        numba.set_num_threads(threads)
+    assert found[0] == found[1]
+
+
+def test_a_boundary_that_is_wrong_is_told_before_tags_that_cannot_be(coarse_wall, mesher, coarse_mesh, monkeypatch):
+    def fail(*_):
+        raise StageError("no tags")
+
+    monkeypatch.setattr(tetrahedra, "tag_facets", fail)
+    mesher(result(coarse_mesh))
+    with pytest.raises(StageError, match="no tags"):
+        tetrahedralize(coarse_wall, edge_length=6.0)
+    monkeypatch.setattr(tetrahedra, "pinched_vertices", lambda facets: facets[0])
+    with pytest.raises(StageError, match="no closed 2-manifold"):
+        tetrahedralize(coarse_wall, edge_length=6.0)
 
 
 @pytest.mark.slow
