@@ -53,6 +53,27 @@ def print_surfaces(fitted: Any, manifest: Any, out: Path) -> None:
     console.print(f"[bold]{escape(str(out))}[/bold]: " + escape(", ".join(manifest.files)))
 
 
+def print_sequence(manifest: Any, out: Path) -> None:
+    """Volumes, displacements and verdict of each phase of a sequence, and the ejection fraction."""
+    console = Console(highlight=False)
+    table = _table("Phases", "", "cavity, mL", "labels, mL", "moved, mean mm", "greatest, mm", "check")
+    for phase in manifest.phases:
+        table.add_row(
+            phase.name,
+            _number(phase.cavity_ml, 4),
+            _number(phase.label_total_ml, 4),
+            _number(phase.displacement_mean_mm),
+            _number(phase.displacement_maximum_mm),
+            "passed" if phase.passed else "; ".join(phase.failures),
+        )
+    console.print(table)
+    console.print(
+        f"ejection fraction {manifest.ejection_fraction_percent:.1f} %, of the labels "
+        f"{manifest.label_ejection_fraction_percent:.1f} %"
+    )
+    console.print(f"[bold]{escape(str(out))}[/bold]: sequence.pvd, sequence.xdmf, phases/, run.json")
+
+
 def print_quality(report: Any, console: Console | None = None, *, worst: int = 0) -> None:
     """Counts, element measures with histograms, limits and verdict of a quality report, and the worst elements."""
     console = console or Console(highlight=False)

@@ -9,6 +9,7 @@ import typer
 
 from femprep.cli._configuration import parse_structures, read_options
 from femprep.cli._fields import option
+from femprep.errors import OptionError
 from femprep.export.table import FORMATS
 from femprep.options import (
     CheckOptions,
@@ -27,7 +28,12 @@ VOLUME, FIBRES, OUTPUT = "Volume mesh", "Fibres", "Output"
 
 
 def mesh(
-    segmentation: Annotated[Path, typer.Argument(metavar="SEG", help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd.")],
+    segmentation: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="SEG...", help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd; several are phases, see --sequence."
+        ),
+    ],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder to make.", rich_help_panel=OUTPUT)],
     anatomy: Annotated[str | None, option(Options, "anatomy", panel=INPUT)] = None,
     preset: Annotated[str | None, option(Options, "preset", panel=INPUT)] = None,
@@ -44,6 +50,22 @@ def mesh(
         bool | None, option(ImageOptions, "correct_shifts", "--correct-shifts", panel=INPUT)
     ] = None,
     flip: Annotated[bool | None, option(Options, "flip", "--flip", panel=INPUT)] = None,
+    sequence: Annotated[
+        bool,
+        typer.Option(
+            "--sequence",
+            help="The label maps are phases of one heart: sweep them with one connectivity, and write their "
+            "displacements from the first as one time series.",
+            rich_help_panel=INPUT,
+        ),
+    ] = False,
+    template: Annotated[
+        Path | None,
+        typer.Option(
+            help="mesh.vtu swept before: its element, columns, rows and layers, so that nodes correspond to its.",
+            rich_help_panel=VOLUME,
+        ),
+    ] = None,
     config: Annotated[
         Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)
     ] = None,
@@ -96,6 +118,13 @@ def mesh(
     Makes the folder OUT: surfaces/*.vtp, wall.vtp, mesh.vtu, facets.vtp, one deck per --format, quality.json,
     run.json and report.html. A run that fails writes nothing and leaves an earlier OUT as it was.
     """
+    if len(segmentation) > 1 and not sequence:
+        raise OptionError(f"{len(segmentation)} label maps given; add --sequence where they are phases of one heart")
+    same = _read_template(template)
+    if sequence or same:
+        if mesher not in (None, "sweep"):
+            raise OptionError(f"--mesher {mesher} keeps no connectivity; --sequence and --template need the sweep")
+        mesher = "sweep"
     options = read_options(
         config,
         anatomy=anatomy,
@@ -120,8 +149,7 @@ def mesh(
         volume__edge_length=edge_length,
         volume__elements_through_wall=elements_through_wall,
         volume__sizing=sizing,
-        sweep__element=element,
-        sweep__layers=layers,
+        **({f"sweep__{name}": same.get(name) for name in same} or {"sweep__element": element, "sweep__layers": layers}),
         volume__order=int(order) if order in ("1", "2") else order,
         volume__time_limit=time_limit,
         fibres={} if fibres else None,
@@ -132,7 +160,44 @@ def mesh(
         export__length_unit=length_unit,
         export__step=step,
     )
-    return mesh_file(segmentation, out, options, quiet=quiet, json=json)
+    if sequence:
+        return mesh_phases(segmentation, out, options, quiet=quiet, json=json)
+    return mesh_file(segmentation[0], out, options, quiet=quiet, json=json)
+
+
+def _read_template(path: Path | None) -> dict[str, Any]:
+    """Options of the sweep that give the connectivity of a mesh made before; none without one."""
+    if path is None:
+        return {}
+    from femprep.export import read_mesh
+    from femprep.volume.sweep import template_of
+
+    return dict(template_of(read_mesh(path)))
+
+
+def mesh_phases(paths: list[Path], out: Path, options: Options, *, quiet: bool, json: bool) -> int:
+    """Run the main job on the phases of one heart; the exit status is 1 where a phase fails the quality check."""
+    from femprep.cli._progress import bars
+    from femprep.export import require_formats
+    from femprep.report.folder import require_writable
+
+    require_formats(options.formats)
+    require_writable(out)
+
+    from femprep.image import read_segmentation
+    from femprep.sequence import mesh_sequence, write_sequence
+
+    with bars(quiet or json) as progress:
+        phases = [read_segmentation(path, structures=options.labels, options=options.image) for path in paths]
+        found = mesh_sequence(phases, options, progress=progress)
+        manifest = write_sequence(found, out, sources=paths, progress=progress)
+    if json:
+        typer.echo(manifest.model_dump_json(indent=2))
+    elif not quiet:
+        from femprep.cli._summary import print_sequence
+
+        print_sequence(manifest, out)
+    return 0 if found.passed else 1
 
 
 def mesh_file(segmentation: Path, out: Path, options: Options, *, quiet: bool, json: bool) -> int:

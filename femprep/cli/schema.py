@@ -14,13 +14,14 @@ def schema_texts() -> dict[str, str]:
     from pydantic import BaseModel
 
     from femprep.options import Options
-    from femprep.report.manifest import RunManifest
+    from femprep.report.manifest import RunManifest, SequenceManifest
     from femprep.volume import QualityReport
 
     # Options are read, the records are written: a schema describes what stands in the file.
     kinds: dict[str, tuple[type[BaseModel], Literal["validation", "serialization"]]] = {
         "options.json": (Options, "validation"),
         "run.json": (RunManifest, "serialization"),
+        "sequence.json": (SequenceManifest, "serialization"),
         "quality.json": (QualityReport, "serialization"),
     }
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
@@ -33,7 +34,7 @@ def schema_texts() -> dict[str, str]:
 def schema(
     folder: Annotated[Path, typer.Argument(help="Folder to write the schemas to.")] = Path("schemas"),
 ) -> None:
-    """Write the JSON Schemas of the options, of run.json and of quality.json."""
+    """Write the JSON Schemas of the options, of run.json (of a run and of a sequence) and of quality.json."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in schema_texts().items():
         (folder / name).write_text(text, encoding="utf-8")

@@ -29,7 +29,10 @@ MESH, CELL_TAGS, FACET_TAGS = "Mesh", "Cell tags", "Facet tags"
 TOPOLOGY: Final[Mapping[str, str]] = {
     "tetra": "Tetrahedron",
     "tetra10": "Tetrahedron_10",
+    "wedge": "Wedge",
+    "wedge15": "Wedge_15",
     "hexahedron": "Hexahedron",
+    "hexahedron20": "Hexahedron_20",
     "triangle": "Triangle",
     "triangle6": "Triangle_6",
     "quad": "Quadrilateral",

@@ -77,6 +77,37 @@ class RunManifest(Record):
     files: list[str] = Field(default_factory=list, description="Files of the output folder.")
 
 
+class PhaseRecord(Record):
+    """One phase of a sequence; its own ``run.json`` and ``quality.json`` stand in its folder."""
+
+    name: str = Field(description="Folder of the phase, below phases/.")
+    source: str | None = Field(None, description="File name of its label map.")
+    time: float = Field(description="Its time in the series.")
+    passed: bool = Field(description="Whether the quality check passed.")
+    failures: list[str] = Field(default_factory=list, description="What failed.")
+    cavity_ml: float = Field(description="Cavity of the mesh below the base plane, mL.")
+    label_cavity_ml: float = Field(description="Voxels of the cavity below the base plane, mL.")
+    label_total_ml: float = Field(description="All voxels of the cavity, mL.")
+    displacement_mean_mm: float = Field(description="Mean displacement of the nodes from the reference phase, mm.")
+    displacement_maximum_mm: float = Field(description="Greatest one, mm.")
+
+
+class SequenceManifest(Record):
+    """What ``run.json`` of a sequence holds."""
+
+    femprep: str = Field(__version__, description="Version of femprep.")
+    length_unit: Literal["mm"] = Field("mm", description="Unit of all lengths.")
+    coordinates: Literal["LPS"] = Field("LPS", description="World coordinates: left, posterior, superior.")
+    reference: int = Field(description="Number of the phase the displacements are from.")
+    template: dict[str, int | str] = Field(description="Element, columns, rows and layers all phases share.")
+    phases: list[PhaseRecord] = Field(description="Phases in order.")
+    ejection_fraction_percent: float = Field(
+        description="Greatest less least cavity of the meshes, per cent of the greatest."
+    )
+    label_ejection_fraction_percent: float = Field(description="The same of all voxels of the cavity.")
+    files: list[str] = Field(default_factory=list, description="Files of the output folder.")
+
+
 def library_versions() -> dict[str, str]:
     """Versions of the libraries that can change a result."""
     found = {}

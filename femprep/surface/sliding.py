@@ -86,7 +86,7 @@ def _shape(x: Any, row: Any, weights: Any, scale: float, upright: float, delta: 
         det = 0.5 * (det + np.sqrt(det * det + 4.0 * delta * delta))
     elif det <= 0.0:
         return INVERTED
-    return size * size * size / (27.0 * det * det)
+    return float(size * size * size / (27.0 * det * det))
 
 
 @compiled(part=True)

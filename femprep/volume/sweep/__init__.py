@@ -4,6 +4,6 @@ from __future__ import annotations
 
 from femprep.volume.sweep.boundary import boundary_wall
 from femprep.volume.sweep.build import sweep
-from femprep.volume.sweep.phases import displacements
+from femprep.volume.sweep.phases import displacements, template_of
 
-__all__ = ["boundary_wall", "displacements", "sweep"]
+__all__ = ["boundary_wall", "displacements", "sweep", "template_of"]

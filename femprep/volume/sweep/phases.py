@@ -10,6 +10,34 @@ from femprep.errors import InputError
 from femprep.model import VolumeMesh
 
 
+def template_of(mesh: VolumeMesh) -> dict[str, int | str]:
+    """What a swept mesh's connectivity follows from: options of the sweep that give the same to any other heart.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        From :func:`~femprep.volume.sweep.sweep`, or a file of it read back.
+
+    Returns
+    -------
+    dict
+        ``element``, ``template``, ``columns``, ``rows``, ``layers``, ``order``.
+
+    Raises
+    ------
+    InputError
+        The mesh was not swept.
+    """
+    info = mesh.info
+    if info.get("mesher") != "sweep":
+        raise InputError("the mesh given as a template was not swept; give a mesh.vtu made with --mesher sweep")
+    numbers = {name: int(info[name]) for name in ("columns", "rows", "layers")}
+    ((kind, _),) = mesh.cells.items()
+    order = 1 if kind in ("tetra", "wedge", "hexahedron") else 2
+    element = {"tetra10": "tetra", "wedge15": "wedge", "hexahedron20": "hexahedron"}.get(kind, kind)
+    return {"element": element, "template": str(info["template"]), **numbers, "order": order}
+
+
 def displacements(meshes: Sequence[VolumeMesh], reference: int = 0) -> list[VolumeMesh]:
     """Give each phase the displacement of its nodes from a reference phase.
 

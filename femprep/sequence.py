@@ -1,0 +1,208 @@
+"""Label maps of the phases of one heart in, swept meshes of one connectivity and their displacements out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from femprep.errors import InputError, OptionError
+from femprep.export.series import write_pvd, write_xdmf_series
+from femprep.image import Segmentation
+from femprep.options import Options, choose
+from femprep.output import write_run
+from femprep.pipeline import Run, mesh_segmentation
+from femprep.report.folder import whole_folder
+from femprep.report.manifest import PhaseRecord, SequenceManifest
+from femprep.report.volumes import cavity_volume, voxel_volume
+from femprep.volume.sweep import displacements, template_of
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class SequenceRun:
+    """Runs of the phases of one heart.
+
+    Attributes
+    ----------
+    runs : tuple of Run
+        In order; each mesh has ``point_data["displacement"]`` from the reference phase, mm.
+    times : tuple of float
+    reference : int
+        Number of that phase, from 0.
+    template : mapping of str to int or str
+        What their connectivity follows from, see :func:`~femprep.volume.sweep.template_of`.
+    """
+
+    runs: tuple[Run, ...]
+    times: tuple[float, ...]
+    reference: int
+    template: Mapping[str, int | str]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every phase passed the quality check."""
+        return all(run.quality.passed for run in self.runs)
+
+    @property
+    def ejection_fraction(self) -> float:
+        """Greatest less least cavity of the meshes below their base planes, per cent of the greatest."""
+        return _ejected([cavity_volume(run.mesh) for run in self.runs])
+
+    @property
+    def label_ejection_fraction(self) -> float:
+        """The same of all voxels of the cavity."""
+        return _ejected([run.objects["lv"].volume for run in self.runs])
+
+
+def mesh_sequence(
+    phases: Sequence[Segmentation],
+    options: Options | None = None,
+    *,
+    times: Sequence[float] | None = None,
+    reference: int = 0,
+    progress: Progress | None = None,
+    **changes: object,
+) -> SequenceRun:
+    """Sweep all phases of one heart with one connectivity.
+
+    The reference phase is meshed first; its columns, rows and layers, or those given in the options, are those of all.
+
+    Parameters
+    ----------
+    phases : sequence of Segmentation
+        Label maps with ``lv`` and ``myo``, in order of time.
+    options, **changes
+        As for :func:`femprep.mesh_segmentation`; the mesher is the sweep.
+    times : sequence of float, optional
+        One per phase, increasing; their numbers where not given.
+    reference : int
+        Number of the phase that displacements are from.
+    progress : callable, optional
+        Called with ``(stage, fraction)``; stages are those of a run with the number of the phase before them.
+
+    Returns
+    -------
+    SequenceRun
+
+    Raises
+    ------
+    InputError, OptionError
+        No phases, times that do not increase, another anatomy than the left ventricle; as for ``mesh_segmentation``.
+    StageError
+        A phase cannot be meshed.
+    """
+    options = choose(Options, options, changes)
+    count = len(phases)
+    if not 0 <= reference < count:
+        raise InputError(f"reference phase {reference} asked for, but there are {count} phases, counted from 0")
+    moments = tuple(float(t) for t in (range(count) if times is None else times))
+    if len(moments) != count or np.any(np.diff(moments) <= 0.0):
+        raise InputError(f"times of {count} phases have to be as many and increase, not {list(moments)}")
+    if options.anatomy != "lv":
+        raise OptionError(f"option 'anatomy' is {options.anatomy!r}; a sequence is swept, which meshes lv alone")
+    options = _with(options, volume={"mesher": "sweep"})
+
+    def run(number: int, chosen: Options) -> Run:
+        report = progress or (lambda stage, fraction: None)
+        return mesh_segmentation(
+            phases[number], chosen, progress=lambda stage, fraction: report(f"{number} {stage}", fraction)
+        )
+
+    first = run(reference, options)
+    template = template_of(first.mesh)
+    same = _with(options, sweep=dict(template))
+    runs = [first if number == reference else run(number, same) for number in range(count)]
+    moved = displacements([one.mesh for one in runs], reference)
+    return SequenceRun(
+        tuple(replace(one, mesh=mesh) for one, mesh in zip(runs, moved)), moments, reference, dict(template)
+    )
+
+
+def write_sequence(
+    sequence: SequenceRun,
+    out: str | Path,
+    *,
+    sources: Sequence[str | Path] | None = None,
+    progress: Progress | None = None,
+) -> SequenceManifest:
+    """Write the folder of a sequence, whole or not at all.
+
+    ``phases/<name>/`` is the folder of each phase's run; ``sequence.pvd`` and ``sequence.xdmf`` are the time series
+    with the displacement of each node from the reference phase; ``run.json`` tells each phase's quality and volumes.
+
+    Parameters
+    ----------
+    sequence : SequenceRun
+    out : path
+        Folder to make.
+    sources : sequence of path, optional
+        The image file of each phase; gives the phases their names.
+    progress : callable, optional
+        Called with ``(stage, fraction)``.
+
+    Raises
+    ------
+    FileError
+        As for :func:`femprep.write_run`.
+    """
+    paths = [Path(source) for source in sources] if sources is not None else [None] * len(sequence.runs)
+    names = _names(paths)
+    records = []
+    with whole_folder(Path(out)) as folder:
+        (folder / "phases").mkdir()
+        for name, path, run, time in zip(names, paths, sequence.runs, sequence.times, strict=True):
+            write_run(run, folder / "phases" / name, source=path, progress=progress)
+            moved = np.linalg.norm(run.mesh.point_data["displacement"], axis=1)
+            cavity = run.objects["lv"]
+            records.append(
+                PhaseRecord(
+                    name=name,
+                    source=path.name if path else None,
+                    time=time,
+                    passed=run.quality.passed,
+                    failures=list(run.quality.failures),
+                    cavity_ml=cavity_volume(run.mesh) / 1000.0,
+                    label_cavity_ml=voxel_volume(cavity, run.wall.planes.values()) / 1000.0,
+                    label_total_ml=cavity.volume / 1000.0,
+                    displacement_mean_mm=float(moved.mean()),
+                    displacement_maximum_mm=float(moved.max()),
+                )
+            )
+        write_pvd(folder / "sequence.pvd", [f"phases/{name}/mesh.vtu" for name in names], sequence.times)
+        write_xdmf_series([run.mesh for run in sequence.runs], folder, "sequence", sequence.times)
+        files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()} | {"run.json"}
+        manifest = SequenceManifest(
+            reference=sequence.reference,
+            template=dict(sequence.template),
+            phases=records,
+            ejection_fraction_percent=sequence.ejection_fraction,
+            label_ejection_fraction_percent=sequence.label_ejection_fraction,
+            files=sorted(files),
+        )
+        (folder / "run.json").write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
+    return manifest
+
+
+def _with(options: Options, **groups: dict[str, Any]) -> Options:
+    """The options with some of a group's changed, the others as given."""
+    changed = {
+        name: choose(type(getattr(options, name)), getattr(options, name), values) for name, values in groups.items()
+    }
+    return choose(Options, options, changed)
+
+
+def _ejected(volumes: Sequence[float]) -> float:
+    return 100.0 * (max(volumes) - min(volumes)) / max(volumes)
+
+
+def _names(paths: Sequence[Path | None]) -> list[str]:
+    """A folder name for each phase: its file's name without endings; numbered where that does not tell them apart."""
+    stems = [path.name.split(".")[0] if path else "" for path in paths]
+    if "" in stems or len(set(stems)) < len(stems):
+        return [f"{number:03d}" + (f"_{stem}" if stem else "") for number, stem in enumerate(stems)]
+    return stems

@@ -1,0 +1,254 @@
+"""The sweep mesher over ACDC: every map, every element, against its limits; ED and ES on one template; prints tables.
+
+    python tests/benchmarks/bench_sweep.py meshes                       all maps at 2.5 mm: tetra, wedge, hexahedron
+    python tests/benchmarks/bench_sweep.py meshes --orders 1 2 --repeat elements of order 2 as well; each mesh twice
+    python tests/benchmarks/bench_sweep.py sequences                    ED and ES of each patient on one template
+    python tests/benchmarks/bench_sweep.py speed                        200,000 elements from matched surfaces
+
+Needs FEMPREP_DATA, but for the last. A line per mesh goes to standard output as it is made, and to --csv. Limits: no
+inverted element (Jacobian positive at corners and quadrature points); tetrahedra: smallest dihedral angle 8 degrees,
+mean of the mean ratio 0.75; wedges and hexahedra: scaled Jacobian at least 0.15, mean 0.75.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import time
+import zlib
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from bench_acdc import cases
+
+#: Template of the sequences: one connectivity for all hearts.
+TEMPLATE = {"columns": 80, "rows": 16, "layers": 4}
+
+
+def prepared(path: str) -> dict[str, Any]:
+    """Surfaces, plane and direction of one map, as the pipeline makes them."""
+    import femprep as fp
+    from femprep.surface import fit_surface
+
+    seg = fp.orient(fp.read_segmentation(path, preset="acdc"))
+    cavity, heart = seg.object("lv", name="lv"), seg.object("lv", "myo", name="epi")
+    found = {
+        "endo": fit_surface(cavity),
+        "epi": fit_surface(heart, boundary=fp.extend_apex(seg, heart)),
+        "base": fp.find_base(seg),
+    }
+    if seg.frame is not None:
+        found["toward"] = tuple(seg.frame[:, 0].tolist())
+    return {"surfaces": found, "labels_mm3": cavity.volume}
+
+
+def judged(mesh: Any, matched: Any, order: int) -> dict[str, Any]:
+    """Figures of one mesh, and what of its limits it misses."""
+    from femprep.volume.measures import element_measures
+
+    ((kind, cells),) = mesh.cells.items()
+    found = element_measures(mesh.points, cells, kind)
+    row: dict[str, Any] = {
+        "cells": len(cells),
+        "layers": matched.layers,
+        "dihedral_min": float(found["minimum_dihedral"].min()),
+        "mean_ratio_mean": float(found["mean_ratio"].mean()),
+        "scaled_jacobian_min": float(found["scaled_jacobian"].min()),
+        "scaled_jacobian_mean": float(found["scaled_jacobian"].mean()),
+        "relative_jacobian_min": float(found["relative_jacobian"].min()),
+        "straightened": mesh.info.get("straightened", 0),
+        "pushed_mm": matched.info["pushed"]["maximum_mm"],
+        "thickness_min_mm": matched.info["thickness_mm"]["minimum"],
+    }
+    cup, layers = matched.cup, matched.layers
+    side = (2 if kind.startswith("tetra") else 1) * layers * len(cup.base)
+    ends = (2 if kind.startswith("tetra") and cup.cells.shape[1] == 4 else 1) * len(cup.cells)
+    base = mesh.facet_tag == mesh.facet_names["base"]
+    tags = {name: int(np.sum(mesh.facet_tag == tag)) for name, tag in mesh.facet_names.items()}
+    row["facets_exact"] = tags == {"endo": ends, "epi": ends, "base": side}
+    first, on_base = 0, []
+    for block in mesh.facets.values():
+        on_base.append(block[base[first : first + len(block)]].ravel())
+        first += len(block)
+    nodes = np.unique(np.concatenate(on_base))
+    row["base_error_mm"] = float(np.abs(mesh.planes["base"].signed_distance(mesh.points[nodes])).max())
+    missed = []
+    if row["relative_jacobian_min"] <= 0.0:
+        missed.append(f"{int(np.sum(found['relative_jacobian'] <= 0.0))} inverted")
+    if order == 1 and kind == "tetra":
+        if row["dihedral_min"] < 8.0:
+            missed.append(f"dihedral {row['dihedral_min']:.1f}")
+        if row["mean_ratio_mean"] < 0.75:
+            missed.append(f"mean ratio {row['mean_ratio_mean']:.2f}")
+    elif order == 1:
+        if row["scaled_jacobian_min"] < 0.15:
+            missed.append(f"scaled Jacobian {row['scaled_jacobian_min']:.2f}")
+        if row["scaled_jacobian_mean"] < 0.75:
+            missed.append(f"mean scaled Jacobian {row['scaled_jacobian_mean']:.2f}")
+    if not row["facets_exact"] or row["base_error_mm"] > 1e-9:
+        missed.append("facets or base")
+    row["outcome"] = ", ".join(missed) or "passed"
+    return row
+
+
+def one_map(job: tuple[str, str, float, tuple[str, ...], tuple[int, ...], bool]) -> list[dict[str, Any]]:
+    """All meshes of one map."""
+    import femprep as fp
+
+    name, path, edge, elements, orders, repeat = job
+    try:
+        start = time.process_time()
+        surfaces = prepared(path)["surfaces"]
+        fitted = time.process_time() - start
+    except fp.FemprepError as error:
+        return [{"case": name, "element": e, "order": 1, "outcome": f"no surfaces: {error}"} for e in elements]
+    rows = []
+    for element in elements:
+        row = {"case": name, "element": element, "order": 1, "fit_cpu_s": fitted}
+        try:
+            start = time.process_time()
+            matched = fp.match_surfaces(**_split(surfaces), element=element, edge_length=edge)
+            row["match_cpu_s"] = time.process_time() - start
+            for order in orders:
+                start = time.process_time()
+                mesh = fp.sweep(matched, element=element, order=order)
+                row = {**row, "order": order, "sweep_cpu_s": time.process_time() - start}
+                row |= judged(mesh, matched, order)
+                if repeat:
+                    again = fp.match_surfaces(**_split(surfaces), element=element, edge_length=edge)
+                    twin = fp.sweep(again, element=element, order=order)
+                    row["bytes_equal"] = twin.points.tobytes() == mesh.points.tobytes()
+                rows.append(row)
+        except fp.FemprepError as error:
+            rows.append({**row, "outcome": f"{'refused' if error.exit_status == 2 else 'failed'}: {error}"})
+    return rows
+
+
+def _split(surfaces: dict[str, Any]) -> dict[str, Any]:
+    return {key: surfaces[key] for key in ("endo", "epi", "base", "toward") if key in surfaces}
+
+
+def one_patient(job: tuple[str, dict[str, str]]) -> list[dict[str, Any]]:
+    """ED and ES of one patient on the template; correspondence and ejection fraction."""
+    import femprep as fp
+    from femprep.report.volumes import cavity_volume
+
+    patient, paths = job
+    row: dict[str, Any] = {"case": patient}
+    meshes, labels = {}, {}
+    try:
+        for phase, path in paths.items():
+            found = prepared(path)
+            labels[phase] = found["labels_mm3"]
+            matched = fp.match_surfaces(**_split(found["surfaces"]), **TEMPLATE)
+            meshes[phase] = fp.sweep(matched, **TEMPLATE)
+            figures = judged(meshes[phase], matched, 1)
+            row |= {f"{phase}_{key}": figures[key] for key in ("dihedral_min", "mean_ratio_mean", "outcome")}
+        moved = fp.displacements([meshes["ED"], meshes["ES"]])[1].point_data["displacement"]
+        cavity = {phase: cavity_volume(mesh) for phase, mesh in meshes.items()}
+        row["moved_mean_mm"] = float(np.linalg.norm(moved, axis=1).mean())
+        row["nodes"] = len(moved)
+        row["ef_mesh"] = 100.0 * (1.0 - cavity["ES"] / cavity["ED"])
+        row["ef_labels"] = 100.0 * (1.0 - labels["ES"] / labels["ED"])
+        row["ef_difference"] = row["ef_mesh"] - row["ef_labels"]
+        row["cells_digest"] = zlib.crc32(meshes["ED"].cells["tetra"].tobytes())
+        near = abs(row["ef_difference"]) <= 3.0
+        row["outcome"] = "passed" if near else f"ejection fraction off by {row['ef_difference']:+.1f} points"
+    except fp.FemprepError as error:
+        row["outcome"] = f"failed: {error}"
+    return [row]
+
+
+def bench_speed(repeats: int = 5) -> None:
+    """Sweep about 200,000 elements of each kind between matched ellipsoids."""
+    import femprep as fp
+    from femprep.model import Plane, Surface
+    from femprep.template import charge_template
+
+    template = charge_template(1500)
+    axes = {"lv": (23.0, 25.0, 45.0), "epi": (33.0, 35.0, 53.0)}
+    endo, epi = (Surface(template.directions * np.array(a), template.cells, name=n) for n, a in axes.items())
+    base = Plane(np.array([0.0, 0.0, 10.0]), np.array([0.0, 0.0, 1.0]))
+    print(f"{'element':12s}{'elements':>10s}{'sweep wall s':>14s}{'processor s':>13s}{'match processor s':>19s}")
+    for element, edge in (("tetra", 2.2), ("wedge", 1.45), ("hexahedron", 1.15)):
+        start = time.process_time()
+        matched = fp.match_surfaces(endo=endo, epi=epi, base=base, element=element, edge_length=edge)
+        matching = time.process_time() - start
+        fp.sweep(matched, element=element)
+        wall, cpu = [], []
+        for _ in range(repeats):
+            start, used = time.perf_counter(), time.process_time()
+            mesh = fp.sweep(matched, element=element)
+            wall.append(time.perf_counter() - start)
+            cpu.append(time.process_time() - used)
+        print(f"{element:12s}{mesh.n_cells:10d}{min(wall):14.3f}{min(cpu):13.3f}{matching:19.2f}", flush=True)
+
+
+def summary(rows: list[dict[str, Any]]) -> None:
+    """Passed of all by element and order, what failed and why, and least, mean and greatest of every figure."""
+    groups = dict.fromkeys((row.get("element", ""), row.get("order", "")) for row in rows)
+    for element, order in groups:
+        own = [row for row in rows if (row.get("element", ""), row.get("order", "")) == (element, order)]
+        passed = sum(row["outcome"] == "passed" for row in own)
+        print(f"\n{element} {order}: {passed} of {len(own)} passed")
+        for row in own:
+            if row["outcome"] != "passed":
+                print(f"    {row['case']}: {row['outcome']}")
+        print(f"{'':26s}{'min':>12s}{'mean':>12s}{'max':>12s}")
+        for key in dict.fromkeys(key for row in own for key in row):
+            values = [row[key] for row in own if isinstance(row.get(key), int | float) and key != "cells_digest"]
+            if values and key != "order":
+                print(f"{key:26s}{min(values):12.4g}{np.mean(values):12.4g}{max(values):12.4g}")
+    digests = Counter(row["cells_digest"] for row in rows if "cells_digest" in row)
+    if digests:
+        print(f"\ndistinct connectivities: {len(digests)} in {sum(digests.values())} hearts")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the chosen benchmark."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=("meshes", "sequences", "speed"))
+    parser.add_argument("--edge", type=float, default=2.5, help="edge length, mm")
+    parser.add_argument("--elements", nargs="+", default=["tetra", "wedge", "hexahedron"])
+    parser.add_argument("--orders", nargs="+", type=int, default=[1])
+    parser.add_argument("--repeat", action="store_true", help="make each mesh twice and compare their bytes")
+    parser.add_argument("--every", type=int, default=1, help="every how manieth map or patient")
+    parser.add_argument("--jobs", type=int, default=2, help="processes")
+    parser.add_argument("--csv", type=Path, help="file for a line per mesh")
+    given = parser.parse_args(arguments)
+    if given.what == "speed":
+        bench_speed()
+        return
+    data = Path(os.environ["FEMPREP_DATA"]) / "acdc"
+    rows = cases(data.parent)
+    if given.what == "meshes":
+        rest = (given.edge, tuple(given.elements), tuple(given.orders), given.repeat)
+        jobs: list[Any] = [(row["id"], str(data / row["file"]), *rest) for row in rows[:: given.every]]
+        work: Any = one_map
+    else:
+        patients: dict[str, dict[str, str]] = {}
+        for row in rows:
+            patients.setdefault(row["id"].split("_")[0], {})[row["phase"]] = str(data / row["file"])
+        jobs = [(name, paths) for name, paths in patients.items() if set(paths) == {"ED", "ES"}][:: given.every]
+        work = one_patient
+    results: list[dict[str, Any]] = []
+    with ProcessPoolExecutor(given.jobs) as pool:
+        for found in pool.map(work, jobs):
+            for row in found:
+                results.append(row)
+                line = (f"{k}={v:.4g}" if isinstance(v, float) else f"{k}={v}" for k, v in row.items())
+                print(" ".join(line), flush=True)
+    summary(results)
+    if given.csv:
+        with given.csv.open("w", newline="") as stream:
+            writer = csv.DictWriter(stream, list(dict.fromkeys(key for row in results for key in row)))
+            writer.writeheader()
+            writer.writerows(results)
+
+
+if __name__ == "__main__":
+    main()
