@@ -146,13 +146,12 @@ def row_numbers(rows: IntArray) -> IntArray:
     least = rows.min(initial=0)
     rows = rows - least if least < 0 else rows
     size = int(rows.max(initial=0)) + 1
-    if len(rows) > _MANY_ROWS and rows.shape[1] > 1:
-        first = rows[:, 0]
-        largest = int(first.max()) + 1
-        if largest <= len(rows) and int(np.bincount(first).max()) <= _LARGE_BUCKET:
+    if len(rows) > _MANY_ROWS and rows.shape[1] > 1 and size ** (rows.shape[1] - 1) <= 2**62:
+        first = np.ascontiguousarray(rows[:, 0])
+        if int(first.max()) < len(rows) and int(np.bincount(first).max()) <= _LARGE_BUCKET:
             from femprep.rows import bucketed
 
-            return bucketed(rows, largest)
+            return bucketed(rows, size)
     key, span = np.zeros(len(rows), dtype=np.int64), 1
     for column in rows.T:
         if span > 2**62 // size:

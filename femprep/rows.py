@@ -19,12 +19,12 @@ def bucketed(rows: IntArray, size: int) -> IntArray:
     Parameters
     ----------
     rows : (m, k) array
-        Numbers from 0.
+        Numbers from 0; k at least 2.
     size : int
-        One more than the largest number of the first column.
+        One more than the largest number. Its power k - 1 must be an integer of 64 bits.
     """
     number = np.empty(len(rows), dtype=np.int64)
-    _number(np.ascontiguousarray(rows), size, number)
+    _number(np.ascontiguousarray(rows), size, int(rows[:, 0].max(initial=-1)) + 1, number)
     return number
 
 
@@ -40,48 +40,44 @@ def sort_each(rows: IntArray) -> None:
             rows[i, k] = value
 
 
-@compiled(part=True)
-def _compare(rows: IntArray, a: int, b: int) -> int:
-    """Negative, zero or positive as row a comes before, equals or comes after row b; first numbers are equal."""
-    for k in range(1, rows.shape[1]):
-        if rows[a, k] != rows[b, k]:
-            return -1 if rows[a, k] < rows[b, k] else 1
-    return 0
-
-
 @compiled(parallel=True)
-def _number(rows: IntArray, size: int, number: IntArray) -> None:
-    start = np.zeros(size + 1, dtype=np.int64)
+def _number(rows: IntArray, size: int, buckets: int, number: IntArray) -> None:
+    start = np.zeros(buckets + 1, dtype=np.int64)
     for i in range(len(rows)):
         start[rows[i, 0] + 1] += 1
-    for v in range(size):
+    for v in range(buckets):
         start[v + 1] += start[v]
     place = start[:-1].copy()
-    order = np.empty(len(rows), dtype=np.int64)
+    # Row by row in the order of the buckets: which it is, and all its numbers but the first as one.
+    order, key = np.empty(len(rows), dtype=np.int64), np.empty(len(rows), dtype=np.int64)
     for i in range(len(rows)):
-        order[place[rows[i, 0]]] = i
-        place[rows[i, 0]] += 1
-    found = np.zeros(size + 1, dtype=np.int64)
-    for v in numba.prange(size):
+        packed = rows[i, 1]
+        for k in range(2, rows.shape[1]):
+            packed = packed * size + rows[i, k]
+        at = place[rows[i, 0]]
+        order[at], key[at] = i, packed
+        place[rows[i, 0]] = at + 1
+    found = np.zeros(buckets + 1, dtype=np.int64)
+    for v in numba.prange(buckets):
         first, last = start[v], start[v + 1]
         gap = 1
         while 3 * gap < last - first:
             gap = 3 * gap + 1
         while gap > 0:  # Shell's sort: in place, and good for buckets of a few rows as for larger ones
             for i in range(first + gap, last):
-                row, j = order[i], i
-                while j >= first + gap and _compare(rows, order[j - gap], row) > 0:
-                    order[j] = order[j - gap]
+                row, value, j = order[i], key[i], i
+                while j >= first + gap and key[j - gap] > value:
+                    order[j], key[j] = order[j - gap], key[j - gap]
                     j -= gap
-                order[j] = row
+                order[j], key[j] = row, value
             gap //= 3
         count = 0
         for i in range(first, last):
-            if i == first or _compare(rows, order[i - 1], order[i]) != 0:
+            if i == first or key[i - 1] != key[i]:
                 count += 1
             number[order[i]] = count - 1
         found[v + 1] = count
-    for v in range(size):
+    for v in range(buckets):
         found[v + 1] += found[v]
     for i in numba.prange(len(rows)):
         number[i] += found[rows[i, 0]]

@@ -73,11 +73,8 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     limits = choose(CheckOptions, options, changes).resolved()
     _check_input(mesh)
     measures = {name: element_measures(mesh.points, block, name) for name, block in mesh.cells.items() if len(block)}
-    overall = {
-        key: np.concatenate([values[key] for values in measures.values() if key in values])
-        for key in MEASURES
-        if any(key in values for values in measures.values())
-    }
+    found = {key: [values[key] for values in measures.values() if key in values] for key in MEASURES}
+    overall = {key: own[0] if len(own) == 1 else np.concatenate(own) for key, own in found.items() if own}
     # Two threads, which numpy lets work side by side.
     with ThreadPoolExecutor(1) as pool:
         topology = pool.submit(_topology, mesh, overall)
@@ -87,7 +84,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         through = through[through >= 0]
         by_type = {name: _summary(values) for name, values in measures.items()}
         lengths = statistics(length, "mm")
-        found, volume_ratio = topology.result()
+        sound, volume_ratio = topology.result()
     facet_tags, notes = _facet_records(mesh), []
     if mesh.n_facets == 0:
         notes.append("no facet tags: boundary conditions have nothing to name")
@@ -100,7 +97,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         "volume_ratio": volume_ratio,
         "edge_by_space_constant": float(length.mean()) / limits.space_constant,
     }
-    verdicts, failures = judge(measures, found, facet_tags, sizes, limits)
+    verdicts, failures = judge(measures, sound, facet_tags, sizes, limits)
     used = mesh.points[used_points(mesh)]
     low, high = used.min(axis=0).tolist(), used.max(axis=0).tolist()
     return QualityReport(
@@ -125,7 +122,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         time_step=float(sizes["time_step"] or 0.0),
         volume_ratio=sizes["volume_ratio"],
         worst=_worst(mesh, measures, limits.worst),
-        validity=found,
+        validity=sound,
         options=limits,
         limits=verdicts,
         failures=failures,
@@ -208,7 +205,8 @@ def _worst(mesh: VolumeMesh, measures: dict[str, dict[str, FloatArray]], count: 
     blocks, first = list(measures), np.cumsum([0, *(len(mesh.cells[name]) for name in measures)])
     out = []
     for measure in _LISTED:
-        values = np.concatenate([table[measure] for table in measures.values()])
+        tables = [table[measure] for table in measures.values()]
+        values = tables[0] if len(tables) == 1 else np.concatenate(tables)
         for element in _smallest(values, count).tolist():
             block = int(np.searchsorted(first, element, side="right")) - 1
             kind, row = blocks[block], element - int(first[block])

@@ -48,7 +48,7 @@ def rehearse() -> None:
     element_volumes(moved, _CELLS, "tetra")
     rows = _CELLS.copy()
     sort_each(rows)
-    bucketed(rows, 1)
+    bucketed(rows, 4)
     check(mesh)
 
 
