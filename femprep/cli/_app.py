@@ -20,7 +20,7 @@ COMMANDS: Final = {
     "bullseye": "Draw a field of a mesh as a bull's eye of the 17 AHA segments.",
     "compare": "Distances between two surfaces, in space and in the slices of an image.",
     "demo": "Mesh a phantom left ventricle, the whole way, in about a minute.",
-    "schema": "Write the JSON Schemas of the options, of run.json and of quality.json.",
+    "schema": "Write the JSON Schemas of the options, of run.json (of a run and of a sequence) and of quality.json.",
 }
 
 #: Commands for developers, which the list leaves out.
