@@ -13,7 +13,6 @@ from femprep.options import SweepOptions, choose
 from femprep.template.layers import graded, layer_depths
 from femprep.template.matched import MatchedSurfaces
 from femprep.template.split import checkerboard
-from femprep.volume.measures import element_volumes
 from femprep.volume.sweep.quadratic import quadratic
 from femprep.volume.sweep.split import (
     checkered,
@@ -23,6 +22,7 @@ from femprep.volume.sweep.split import (
     sides,
     wedge_tetrahedra,
 )
+from femprep.volume.sweep.upright import least_corner
 
 
 def sweep(
@@ -85,11 +85,11 @@ def sweep(
     points = points.reshape(-1, 3)
     name, cells, facets, tags = _connect(cup.cells, count, layers, cup.base, cup.apex, chosen.element)
     tell("volume", 0.5)
-    volumes = element_volumes(points, cells, name)
-    if volumes.min() <= 0.0:
-        worst = points[cells[int(np.argmin(volumes))]].mean(axis=0)
+    least = least_corner(points, cells, name)
+    if least.min() <= 0.0:
+        worst = points[cells[int(np.argmin(least))]].mean(axis=0)
         raise StageError(
-            f"{int(np.count_nonzero(volumes <= 0.0))} of {len(cells)} {name} elements are inverted, the worst near "
+            f"{int(np.count_nonzero(least <= 0.0))} of {len(cells)} {name} elements are inverted, the worst near "
             f"{np.round(worst, 1).tolist()} (mm LPS)"
         )
     number = np.arange((layers + 1) * count)

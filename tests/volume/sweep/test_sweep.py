@@ -15,6 +15,7 @@ from femprep.surface.matching import match_surfaces
 from femprep.template import charge_template
 from femprep.volume.measures import element_measures, element_volumes
 from femprep.volume.sweep import boundary_wall, displacements, sweep
+from femprep.volume.sweep.upright import least_corner
 
 BASE = Plane(np.array([0.0, 0.0, 10.0]), np.array([0.0, 0.0, 1.0]))
 APEX = Plane(np.array([0.0, 0.0, -25.0]), np.array([0.0, 0.0, -1.0]))
@@ -174,3 +175,15 @@ def test_phases_have_equal_connectivity_and_displacements_from_the_first():
 def test_elements_that_do_not_go_with_the_cup_are_refused(matched):
     with pytest.raises(OptionError, match="choose tetra or wedge"):
         sweep(matched["triangle", False], element="hexahedron")
+
+
+@pytest.mark.parametrize(("element", "template"), KINDS)
+def test_an_inverted_element_is_found_at_any_corner(matched, element, template):
+    mesh = sweep(matched[template, False], element=element)
+    name, cells = only(mesh.cells)
+    assert least_corner(mesh.points, cells, name).min() > 0.0
+    for corner in range(cells.shape[1]):
+        # A corner pushed through the element's middle and out on the other side turns its own frame over.
+        points = np.array(mesh.points)
+        points[cells[0, corner]] += 3.0 * (points[cells[0]].mean(axis=0) - points[cells[0, corner]])
+        assert least_corner(points, cells[:1], name)[0] < 0.0
