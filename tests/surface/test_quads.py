@@ -27,7 +27,7 @@ OBJECTS = {
 def test_every_object_is_meshed_with_quadrilaterals(name, method):
     phantom, structures = OBJECTS[name]
     obj = phantom.segmentation(SPACING).object(*structures)
-    surface = fp.fit_surface(obj, cells="quad", vertices=300, method=method)
+    surface = fp.fit_surface(obj, cells="quad", vertices=600, method=method)
     assert surface.cells.shape == (600, 4)
     assert len(surface.points) == 602
     quality = surface_quality(surface)
