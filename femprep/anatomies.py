@@ -11,7 +11,7 @@ from femprep.image import LabelObject, Segmentation
 from femprep.model import Plane, Surface
 from femprep.options import Options
 from femprep.surface import fit_surface
-from femprep.wall import Envelope, Part, extend_apex, find_apex, find_base, find_common_base, keep_apart
+from femprep.wall import Envelope, Part, extend_apex, find_apex, find_base, find_common_base, keep_apart, thin_wall
 
 Progress = Callable[[str, float], None]
 #: Opens a stage of the run: timed, its progress passed on.
@@ -19,12 +19,14 @@ Stages = Callable[[str], AbstractContextManager[Progress]]
 
 #: Singularities and control points of the surface fitted to an envelope: it only has to be near, for its vertices are
 #: then moved exactly onto it.
-_ENVELOPE_NUMBER: Final = 200
-#: Vertices of the common epicardium over those of one cavity: its surface is about twice as large.
-_EPI_SHARE: Final = 1.8
+_ENVELOPE_NUMBER: Final = {"biv": 200, "whole-heart": 400}
+#: Vertices of the common epicardium over those of one cavity, by how much larger its surface is.
+_EPI_SHARE: Final = {"biv": 1.8, "whole-heart": 2.5}
 #: Rounding of the joint of both ventricles by the wall thickness of the right one, and of what is added to reach the
 #: least thickness.
 _ROUNDING, _LEAST_ROUNDING = 2.0, 0.5
+#: Width over which the grooves between the chambers of the whole heart are rounded, mm.
+_GROOVE: Final = 4.0
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Parts:
     objects: Mapping[str, LabelObject]
     endo: Mapping[str, Surface]
     epi: Surface
-    base: Plane
+    base: Plane | None = None
     apex: Plane | None = None
     body: Surface | None = None
     repaired: list[dict[str, Any]] = field(default_factory=list)
@@ -90,7 +92,7 @@ def both_ventricles(seg: Segmentation, options: Options, stages: Stages) -> Part
     with stages("objects"):
         parts = {"lv": ("lv",), "rv": ("rv",), "lv_epi": ("lv", "myo")}
         if walled:
-            parts["heart"] = ("lv", "myo", "rv", "rv_wall")
+            parts["rv_epi"] = ("rv", "rv_wall")
         objects = {name: seg.object(*own, name=name, options=options.image) for name, own in parts.items()}
     with stages("planes"):
         base = find_common_base(seg, options=wall)
@@ -109,19 +111,57 @@ def both_ventricles(seg: Segmentation, options: Options, stages: Stages) -> Part
         least = _LEAST_ROUNDING * wall.minimum_thickness
         enclosed = [Part(fitted["lv_epi"], 0.0, 0.0)]
         if walled:
-            enclosed.append(Part(fitted["heart"], 0.0, _ROUNDING * wall.minimum_thickness))
+            enclosed.append(Part(fitted["rv_epi"], 0.0, _GROOVE))
         enclosed.append(Part(cavities["rv"], thickness, least if walled else _ROUNDING * thickness))
         enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
         epi = _enclose(enclosed, seg, options, report)
     return Parts(objects, cavities, epi, base, apex, fitted["lv_epi"], repaired)
 
 
+#: Chambers of the whole heart, those first whose surfaces are trusted most: what each body is made of.
+CHAMBERS: Final = {"lv": ("lv", "myo"), "rv": ("rv", "rv_wall"), "la": ("la", "la_wall"), "ra": ("ra", "ra_wall")}
+
+
+def whole_heart(seg: Segmentation, options: Options, stages: Stages) -> Parts:
+    """Endocardia of the four chambers and the epicardium around them, all closed.
+
+    The epicardium encloses the body of each chamber, cavity and wall, as the labels have it (a chamber without a
+    labelled wall: its cavity grown by ``rv_wall_thickness`` or ``atrial_wall_thickness``), and all cavities grown by
+    ``minimum_thickness``: walls that are thinner, or that the labels leave open, are thickened outwards. Between two
+    chambers the less trusted one gives way. Both are told in ``repaired``. Walls of vessels are left out.
+    """
+    wall = options.wall
+    given = {"rv": wall.rv_wall_thickness, "la": wall.atrial_wall_thickness, "ra": wall.atrial_wall_thickness}
+    with stages("objects"):
+        parts: dict[str, tuple[str, ...]] = {name: (name,) for name in CHAMBERS}
+        parts |= {f"{name}_epi": own for name, own in CHAMBERS.items() if own[1] in seg.structures or name == "lv"}
+        objects = {name: seg.object(*own, name=name, options=options.image) for name, own in parts.items()}
+    fitted = {}
+    for name, obj in objects.items():
+        with stages(f"surface {name}") as report:
+            fitted[name] = fit_surface(obj, options=options.surface, progress=report)
+    with stages("surface epi") as report:
+        cavities = {name: fitted[name] for name in CHAMBERS}
+        cavities, repaired = keep_apart(cavities, wall.minimum_thickness, wall.maximum_push)
+        bodies = [Part(fitted["lv_epi"], 0.0, 0.0)]
+        for name, thickness in given.items():
+            body = fitted.get(f"{name}_epi")
+            labelled = Part(body, 0.0, _GROOVE) if body is not None else Part(cavities[name], thickness, _GROOVE)
+            bodies.append(labelled)
+        repaired += [record for name in CHAMBERS if (record := thin_wall(bodies, name, cavities[name], wall))]
+        least = _LEAST_ROUNDING * wall.minimum_thickness
+        grown = [Part(surface, wall.minimum_thickness, least) for surface in cavities.values()]
+        epi = _enclose([*bodies, *grown], seg, options, report)
+    return Parts(objects, cavities, epi, body=fitted["lv_epi"], repaired=repaired)
+
+
 def _enclose(parts: list[Part], seg: Segmentation, options: Options, report: Progress) -> Surface:
     """Template surface of the body that encloses some surfaces."""
     envelope = Envelope(parts)
     obj = envelope.object(seg.grid, "epi")
-    number = {"singularities": _ENVELOPE_NUMBER, "control_points": _ENVELOPE_NUMBER}
-    vertices = min(int(_EPI_SHARE * options.surface.vertices), 20000)
+    share = _ENVELOPE_NUMBER[options.anatomy]
+    number = {"singularities": share, "control_points": share}
+    vertices = min(int(_EPI_SHARE[options.anatomy] * options.surface.vertices), 20000)
     rough = fit_surface(
         obj, boundary=envelope.boundary(obj), options=options.surface, progress=report, vertices=vertices, **number
     )
@@ -134,4 +174,5 @@ def _enclose(parts: list[Part], seg: Segmentation, options: Options, report: Pro
 ANATOMIES: Final[Mapping[str, Callable[[Segmentation, Options, Stages], Parts]]] = {
     "lv": left_ventricle,
     "biv": both_ventricles,
+    "whole-heart": whole_heart,
 }

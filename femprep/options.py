@@ -92,6 +92,18 @@ QUALITY: dict[str, MeshTargets] = {
 #: Structures of known data sets: label numbers by structure name.
 PRESETS: dict[str, dict[str, tuple[int, ...]]] = {
     "acdc": {"rv": (1,), "myo": (2,), "lv": (3,)},
+    "rodero": {
+        "lv": (1,),
+        "myo": (2,),
+        "rv": (3,),
+        "rv_wall": (4,),
+        "la": (5,),
+        "la_wall": (6,),
+        "ra": (7,),
+        "ra_wall": (8,),
+        "aorta_wall": (9,),
+        "pulmonary_artery_wall": (10,),
+    },
 }
 
 Policy = Literal["repair", "strict"]
@@ -187,6 +199,9 @@ class WallOptions(StageOptions):
     )
     rv_wall_thickness: float = Field(
         3.0, gt=0, description="Thickness of the right ventricle's free wall where the labels have none, mm."
+    )
+    atrial_wall_thickness: float = Field(
+        2.0, gt=0, description="Thickness of the walls of the atria where the labels have none, mm."
     )
 
 
@@ -459,10 +474,10 @@ class FibreOptions(StageOptions):
 class Options(StageOptions):
     """All options of one run."""
 
-    anatomy: Literal["lv", "biv"] = Field(
-        "lv", description="Which part of the heart is meshed: the left ventricle, or both ventricles (biv)."
+    anatomy: Literal["lv", "biv", "whole-heart"] = Field(
+        "lv", description="Which part of the heart is meshed: left ventricle, both ventricles, or all four chambers."
     )
-    preset: str | None = Field(None, description="Structures of a known data set: acdc.")
+    preset: str | None = Field(None, description="Structures of a known data set: acdc, rodero.")
     structures: dict[str, tuple[int, ...]] = Field(
         default_factory=dict, description="Label numbers by structure name (lv, myo, rv, ...)."
     )

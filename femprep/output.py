@@ -23,6 +23,7 @@ from femprep.report.picture import finish_picture, start_painter, start_picture
 from femprep.report.quality_page import quality_charts, quality_tables
 from femprep.report.slices import STROKES, slice_pictures
 from femprep.report.volumes import cavity_volume, voxel_volume
+from femprep.wall import cavity_surface
 
 Progress = Callable[[str, float], None]
 
@@ -121,6 +122,7 @@ def _write_vtk(run: Run, folder: Path) -> None:
     write_mesh(run.mesh, folder / "mesh.vtu")
     write_facets(run.mesh, folder / "facets.vtp")
     _write_surfaces(run.surfaces, folder)
+    _write_cavities(run, folder)
     write_wall(run.wall, folder / "wall.vtp")
 
 
@@ -128,6 +130,14 @@ def _write_surfaces(surfaces: Mapping[str, Any], folder: Path) -> None:
     (folder / "surfaces").mkdir()
     for name, surface in surfaces.items():
         write_surface(surface, folder / "surfaces" / f"{name}.vtp")
+
+
+def _write_cavities(run: Run, folder: Path) -> None:
+    """Each cavity's closed surface, of nodes of the mesh: endocardium and caps."""
+    (folder / "cavities").mkdir()
+    cavities = [name.removeprefix("endo_") for name in run.mesh.facet_names if name.startswith("endo")]
+    for name in ("lv" if name == "endo" else name for name in cavities):
+        write_surface(cavity_surface(run.mesh, name), folder / "cavities" / f"{name}.vtp")
 
 
 def _write_manifest(manifest: RunManifest, folder: Path) -> None:
@@ -210,11 +220,16 @@ def _volumes(run: Run) -> list[VolumeRecord]:
         tissue = run.quality.volume
         cavity = _beside("cavity", cavity_volume(run.mesh), voxels["lv"])
         return [cavity, _beside("wall", tissue, voxels["epi"] - voxels["lv"])]
-    regions = {name: record.volume for name, record in run.quality.regions.items()}
-    found = [_beside(f"{name} cavity", cavity_volume(run.mesh, f"endo_{name}"), voxels[name]) for name in ("lv", "rv")]
-    found.append(_beside("lv wall and septum", regions["lv"] + regions["septum"], voxels["lv_epi"] - voxels["lv"]))
-    right = voxels["heart"] - voxels["lv_epi"] - voxels["rv"] if "heart" in voxels else 0.0
-    return [*found, _beside("rv wall", regions["rv"], right)]
+    cavities = [name.removeprefix("endo_") for name in run.mesh.facet_names if name.startswith("endo_")]
+    found = [_beside(f"{name} cavity", cavity_volume(run.mesh, f"endo_{name}"), voxels[name]) for name in cavities]
+    walls = {name: record.volume for name, record in run.quality.regions.items()}
+    walls = {"lv wall and septum": walls.pop("lv") + walls.pop("septum"), **walls}
+    for name, tissue in walls.items():
+        chamber = name.split()[0]
+        body = voxels.get(f"{chamber}_epi")
+        title = name if " " in name else f"{name} wall"
+        found.append(_beside(title, tissue, 0.0 if body is None else body - voxels[chamber]))
+    return found
 
 
 def _slices(run: Run) -> list[str]:

@@ -16,7 +16,7 @@ from femprep.surface import fit_surface
 from femprep.surface.matching import match_surfaces
 from femprep.volume import QualityReport, check, tetrahedralize
 from femprep.volume.sweep import boundary_wall, sweep
-from femprep.volume.ventricles import label_ventricles
+from femprep.volume.ventricles import label_chambers, label_ventricles
 from femprep.wall import build_wall
 
 Progress = Callable[[str, float], None]
@@ -146,14 +146,15 @@ def _tetrahedra(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, V
         wall = replace(wall, info={**wall.info, "repaired": [*parts.repaired, *wall.info["repaired"]]})
     with stages("volume") as report:
         mesh = tetrahedralize(wall, options=options.volume, progress=report)
-    if options.anatomy == "biv":
+    if parts.body is not None:
         with stages("regions"):
-            mesh = label_ventricles(mesh, parts.body)
+            mesh = (label_ventricles if options.anatomy == "biv" else label_chambers)(mesh, parts.body)
     return wall, mesh
 
 
 def _swept(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
     """Match the surfaces and fill the wall between them by layers; its boundary is the wall."""
+    assert parts.base is not None  # anatomy lv, as the options make sure
     layers, frame = options.layers, parts.objects["lv"].frame
     if layers.toward is None and frame is not None:
         x, y, z = frame[:, 0].tolist()

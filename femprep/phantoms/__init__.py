@@ -6,6 +6,7 @@ from femprep.phantoms.bends import Bend
 from femprep.phantoms.hearts import (
     atrium,
     biventricular,
+    four_chambers,
     lv_ellipsoid,
     rv_bent,
     rv_crescent,
@@ -24,6 +25,7 @@ __all__ = [
     "Solid",
     "atrium",
     "biventricular",
+    "four_chambers",
     "lv_ellipsoid",
     "rv_bent",
     "rv_crescent",

@@ -113,6 +113,37 @@ def biventricular(
     return Phantom({"rv": _crescent(rv, epi, base), **left.regions}, "biventricular")
 
 
+def four_chambers(wall: float = 3.0, atrial_wall: float = 2.0) -> Phantom:
+    """A whole heart of four closed ellipsoidal chambers with their walls, the right ones on the +x side, atria on top.
+
+    Cavities do not overlap, so that each has its closed-form volume; bodies (cavity and wall) overlap a little, the
+    left ventricle's cuts into the others. Labels are those of preset ``rodero``.
+
+    Parameters
+    ----------
+    wall, atrial_wall : float
+        Thickness of the right ventricle's and of the atria's walls along the semi-axes, mm.
+
+    Returns
+    -------
+    Phantom
+        Regions ``ra_epi``, ``la_epi``, ``rv_epi``, ``epi`` (of the left ventricle), ``ra``, ``la``, ``rv``, ``lv``.
+    """
+    chambers = {
+        "ra": ((24.0, 24.0, 22.0), (56.0, 0.0, 65.0), atrial_wall, 7, 8),
+        "la": ((21.0, 22.0, 20.0), (0.0, 0.0, 70.5), atrial_wall, 5, 6),
+        "rv": ((20.0, 32.0, 40.0), (56.0, 0.0, 0.0), wall, 3, 4),
+        "lv": ((25.0, 25.0, 41.0), (0.0, 0.0, 0.0), 9.0, 1, 2),
+    }
+    bodies, cavities = {}, {}
+    for name, (axes, centre, thickness, cavity, tissue) in chambers.items():
+        grown = (axes[0] + thickness, axes[1] + thickness, axes[2] + thickness)
+        outside, muscle = ("epi", "myo") if name == "lv" else (f"{name}_epi", f"{name}_wall")
+        bodies[outside] = Region(EllipsoidBody(grown), tissue, muscle, centre)
+        cavities[name] = Region(EllipsoidBody(axes), cavity, name, centre)
+    return Phantom({**bodies, **cavities}, "four chambers")
+
+
 def atrium(radius: float = 20.0, appendage: float = 0.9, sharpness: float = 12.0) -> Phantom:
     """A sphere with a lobe, as an atrium with its appendage.
 

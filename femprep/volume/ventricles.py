@@ -1,4 +1,4 @@
-"""A mesh of both ventricles in, each element's region out: lv, rv or septum."""
+"""A mesh of several chambers in, each element's region out: lv, rv, septum, la, ra."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import numpy.typing as npt
 from femprep.elements import FACET_CORNERS, element_faces
 from femprep.errors import InputError
 from femprep.geometry.closest import ClosestFinder
-from femprep.model import FACET_TAGS, REGION_TAGS, Surface, VolumeMesh
+from femprep.geometry.facets import facet_triangles
+from femprep.model import REGION_TAGS, Surface, VolumeMesh
 from femprep.volume.measures import centroids
 
 FloatArray = npt.NDArray[np.float64]
@@ -58,7 +59,7 @@ def label_ventricles(mesh: VolumeMesh, body: Surface | None = None) -> VolumeMes
         Facets are missing.
     """
     centre = np.concatenate([centroids(mesh.points, block, name) for name, block in mesh.cells.items()])
-    left, right, outer = (distance_from(mesh, name, centre) for name in ("endo_lv", "endo_rv", "epi"))
+    left, right, outer = (_distance(mesh, name, centre) for name in ("endo_lv", "endo_rv", "epi"))
     if body is None:
         choice = np.argmax(np.stack([right, left, outer]), axis=0)
     else:
@@ -68,22 +69,43 @@ def label_ventricles(mesh: VolumeMesh, body: Surface | None = None) -> VolumeMes
     return replace(mesh, region=tidy_regions(mesh, region))
 
 
-def distance_from(mesh: VolumeMesh, name: str, points: FloatArray) -> FloatArray:
-    """Distance of points ``(q, 3)`` from the facets of one tag, mm.
+def label_chambers(mesh: VolumeMesh, body: Surface) -> VolumeMesh:
+    """Divide the wall of the whole heart into the regions ``lv``, ``rv``, ``septum``, ``la`` and ``ra``.
+
+    Within the left ventricle (``body``) an element is ``septum`` where the RV endocardium is nearer than the epicardium
+    and than the LA's and RA's endocardia, else ``lv``. Outside it, it belongs to the chamber, other than the left
+    ventricle, whose endocardium is nearest. Then regions are made smooth and whole as by :func:`label_ventricles`.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        With facets ``endo_lv``, ``endo_rv``, ``endo_la``, ``endo_ra`` and ``epi``.
+    body : Surface
+        Closed outer surface of the left ventricle, cavity and myocardium.
+
+    Returns
+    -------
+    VolumeMesh
+        The same mesh with its regions.
 
     Raises
     ------
     InputError
-        The mesh has no such facets.
+        Facets are missing.
     """
-    parts, first = [np.empty((0, 3), dtype=np.int64)], 0
-    for kind, block in mesh.facets.items():
-        own = block[mesh.facet_tag[first : first + len(block)] == FACET_TAGS[name]]
-        first += len(block)
-        parts.append(own[:, :3])
-        if FACET_CORNERS[kind] == 4:
-            parts.append(own[:, [0, 2, 3]])
-    triangles = np.concatenate(parts)
+    centre = np.concatenate([centroids(mesh.points, block, name) for name, block in mesh.cells.items()])
+    right, la, ra, outer = (_distance(mesh, name, centre) for name in ("endo_rv", "endo_la", "endo_ra", "epi"))
+    inside = ClosestFinder(body.points, body.triangles).signed(centre) < 0.0
+    septum = right < np.minimum(outer, np.minimum(la, ra))
+    outside = np.argmin(np.stack([right, la, ra]), axis=0) + 2
+    choice = np.where(inside, np.where(septum, 1, 0), outside)
+    region = np.array([REGION_TAGS[name] for name in ("lv", "septum", "rv", "la", "ra")], dtype=np.int32)[choice]
+    return replace(mesh, region=tidy_regions(mesh, region))
+
+
+def _distance(mesh: VolumeMesh, name: str, points: FloatArray) -> FloatArray:
+    """Distance of points ``(q, 3)`` from the facets of one tag, mm."""
+    triangles = facet_triangles(mesh, name)
     if not len(triangles):
         have = ", ".join(mesh.facet_names) or "none"
         raise InputError(f"the mesh has no facets tagged {name!r}, which its regions are told by; its facets: {have}")

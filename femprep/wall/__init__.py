@@ -2,14 +2,26 @@
 
 ``find_base``, ``find_common_base`` and ``find_apex`` put planes into a segmentation; ``extend_apex`` continues an
 epicardium beyond the last slice; ``keep_apart`` and ``Envelope`` make surfaces of several chambers fit each other;
-``build_wall`` clips the fitted surfaces, joins them and tags every facet.
+``build_wall`` clips the fitted surfaces, joins them and tags every facet; ``cavity_surface`` caps a mesh's cavity.
 """
 
 from femprep.wall.apart import keep_apart
 from femprep.wall.apex import extend_apex
 from femprep.wall.build import build_wall
+from femprep.wall.cavity import cavity_surface
 from femprep.wall.common_base import find_common_base
-from femprep.wall.envelope import Envelope, Part
+from femprep.wall.envelope import Envelope, Part, thin_wall
 from femprep.wall.landmarks import find_apex, find_base
 
-__all__ = ["Envelope", "Part", "build_wall", "extend_apex", "find_apex", "find_base", "find_common_base", "keep_apart"]
+__all__ = [
+    "Envelope",
+    "Part",
+    "build_wall",
+    "cavity_surface",
+    "extend_apex",
+    "find_apex",
+    "find_base",
+    "find_common_base",
+    "keep_apart",
+    "thin_wall",
+]

@@ -19,6 +19,7 @@ from femprep.wall.clip import clip, rim_loops
 from femprep.wall.improve import improve, settle
 from femprep.wall.mend import mend
 from femprep.wall.planar import fill_rings
+from femprep.wall.rim import refine_rims
 from femprep.wall.sheet import Sheet
 from femprep.wall.solid import join, plane_frame
 from femprep.wall.thickness import push_apart, require_nested, summary
@@ -30,7 +31,7 @@ def build_wall(
     *,
     epi: Surface,
     endo: Mapping[str, Surface],
-    base: Plane,
+    base: Plane | None,
     apex: Plane | None = None,
     options: WallOptions | None = None,
     progress: Callable[[str, float], None] | None = None,
@@ -45,9 +46,9 @@ def build_wall(
     endo : mapping of str to Surface
         Endocardium of each cavity by name, with as many vertices as the epicardium. The facets of a single one are
         tagged ``endo``, of several ``endo_<name>``.
-    base, apex : Plane
+    base, apex : Plane, optional
         Where the surfaces are cut; what lies on the side of the normal is cut away. Without an apex plane the wall is
-        closed at the apex.
+        closed at the apex; without both the surfaces stay closed, and the cavities are enclosed by the wall.
     options, **changes
         :class:`~femprep.options.WallOptions`.
     progress : callable, optional
@@ -80,7 +81,7 @@ def build_wall(
         raise OptionError("apex is 'clipped', but no apex plane was given; find one with find_apex")
     tags = _endo_tags(endo)
     _check_together(epi, endo)
-    planes = {"base": base} if apex is None else {"base": base, "apex": apex}
+    planes = {name: plane for name, plane in (("base", base), ("apex", apex)) if plane is not None}
     # From here on surfaces go by their part in the wall, whatever objects they were fitted to.
     outer = clip(replace(epi, name="epi"), planes)
     inner = {name: clip(replace(endo[name], name=name), own) for name, own in _planes_of(endo, planes).items()}
@@ -92,6 +93,9 @@ def build_wall(
         repaired += _thicken(outer, sheet, chosen)
     report("wall", 0.7)
     triangles, source = join(outer, inner)
+    # Only now: the boolean engine would take new vertices in the middle of straight edges out again.
+    if len(inner) > 1 and refine_rims([outer, *inner.values()]):
+        triangles, source = _facets(outer, list(inner.values()))
     sheets = [outer, *inner.values()]
     numbers = np.array([FACET_TAGS["epi"], *(FACET_TAGS[tag] for tag in tags.values())], dtype=np.int32)
     wall = _with_caps(sheets, triangles, numbers[source], planes)
@@ -109,7 +113,7 @@ def build_wall(
         },
     }
     wall = Wall(wall.points, wall.triangles, wall.facet_tag, wall.template, planes, info)
-    check_wall(wall)
+    check_wall(wall, shells=1 if planes else 1 + len(inner))
     report("wall", 1.0)
     return wall
 
@@ -130,7 +134,7 @@ def _endo_tags(endo: Mapping[str, Surface]) -> dict[str, str]:
 
 def _planes_of(endo: Mapping[str, Surface], planes: Mapping[str, Plane]) -> dict[str, dict[str, Plane]]:
     """The planes that cut each endocardium: of several, one that ends above the apex plane is closed there."""
-    if len(endo) == 1 or "apex" not in planes:
+    if len(endo) == 1 or len(planes) < 2:
         return {name: dict(planes) for name in endo}
     beyond = {name: planes["apex"].signed_distance(surface.points).max() > 0 for name, surface in endo.items()}
     return {name: dict(planes) if beyond[name] else {"base": planes["base"]} for name in endo}
@@ -182,6 +186,14 @@ def _thicken(epi: Sheet, endo: Sheet, options: WallOptions) -> list[dict[str, An
         step["farthest_push_mm"] += further["farthest_push_mm"]
     check_sheet(epi)
     return [step]
+
+
+def _facets(epi: Sheet, endos: list[Sheet]) -> tuple[IntArray, IntArray]:
+    """All facets of the sheets, wound out of the wall, numbered over the sheets; and the sheet each comes from."""
+    starts = np.cumsum([len(epi.points), *(len(sheet.points) for sheet in endos)])
+    inner = [sheet.triangles[:, ::-1] + start for sheet, start in zip(endos, starts)]
+    count = [len(epi.triangles), *map(len, inner)]
+    return np.concatenate([epi.triangles, *inner]), np.repeat(np.arange(len(count)), count)
 
 
 def _with_caps(sheets: list[Sheet], triangles: IntArray, tag: TagArray, planes: Mapping[str, Plane]) -> Wall:

@@ -73,14 +73,20 @@ def check_sheet(sheet: Sheet) -> None:
         )
 
 
-def check_wall(wall: Wall) -> None:
+def check_wall(wall: Wall, shells: int = 1) -> None:
     """Refuse a wall that is not the clean boundary of one solid.
+
+    Parameters
+    ----------
+    wall : Wall
+    shells : int
+        Closed surfaces it has: 1, and one more for each cavity it encloses.
 
     Raises
     ------
     StageError
-        It is not closed, not wound consistently, pinched, in several pieces, without volume, crosses itself, has a
-        triangle of Q below 0.2, or a vertex of a cap off its plane. The message says where and under which tag.
+        It is not closed, not wound consistently, pinched, in more or fewer pieces, without volume, crosses itself,
+        has a triangle of Q below 0.2, or a vertex of a cap off its plane. The message says where and under which tag.
     """
     points, triangles = wall.points, wall.triangles
 
@@ -99,8 +105,8 @@ def check_wall(wall: Wall) -> None:
     if len(pinched):
         refuse("touches itself in a vertex", int(np.flatnonzero((triangles == pinched[0]).any(axis=1))[0]))
     piece = pieces(triangles)
-    if piece.max() > 0:
-        refuse(f"is in {piece.max() + 1} pieces, one", int(np.argmax(piece == 1)))
+    if piece.max() + 1 != shells:
+        refuse(f"is in {piece.max() + 1} pieces instead of {shells}, one", int(np.argmax(piece == piece.max())))
     if wall.volume <= 0:
         refuse(f"has no volume ({wall.volume:.3f} mm3)", 0)
     quality = triangle_quality(points, triangles)

@@ -7,13 +7,15 @@ voxels, so that thick slices make no thick wall; the join only ever adds tissue,
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from femprep.errors import StageError
+from femprep.errors import InputError, StageError
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.topology import edge_table
 from femprep.geometry.triangles import vertex_normals
@@ -21,6 +23,10 @@ from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.grid import Grid
 from femprep.image.object import PADDING, LabelObject, make_object
 from femprep.model import FloatArray, Surface
+from femprep.options import WallOptions
+from femprep.wall.checks import place
+
+logger = logging.getLogger(__name__)
 
 #: Voxels of the grid the body is sampled on, along its longest side; their least size, mm.
 _ALONG, _FINEST = 56, 1.5
@@ -170,3 +176,36 @@ class Envelope:
         moved = np.linalg.norm(points - surface.points, axis=1)
         info = {**surface.info, "settled": {"mean_mm": float(moved.mean()), "farthest_mm": float(moved.max())}}
         return replace(surface, points=points, shape=None, info=info)
+
+
+def thin_wall(bodies: Sequence[Part], name: str, cavity: Surface, options: WallOptions) -> dict[str, Any] | None:
+    """Where the wall of a cavity is thinner than ``minimum_thickness`` within some bodies; None where nowhere.
+
+    Returns
+    -------
+    dict or None
+        JSON-ready: ``thickened`` (the cavity), the share of its vertices, the least thickness and where.
+
+    Raises
+    ------
+    InputError
+        With ``policy="strict"``, where it is.
+    """
+    depth = -Envelope(bodies).values(cavity.points)
+    thin = depth < options.minimum_thickness
+    if not thin.any():
+        return None
+    worst = int(depth.argmin())
+    if options.policy == "strict":
+        raise InputError(
+            f"the wall of {name!r} is {depth[worst]:.2f} mm thick near {place(cavity.points[worst])}, below "
+            f"minimum_thickness = {options.minimum_thickness:g} mm; mend the labels or use policy 'repair'"
+        )
+    logger.warning("the wall of %s is thickened at %.0f %% of its vertices", name, 100 * thin.mean())
+    return {
+        "thickened": name,
+        "share_of_vertices": float(thin.mean()),
+        "thickness_before_mm": float(depth[worst]),
+        "thickness_after_mm": options.minimum_thickness,
+        "worst_at_mm": [round(float(x), 3) for x in cavity.points[worst]],
+    }

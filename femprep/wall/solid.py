@@ -65,8 +65,10 @@ def join(epi: Sheet, endo: Mapping[str, Sheet]) -> tuple[IntArray, IntArray]:
     import manifold3d
 
     sheets = [epi, *endo.values()]
-    frame_plane = next(iter(epi.planes.values()))
-    rotation, origin = plane_frame(frame_plane), frame_plane.point
+    frame_plane = next(iter(epi.planes.values()), None)
+    rotation, origin = np.eye(3), epi.points.mean(axis=0)
+    if frame_plane is not None:
+        rotation, origin = plane_frame(frame_plane), frame_plane.point
     size = float(np.ptp(epi.points, axis=0).max())
     first_id = manifold3d.Manifold.reserve_ids(len(sheets))
     solids = []

@@ -1,0 +1,171 @@
+"""Both ventricles and the whole heart through femprep: tags, regions against the labels, element quality; tables.
+
+    python tests/benchmarks/bench_anatomies.py biv             40 ACDC maps: 4 of each group at ED and at ES
+    python tests/benchmarks/bench_anatomies.py whole-heart     Rodero 01 at 1 mm and as a stack of 1.4 x 1.4 x 8 mm
+
+Needs FEMPREP_DATA. A line per case in CSV goes to --csv as it is done; the summary to standard output.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from itertools import chain, zip_longest
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from bench_acdc import cases, summary
+
+#: Facet tags a mesh of each anatomy must have, and its regions.
+TAGS = {
+    "biv": ({"endo_lv", "endo_rv", "epi", "base"}, {"lv", "rv", "septum"}),
+    "whole-heart": ({"endo_lv", "endo_rv", "endo_la", "endo_ra", "epi"}, {"lv", "rv", "septum", "la", "ra"}),
+}
+RODERO = {
+    "rodero01 1 mm": "rodero01/rodero01_4ch_1.0mm_label.nii.gz",
+    "rodero01 stack": "rodero01/rodero01_sax_4ch_1.4x1.4x8_label.nii.gz",
+}
+
+
+def choose(rows: list[dict[str, str]], count: int) -> list[dict[str, str]]:
+    """Maps of every group at ED and ES in equal numbers, evenly spread over the patients; groups in turn."""
+    kinds = sorted({(row["group"], row["phase"]) for row in rows})
+    each = -(-count // len(kinds))
+    pools = []
+    for kind in kinds:
+        pool = [row for row in rows if (row["group"], row["phase"]) == kind]
+        pools.append([pool[i * len(pool) // each] for i in range(min(each, len(pool)))])
+    return [row for row in chain.from_iterable(zip_longest(*pools)) if row is not None][:count]
+
+
+def measure(run: Any, anatomy: str) -> dict[str, Any]:
+    """Figures of any finished run."""
+    from femprep.volume.measures import element_volumes
+
+    measures, mesh = run.quality.measures, run.mesh
+    tags, regions = TAGS[anatomy]
+    return {
+        "cells": mesh.n_cells,
+        "missing_tags": " ".join(sorted(tags - set(mesh.facet_names))) or 0,
+        "missing_regions": " ".join(sorted(regions - set(mesh.region_names))) or 0,
+        "inverted": int((element_volumes(mesh.points, mesh.cells["tetra"], "tetra") <= 0).sum()),
+        "dihedral_min": measures["minimum_dihedral"].min,
+        "dihedral_median": measures["minimum_dihedral"].median,
+        "mean_ratio_mean": measures["mean_ratio"].mean,
+        "radius_ratio_min": measures["radius_ratio"].min,
+        "radius_ratio_median": measures["radius_ratio"].median,
+        "thickness_min_mm": run.wall.info["thickness"]["minimum_mm"],
+        "checks": "passed" if run.quality.passed else "; ".join(run.quality.failures),
+    }
+
+
+def one_biv(name: str, path: str, changes: dict[str, Any]) -> dict[str, Any]:
+    """Mesh both ventricles of one map; measure them."""
+    import femprep as fp
+    from femprep.report.volumes import cavity_volume, voxel_volume
+    from femprep.volume.measures import centroids, element_volumes
+
+    row: dict[str, Any] = {"case": name}
+    try:
+        start = time.process_time()
+        seg = fp.read_segmentation(path, preset="acdc")
+        run = fp.mesh_segmentation(seg, anatomy="biv", preset="acdc", **changes)
+        row["processor_seconds"] = time.process_time() - start
+        row.update(measure(run, "biv"))
+        base = run.mesh.planes["base"]
+        row["base_source"] = base.source
+        for side in ("lv", "rv"):
+            voxels = voxel_volume(run.objects[side], [base])
+            row[f"{side}_cavity_percent"] = 100.0 * (cavity_volume(run.mesh, f"endo_{side}") / voxels - 1.0)
+        # Between the closed rings at either end, where the labels tell the wall and nothing is extrapolated.
+        planes = [base, fp.find_apex(seg)]
+        cells = run.mesh.cells["tetra"]
+        centre, volume = centroids(run.mesh.points, cells, "tetra"), element_volumes(run.mesh.points, cells, "tetra")
+        between = np.all([plane.signed_distance(centre) < 0 for plane in planes], axis=0)
+        names = run.mesh.region_names
+        left = between & np.isin(run.mesh.region, [names["lv"], names["septum"]])
+        muscle = voxel_volume(run.objects["lv_epi"], planes) - voxel_volume(run.objects["lv"], planes)
+        row["lv_and_septum_percent"] = 100.0 * (float(volume[left].sum()) / muscle - 1.0)
+        for region, tag in names.items():
+            row[f"{region}_ml"] = float(volume[run.mesh.region == tag].sum()) / 1000.0
+        row["outcome"] = "done" if row["checks"] == "passed" else "done, check failed: " + row["checks"]
+    except fp.FemprepError as error:
+        row["outcome"] = f"refused: {error}" if error.exit_status == 2 else f"failed: {error}"
+    return row
+
+
+def one_heart(name: str, path: str, out: Path | None, changes: dict[str, Any]) -> dict[str, Any]:
+    """Mesh the whole heart of one map; measure it."""
+    import femprep as fp
+    from femprep.report.volumes import cavity_volume
+
+    row: dict[str, Any] = {"case": name}
+    try:
+        start = time.process_time()
+        seg = fp.read_segmentation(path, preset="rodero")
+        run = fp.mesh_segmentation(seg, anatomy="whole-heart", preset="rodero", **changes)
+        row["processor_seconds"] = time.process_time() - start
+        row.update(measure(run, "whole-heart"))
+        if out is not None:
+            fp.write_run(run, out / name.replace(" ", "_"), source=path)
+        for record in run.wall.info["repaired"]:
+            if "thickened" in record:
+                row[f"{record['thickened']}_thickened_share"] = record["share_of_vertices"]
+        for side in ("lv", "rv", "la", "ra"):
+            voxels = seg.object(side).volume
+            row[f"{side}_cavity_percent"] = 100.0 * (cavity_volume(run.mesh, f"endo_{side}") / voxels - 1.0)
+        row["outcome"] = "done" if row["checks"] == "passed" else "done, check failed: " + row["checks"]
+    except fp.FemprepError as error:
+        row["outcome"] = f"refused: {error}" if error.exit_status == 2 else f"failed: {error}"
+    return row
+
+
+def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
+    """Run the chosen benchmark."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=("biv", "whole-heart"))
+    parser.add_argument("--count", type=int, default=40, help="ACDC maps to run")
+    parser.add_argument("--edge", type=float, default=3.0, help="edge length of the meshes, mm")
+    parser.add_argument("--quality", choices=("fast", "good", "best"), default="good", help="asked of fTetWild")
+    parser.add_argument("--vertices", type=int, default=1500, help="of each cavity's surface")
+    parser.add_argument("--minimum-thickness", type=float, default=1.0, help="of the wall, mm")
+    parser.add_argument("--out", type=Path, help="folder for the whole hearts' meshes")
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--csv", type=Path, help="file for a line per case")
+    given = parser.parse_args(arguments)
+    data = Path(os.environ["FEMPREP_DATA"])
+    changes = {
+        "volume": {"edge_length": given.edge, "quality": given.quality},
+        "surface": {"vertices": given.vertices},
+        "wall": {"minimum_thickness": given.minimum_thickness},
+    }
+    if given.what == "biv":
+        chosen = choose(cases(data), given.count)
+        jobs: list[Any] = [(one_biv, row["id"], str(data / "acdc" / row["file"]), changes) for row in chosen]
+    else:
+        jobs = [(one_heart, name, str(data / path), given.out, changes) for name, path in RODERO.items()]
+    results: list[dict[str, Any]] = []
+    with ProcessPoolExecutor(given.jobs) as pool:
+        for future in as_completed([pool.submit(*job) for job in jobs]):
+            results.append(future.result())
+            print(
+                " ".join(f"{k}={v:.4g}" if isinstance(v, float) else f"{k}={v}" for k, v in results[-1].items()),
+                flush=True,
+            )
+            if given.csv:
+                names = list(dict.fromkeys(key for row in results for key in row))
+                with given.csv.open("w", newline="") as stream:
+                    writer = csv.DictWriter(stream, names)
+                    writer.writeheader()
+                    writer.writerows(results)
+    print()
+    summary(sorted(results, key=len, reverse=True))
+    return results
+
+
+if __name__ == "__main__":
+    main()

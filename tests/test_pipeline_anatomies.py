@@ -1,0 +1,119 @@
+"""Both ventricles and the whole heart, the whole way: phantoms with closed-form volumes, and real hearts (slow)."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import femprep as fp
+from femprep.cli import main
+from femprep.errors import OptionError
+from femprep.geometry.closest import ClosestFinder
+from femprep.geometry.facets import facet_triangles
+from femprep.phantoms import biventricular, four_chambers
+from femprep.report.volumes import cavity_volume
+from femprep.volume.measures import element_volumes
+
+COARSE = {"surface": {"vertices": 900}, "volume": {"edge_length": 5.0, "quality": "fast"}}
+
+
+def regions(mesh: fp.VolumeMesh) -> dict[str, float]:
+    """Volume of each region, mm3."""
+    volume = element_volumes(mesh.points, mesh.cells["tetra"], "tetra")
+    assert volume.min() > 0.0
+    return {name: float(volume[mesh.region == tag].sum()) for name, tag in mesh.region_names.items()}
+
+
+@pytest.fixture(scope="module")
+def ventricles():
+    phantom = biventricular()
+    seg = phantom.segmentation(spacing=(1.4, 1.4, 8.0))
+    return phantom, fp.mesh_segmentation(seg, anatomy="biv", **COARSE)
+
+
+def test_ventricles_have_every_tag_and_region(ventricles):
+    _, run = ventricles
+    assert set(run.mesh.facet_names) == {"endo_lv", "endo_rv", "epi", "base"}
+    assert set(run.mesh.region_names) == {"lv", "rv", "septum"}
+    assert run.quality.passed, run.quality.failures
+    assert set(run.surfaces) == {"lv", "rv", "epi", "lv_epi"}
+
+
+def test_volumes_of_ventricles_are_those_of_the_phantom(ventricles):
+    phantom, run = ventricles
+    height = float(phantom.height(run.wall.planes["base"].point[None])[0])
+    for name in ("lv", "rv"):
+        assert cavity_volume(run.mesh, f"endo_{name}") == pytest.approx(phantom.volume(name, high=height), rel=0.04)
+    found = regions(run.mesh)
+    left = phantom.volume("epi", high=height) - phantom.volume("lv", high=height)
+    assert found["lv"] + found["septum"] == pytest.approx(left, rel=0.06)
+    assert 0.15 < found["septum"] / left < 0.5
+
+
+def test_the_free_wall_is_as_thick_as_asked(ventricles):
+    _, run = ventricles
+    triangles = facet_triangles(run.mesh, "endo_rv")
+    epi = np.unique(facet_triangles(run.mesh, "epi"))
+    away = ClosestFinder(run.mesh.points, triangles)(run.mesh.points[epi]).distance
+    assert run.wall.info["thickness"]["minimum_mm"] > 1.0
+    assert away.min() > 1.5
+    assert np.percentile(away[away < 6.0], 50) == pytest.approx(3.0, abs=0.3)
+
+
+def test_base_points_of_ventricles_lie_in_one_plane(ventricles):
+    _, run = ventricles
+    base = np.unique(facet_triangles(run.mesh, "base"))
+    assert np.abs(run.mesh.planes["base"].signed_distance(run.mesh.points[base])).max() <= 1e-9
+
+
+def test_ventricles_by_the_command_line_with_fibres(tmp_path):
+    image = tmp_path / "heart.nii.gz"
+    fp.write_segmentation(biventricular().segmentation(spacing=(1.4, 1.4, 8.0), apex="uncapped"), image)
+    out = tmp_path / "out"
+    arguments = ["mesh", str(image), "-o", str(out), "--preset", "acdc", "--anatomy", "biv", "--edge-length", "5"]
+    more = ["--vertices", "500", "--rv-wall-thickness", "4", "--quality", "fast", "--fibres", "--apex", "clipped"]
+    assert main([*arguments, *more, "--quiet"]) == 0
+    record = json.loads((out / "run.json").read_text())
+    assert [item["name"] for item in record["volumes"]] == ["lv cavity", "rv cavity", "lv wall and septum", "rv wall"]
+    mesh = fp.read_mesh(out / "mesh.vtu")
+    assert set(mesh.facet_names) == {"endo_lv", "endo_rv", "epi", "base", "apex"}
+    np.testing.assert_allclose(np.linalg.norm(mesh.cell_data["fiber"], axis=1), 1.0, atol=1e-6)
+
+
+def test_the_sweep_refuses_several_cavities():
+    with pytest.raises(OptionError, match="mesher 'sweep' fills the wall between two surfaces"):
+        fp.mesh_segmentation(biventricular().segmentation(), anatomy="biv", volume={"mesher": "sweep"})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("spacing", [(2.0, 2.0, 2.0), (1.4, 1.4, 8.0)], ids=["2 mm", "stack"])
+def test_a_whole_heart_has_its_chambers(spacing):
+    phantom = four_chambers()
+    seg = phantom.segmentation(spacing=spacing)
+    wall = {"minimum_thickness": 1.5}
+    run = fp.mesh_segmentation(seg, anatomy="whole-heart", wall=wall, **COARSE)
+    assert set(run.mesh.facet_names) == {"endo_lv", "endo_rv", "endo_la", "endo_ra", "epi"}
+    found = regions(run.mesh)
+    assert set(found) == {"lv", "rv", "septum", "la", "ra"}
+    assert run.quality.passed, run.quality.failures
+    for name in ("lv", "rv", "la", "ra"):
+        assert cavity_volume(run.mesh, f"endo_{name}") == pytest.approx(phantom.volume(name), rel=0.05)
+    assert found["lv"] + found["septum"] == pytest.approx(phantom.volume("epi") - phantom.volume("lv"), rel=0.08)
+    assert run.wall.info["thickness"]["minimum_mm"] > 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["patient041_frame01", "patient021_frame13"])
+def test_ventricles_of_real_hearts(name):
+    if "FEMPREP_DATA" not in os.environ:
+        pytest.skip("FEMPREP_DATA is unset: no real segmentations")
+    path = Path(os.environ["FEMPREP_DATA"]) / "acdc" / "training" / name.split("_")[0] / f"{name}_gt.nii.gz"
+    seg = fp.read_segmentation(path, preset="acdc")
+    run = fp.mesh_segmentation(seg, anatomy="biv", preset="acdc", **COARSE)
+    assert set(run.mesh.facet_names) == {"endo_lv", "endo_rv", "epi", "base"}
+    assert set(regions(run.mesh)) == {"lv", "rv", "septum"}
+    assert run.quality.measures["minimum_dihedral"].min >= 10.0

@@ -1,0 +1,54 @@
+"""The base of both ventricles: the LV's, or nearer the apex where the RV ends early or falls into pieces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from femprep.errors import InputError
+from femprep.phantoms import biventricular
+from femprep.wall import find_base, find_common_base
+
+
+@pytest.fixture(scope="module")
+def heart():
+    return biventricular().segmentation(spacing=(1.4, 1.4, 8.0))
+
+
+def without_rv(seg, slices: int, part: slice = slice(None)):
+    """The label map with the RV taken out of its most basal (last) slices, or out of some of their rows."""
+    labels = np.array(seg.labels)
+    last = int(np.flatnonzero((labels == 1).any(axis=(0, 1)))[-1])
+    for k in range(last, last - slices, -1):
+        plane = labels[:, part, k]
+        plane[plane == 1] = 0
+    return replace(seg, labels=labels)
+
+
+def test_it_is_the_base_of_the_left_ventricle_where_both_reach_it(heart):
+    common, left = find_common_base(heart), find_base(heart)
+    np.testing.assert_array_equal(common.point, left.point)
+    assert common.source == left.source
+
+
+@pytest.mark.parametrize("slices", [1, 2])
+def test_it_moves_to_where_the_right_ventricle_begins(heart, slices):
+    short = without_rv(heart, slices)
+    common, left = find_common_base(short), find_base(short)
+    assert left.signed_distance(common.point) == pytest.approx(-8.0 * slices)
+    assert f"{slices} slice(s) below the left ventricle's base" in common.source
+
+
+def test_a_slice_in_which_the_right_ventricle_is_in_two_pieces_is_passed_over(heart):
+    labels = np.asarray(heart.labels)
+    rows = np.flatnonzero((labels == 1).any(axis=(0, 2)))
+    middle = int(rows.mean())
+    common = find_common_base(without_rv(heart, 1, slice(middle - 4, middle + 4)))
+    assert find_base(heart).signed_distance(common.point) == pytest.approx(-8.0)
+
+
+def test_a_right_ventricle_that_is_nowhere_near_the_base_is_refused(heart):
+    with pytest.raises(InputError, match="opens the cavity of the right ventricle as well"):
+        find_common_base(without_rv(heart, 8), basal_end="last")
