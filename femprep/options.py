@@ -140,8 +140,8 @@ class SurfaceOptions(StageOptions):
     vertices: int = Field(1500, ge=12, le=20000, description="Number of vertices V of the template sphere.")
     cells: Literal["triangle", "quad"] = Field(
         "triangle",
-        description="Cells of the surface: triangles, or quadrilaterals of a cubed sphere, which has 6 n^2 + 2 vertices "
-        "for a whole number n, the nearest number to the one asked for. A wall is made of triangles.",
+        description="Cells of the surface: triangles, or quadrilaterals of a cubed sphere, which has 6 n^2 + 2 "
+        "vertices for a whole number n, the nearest number to the one asked for. A wall is made of triangles.",
     )
     connectivity: Literal["template", "auto", "free"] = Field(
         "auto",
@@ -173,7 +173,8 @@ class SurfaceOptions(StageOptions):
         None,
         ge=4,
         le=1000,
-        description="Runge-Kutta steps from sphere to surface; as many as an error of 0.002 mm asks for where not given.",
+        description="Runge-Kutta steps from sphere to surface; as many as an error of 0.002 mm asks for where not "
+        "given.",
     )
     memory_limit: float = Field(4.0, gt=0, description="Largest memory a solve may need, GB.")
 
