@@ -18,7 +18,7 @@ from femprep.phantoms import biventricular, four_chambers
 from femprep.report.volumes import cavity_volume
 from femprep.volume.measures import element_volumes
 
-COARSE = {"surface": {"vertices": 900}, "volume": {"edge_length": 5.0, "quality": "fast"}}
+COARSE = {"surface": {"vertices": 900}, "volume": {"edge_length": 4.0}}
 
 
 def regions(mesh: fp.VolumeMesh) -> dict[str, float]:
@@ -59,8 +59,10 @@ def test_the_free_wall_is_as_thick_as_asked(ventricles):
     triangles = facet_triangles(run.mesh, "endo_rv")
     epi = np.unique(facet_triangles(run.mesh, "epi"))
     away = ClosestFinder(run.mesh.points, triangles)(run.mesh.points[epi]).distance
-    assert run.wall.info["thickness"]["minimum_mm"] > 1.0
-    assert away.min() > 1.5
+    # At its sharp edges chords of both surfaces come nearer; never below minimum_thickness.
+    least = run.options.wall.minimum_thickness
+    assert run.wall.info["thickness"]["minimum_mm"] >= least
+    assert away.min() >= least
     assert np.percentile(away[away < 6.0], 50) == pytest.approx(3.0, abs=0.3)
 
 
@@ -74,8 +76,8 @@ def test_ventricles_by_the_command_line_with_fibres(tmp_path):
     image = tmp_path / "heart.nii.gz"
     fp.write_segmentation(biventricular().segmentation(spacing=(1.4, 1.4, 8.0), apex="uncapped"), image)
     out = tmp_path / "out"
-    arguments = ["mesh", str(image), "-o", str(out), "--preset", "acdc", "--anatomy", "biv", "--edge-length", "5"]
-    more = ["--vertices", "500", "--rv-wall-thickness", "4", "--quality", "fast", "--fibres", "--apex", "clipped"]
+    arguments = ["mesh", str(image), "-o", str(out), "--preset", "acdc", "--anatomy", "biv", "--edge-length", "4"]
+    more = ["--vertices", "900", "--rv-wall-thickness", "4", "--fibres", "--apex", "clipped"]
     assert main([*arguments, *more, "--quiet"]) == 0
     record = json.loads((out / "run.json").read_text())
     assert [item["name"] for item in record["volumes"]] == ["lv cavity", "rv cavity", "lv wall and septum", "rv wall"]
