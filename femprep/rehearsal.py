@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import logging
 import subprocess
-import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Self
 
 from femprep.report.picture import end_painter, start_painter
 
 Progress = Callable[[str, float], None]
-
-_log = logging.getLogger(__name__)
 
 #: The stage that leaves this process idle.
 _IDLE_STAGE = "volume"
@@ -51,29 +47,35 @@ class Rehearsal:
         """Pass progress on; the first time for the mesher, begin to load."""
         if stage == _IDLE_STAGE and self.painter is None:
             self.painter = start_painter()
-            threading.Thread(target=_load, args=(self._formats,), name="femprep-rehearsal", daemon=True).start()
+            from femprep.volume.rehearsal import begin  # loaded by now
+
+            begin(_load(self._formats))
         if self._progress is not None:
             self._progress(stage, fraction)
 
 
-def _load(formats: tuple[str, ...]) -> None:
-    """Make what becomes a file of one tetrahedron, without writing it; what fails here will be told when it matters."""
-    try:
-        import h5py  # noqa: F401
-        from vtkmodules import vtkIOXML  # noqa: F401
+def _load(formats: tuple[str, ...]) -> Iterator[None]:
+    """Load the libraries step by step and make what becomes a file of one tetrahedron, without writing it."""
+    import h5py  # noqa: F401
 
-        import femprep.output  # noqa: F401
-        from femprep.export.polydata import facets_polydata
-        from femprep.export.table import FORMATS
-        from femprep.export.text import wrapped
-        from femprep.export.vtu import unstructured_grid
-        from femprep.volume.rehearsal import tiny_mesh
+    yield
+    from vtkmodules import vtkIOXML  # noqa: F401
 
-        mesh = tiny_mesh()
-        unstructured_grid(mesh)
-        facets_polydata(mesh)
-        wrapped([1], 1)
-        for name in formats:
-            _ = FORMATS[name].writer
-    except Exception:
-        _log.debug("nothing could be loaded ahead", exc_info=True)
+    yield
+    import femprep.output  # noqa: F401
+
+    yield
+    from femprep.export.polydata import facets_polydata
+    from femprep.export.table import FORMATS
+    from femprep.export.text import wrapped
+    from femprep.export.vtu import unstructured_grid
+    from femprep.volume.rehearsal import tiny_mesh
+
+    mesh = tiny_mesh()
+    unstructured_grid(mesh)
+    facets_polydata(mesh)
+    yield
+    wrapped([1], 1)
+    for name in formats:
+        _ = FORMATS[name].writer
+        yield

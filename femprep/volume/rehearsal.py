@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
 
@@ -36,33 +36,49 @@ def tiny_mesh() -> VolumeMesh:
     return VolumeMesh(_POINTS, {"tetra": _CELLS}, region, {"triangle": _FACETS}, tag)
 
 
-@cache
-def rehearse() -> None:
-    """Take one tetrahedron through everything that follows the mesher; once in a process."""
+def rehearse() -> Iterator[None]:
+    """Take one tetrahedron through everything that follows the mesher, step by step."""
     mesh = tiny_mesh()
     wall = Wall(1.01 * _POINTS, _FACETS, mesh.facet_tag, np.full(4, -1), {})
     tag = tag_facets(_POINTS, _FACETS, wall, 1.0)
+    yield
     # Every element counts as poor, so that the search runs too.
     moved = optimise(_POINTS, _CELLS, constrain(4, _FACETS, tag, wall), poor=2.0).points
+    yield
     element_measures(moved, _CELLS, "tetra")
+    yield
     element_volumes(moved, _CELLS, "tetra")
+    yield
     rows = _CELLS.copy()
     sort_each(rows)
     bucketed(rows, 4)
+    yield
     check(mesh)
 
 
-@contextmanager
-def meanwhile(work: Callable[[], object]) -> Iterator[None]:
-    """Do some work in a thread while the block runs, which waits for its end; what it raises is only logged."""
-    thread = threading.Thread(target=_quietly, args=(work,), name="femprep-rehearsal", daemon=True)
+def begin(steps: Iterable[None]) -> threading.Thread:
+    """Take the steps in a thread; what one raises is only logged, and ends them.
+
+    Once the program ends no further step is taken, and it waits for the one at work: a daemon thread would be
+    stopped within compiled code, which crashes.
+    """
+    thread = threading.Thread(target=_take, args=(steps,), name="femprep-rehearsal")
     thread.start()
+    return thread
+
+
+@contextmanager
+def meanwhile(steps: Iterable[None]) -> Iterator[None]:
+    """Take the steps in a thread while the block runs, which waits for their end unless it fails."""
+    thread = begin(steps)
     yield
     thread.join()
 
 
-def _quietly(work: Callable[[], object]) -> None:
+def _take(steps: Iterable[None]) -> None:
     try:
-        work()
+        for _ in steps:
+            if not threading.main_thread().is_alive():
+                return
     except Exception:  # whatever is wrong will show, and be told, where it matters
         _log.debug("nothing could be loaded ahead", exc_info=True)

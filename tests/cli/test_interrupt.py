@@ -49,8 +49,10 @@ def heart(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+# At once, while this process still loads what comes after the mesher, and when only the mesher is at work.
+@pytest.mark.parametrize("seconds", [0.1, 1.0])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_end_in_the_mesher(heart: Path, tmp_path: Path, number: signal.Signals) -> None:
+def test_end_in_the_mesher(heart: Path, tmp_path: Path, number: signal.Signals, seconds: float) -> None:
     out = tmp_path / "result" / "out"
     out.parent.mkdir()
     command = [sys.executable, "-c", "import sys; from femprep.cli import main; sys.exit(main())"]
@@ -62,7 +64,7 @@ def test_end_in_the_mesher(heart: Path, tmp_path: Path, number: signal.Signals) 
             assert process.poll() is None, process.communicate()[1]
             assert time.monotonic() < deadline, "the mesher was not started"
             time.sleep(0.1)
-        time.sleep(1.0)
+        time.sleep(seconds)
         children |= descendants(process.pid)
         process.send_signal(number)
         _, error = process.communicate(timeout=60.0)
