@@ -1,4 +1,4 @@
-"""fTetWild on a raw boolean cut and on the wall with a clean rim: seconds, memory, elements, quality; prints a table.
+"""fTetWild on raw boolean cuts and on femprep's wall: seconds, memory, elements, quality; prints a table.
 
     python tests/benchmarks/bench_volume.py                              an ellipsoidal LV of 75 cm3
     python tests/benchmarks/bench_volume.py --edge 6 3.2 2.5 1.5
@@ -6,6 +6,10 @@
 
 "mesher s" is the processor time of fTetWild's own process, "rest s" that of everything after it (tags, planes,
 optimisation). Peak memory is that of fTetWild's process.
+
+There are two raw cuts: of surfaces as dense as voxels make them, in the mesher's own envelope (a thousandth of the
+diagonal), which is what one does without femprep, and of femprep's surfaces in femprep's envelope, which tells what the
+rim alone does.
 """
 
 from __future__ import annotations
@@ -83,13 +87,14 @@ def row(*cells: object) -> None:
     print("| " + " | ".join(f"{c:.3g}" if isinstance(c, float) else str(c) for c in cells) + " |", flush=True)
 
 
-def bench_raw(points: np.ndarray, triangles: np.ndarray, edge: float, options: VolumeOptions) -> None:
-    """fTetWild alone, with the parameters tetrahedralize gives it."""
+def bench_raw(name: str, vertices: int, edge: float, options: VolumeOptions, *, own: bool) -> None:
+    """fTetWild alone, with its own envelope or the one that tetrahedralize gives it."""
+    points, triangles = raw_cut(vertices)
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
     first = next(attempts(options, str, edge))
     settings = {
         "edge_length_abs": edge,
-        "epsilon": first.envelope / diagonal,
+        "epsilon": 1e-3 if own else first.envelope / diagonal,
         "stop_energy": first.stop_energy,
         "num_threads": 1,
     }
@@ -97,12 +102,12 @@ def bench_raw(points: np.ndarray, triangles: np.ndarray, edge: float, options: V
     try:
         run = run_tetwild(points, triangles, settings, time_limit=options.time_limit, memory_limit=options.memory_limit)
     except FemprepError as error:
-        row("raw cut", edge, quality, str(error)[:60], *[""] * 5)
+        row(name, len(triangles), edge, quality, str(error)[:60], *[""] * 5)
         return
     found = element_measures(run.points, run.cells, "tetra")
     peak = (run.peak_bytes or 0) / 1e6
     mean, angle = float(found["mean_ratio"].mean()), float(found["minimum_dihedral"].min())
-    row("raw cut", edge, quality, run.processor_seconds, "", round(peak), len(run.cells), angle, mean)
+    row(name, len(triangles), edge, quality, run.processor_seconds, "", round(peak), len(run.cells), angle, mean)
 
 
 def bench_wall(wall: Wall, edge: float, options: VolumeOptions) -> None:
@@ -112,7 +117,7 @@ def bench_wall(wall: Wall, edge: float, options: VolumeOptions) -> None:
     try:
         mesh = tetrahedralize(wall, options=options, edge_length=edge)
     except FemprepError as error:
-        row("clean rim", edge, quality, str(error)[:60], *[""] * 5)
+        row("femprep's wall", len(wall.triangles), edge, quality, str(error)[:60], *[""] * 5)
         return
     rest = time.process_time() - start
     found = element_measures(mesh.points, mesh.cells["tetra"], "tetra")
@@ -120,7 +125,7 @@ def bench_wall(wall: Wall, edge: float, options: VolumeOptions) -> None:
     seconds = sum(item.get("processor_seconds", 0.0) for item in tries)
     peak = max((item.get("peak_bytes") or 0) / 1e6 for item in tries)
     mean, angle = float(found["mean_ratio"].mean()), float(found["minimum_dihedral"].min())
-    row("clean rim", edge, quality, seconds, rest, round(peak), mesh.n_cells, angle, mean)
+    row("femprep's wall", len(wall.triangles), edge, quality, seconds, rest, round(peak), mesh.n_cells, angle, mean)
 
 
 def main() -> None:
@@ -128,6 +133,7 @@ def main() -> None:
     parser.add_argument("--wall", type=Path, help="wall.vtp of a run; no raw cut then")
     parser.add_argument("--edge", type=float, nargs="+", default=[6.0, 3.2, 2.5, 1.5])
     parser.add_argument("--vertices", type=int, default=1500)
+    parser.add_argument("--dense", type=int, default=6000, help="vertices of the dense surfaces")
     parser.add_argument("--envelope", type=float, help="mm; a twentieth of the edge length if not given")
     given = parser.parse_args()
     options = VolumeOptions(envelope=given.envelope)
@@ -135,11 +141,13 @@ def main() -> None:
     print(f"wall of {wall.volume / 1000:.1f} cm3, {mean_thickness(wall):.1f} mm thick, {len(wall.triangles)} triangles")
     warm = [item for item in given.edge if item <= mean_thickness(wall)]
     tetrahedralize(wall, options=options, edge_length=max(warm), retries=0)  # compiles the kernels
-    row("surface", "edge mm", "least Q", "mesher s", "rest s", "peak MB", "tets", "least dihedral", "mean ratio")
-    row(*["---"] * 9)
+    heads = ["edge mm", "least Q", "mesher s", "rest s", "peak MB", "tets", "least dihedral", "mean ratio"]
+    row("surface", "triangles", *heads)
+    row(*["---"] * 10)
     for edge in given.edge:
         if not given.wall:
-            bench_raw(*raw_cut(given.vertices), edge, options)
+            bench_raw("raw cut, dense", given.dense, edge, options, own=True)
+            bench_raw("raw cut", given.vertices, edge, options, own=False)
         bench_wall(wall, edge, options)
 
 
