@@ -123,8 +123,8 @@ class Axial:
             share = HOLE + (1.0 - HOLE) * below / np.maximum(above + below, 1e-9)
         return np.asarray(share[:, None] * across / np.maximum(radius, 1e-300)[:, None])
 
-    def cloud(self, points: FloatArray, triangles: IntArray, count: int) -> tuple[FloatArray, FloatArray]:
-        """Places on the disk and points of a surface between its planes: its first vertices, the rims, a fringe beyond.
+    def cloud(self, points: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Places on the disk and points of a surface between its planes: its vertices, the rims, a fringe beyond.
 
         The surface's own vertices beyond a plane are of no use: there it rounds off into a cap whose points all lie
         at the same height.
@@ -132,7 +132,6 @@ class Axial:
         planes = [(self.base, 1.0)] + ([(self.apex, HOLE)] if self.apex is not None else [])
         heights = [plane.signed_distance(points) for plane, _ in planes]
         inside = np.all([h < -_CLEAR for h in heights], axis=0)
-        inside[count:] = False
         disks, places = [self.coordinates(points[inside])], [points[inside]]
         for (plane, share), height in zip(planes, heights):
             rim = crossings(points, triangles, height)

@@ -78,7 +78,6 @@ def match_surfaces(
     corners = corners_of(chosen)
     axial = Axial.of(endo, base, apex, np.asarray(chosen.toward or (1.0, 0.0, 0.0)))
     columns, rows, layers = resolution(axial, endo, epi, chosen, corners, apex is not None)
-    sparse = len(endo.points), len(epi.points)
     inside, outside = patches_of(endo), patches_of(epi)
     least = max(chosen.minimum_thickness, _THIN * chosen.edge_length * layers)
     pushed, push = push_apart(
@@ -95,7 +94,7 @@ def match_surfaces(
     table = np.array([[*plane.normal, plane.offset] for plane in planes.values()])
     tell("match", 0.2)
 
-    clouds = [axial.cloud(s.points, s.triangles, n) for s, n in zip(surfaces, sparse, strict=True)]
+    clouds = [axial.cloud(s.points, s.triangles) for s in surfaces]
     levels = [make_cup(c, r, corners, apex is not None) for c, r in coarser(columns, rows, corners, apex is not None)]
     positions = [scatter(disk, points, levels[0].disk) for disk, points in clouds]
     sweeps = []
