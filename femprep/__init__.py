@@ -48,6 +48,7 @@ _HOMES = {
     "find_apex": "femprep.wall",
     "extend_apex": "femprep.wall",
     "find_common_base": "femprep.wall",
+    "phase_base_offsets": "femprep.wall",
     "keep_apart": "femprep.wall",
     "Envelope": "femprep.wall",
     "build_wall": "femprep.wall",

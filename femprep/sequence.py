@@ -19,6 +19,7 @@ from femprep.report.folder import whole_folder
 from femprep.report.manifest import PhaseRecord, SequenceManifest
 from femprep.report.volumes import cavity_volume, voxel_volume
 from femprep.volume.sweep import displacements, template_of
+from femprep.wall import phase_base_offsets
 
 Progress = Callable[[str, float], None]
 
@@ -71,6 +72,8 @@ def mesh_sequence(
     """Sweep all phases of one heart with one connectivity.
 
     The reference phase is meshed first; its columns, rows and layers, or those given in the options, are those of all.
+    The base planes leave out the same share of the labelled cavity in all phases, see
+    :func:`~femprep.wall.phase_base_offsets`.
 
     Parameters
     ----------
@@ -106,11 +109,13 @@ def mesh_sequence(
     if options.anatomy != "lv":
         raise OptionError(f"option 'anatomy' is {options.anatomy!r}; a sequence is swept, which meshes lv alone")
     options = _with(options, volume={"mesher": "sweep"})
+    offsets = phase_base_offsets(phases, options=options.wall)
 
     def run(number: int, chosen: Options) -> Run:
         report = progress or (lambda stage, fraction: None)
+        own = _with(chosen, wall={"base_offset": offsets[number]})
         return mesh_segmentation(
-            phases[number], chosen, progress=lambda stage, fraction: report(f"{number} {stage}", fraction)
+            phases[number], own, progress=lambda stage, fraction: report(f"{number} {stage}", fraction)
         )
 
     first = run(reference, options)
@@ -169,6 +174,7 @@ def write_sequence(
                     cavity_ml=cavity_volume(run.mesh) / 1000.0,
                     label_cavity_ml=voxel_volume(cavity, run.wall.planes.values()) / 1000.0,
                     label_total_ml=cavity.volume / 1000.0,
+                    base_offset_mm=run.options.wall.base_offset,
                     displacement_mean_mm=float(moved.mean()),
                     displacement_maximum_mm=float(moved.max()),
                 )

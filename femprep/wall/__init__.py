@@ -1,7 +1,8 @@
 """Landmarks and planes, clipping, rim, booleans with provenance: a closed, tagged Wall.
 
-``find_base``, ``find_common_base`` and ``find_apex`` put planes into a segmentation; ``extend_apex`` continues an
-epicardium beyond the last slice; ``keep_apart`` and ``Envelope`` make surfaces of several chambers fit each other;
+``find_base``, ``find_common_base`` and ``find_apex`` put planes into a segmentation, ``phase_base_offsets`` makes those
+of a heart's phases agree; ``extend_apex`` continues an epicardium beyond the last slice; ``keep_apart`` and ``Envelope``
+make surfaces of several chambers fit each other;
 ``build_wall`` clips the fitted surfaces, joins them and tags every facet; ``cavity_surface`` caps a mesh's cavity.
 """
 
@@ -12,6 +13,7 @@ from femprep.wall.cavity import cavity_surface
 from femprep.wall.common_base import find_common_base
 from femprep.wall.envelope import Envelope, Part, thin_wall
 from femprep.wall.landmarks import find_apex, find_base
+from femprep.wall.phase_bases import phase_base_offsets
 
 __all__ = [
     "Envelope",
@@ -23,5 +25,6 @@ __all__ = [
     "find_base",
     "find_common_base",
     "keep_apart",
+    "phase_base_offsets",
     "thin_wall",
 ]
