@@ -71,6 +71,16 @@ def tag_name(number: int) -> str:
     return f"tag_{number}"
 
 
+def is_blood(region: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    """Whether numbers of regions are those of blood."""
+    return np.asarray(np.isin(region, [number for name, number in REGION_TAGS.items() if name.startswith("blood_")]))
+
+
+def endo_tags() -> list[int]:
+    """Numbers of all endocardia."""
+    return [number for name, number in FACET_TAGS.items() if name == "endo" or name.startswith("endo_")]
+
+
 def readonly(array: npt.ArrayLike, dtype: npt.DTypeLike, shape: tuple[int | None, ...], what: str) -> Any:
     """Contiguous read-only copy of an array, with its shape checked (``None`` is any length)."""
     result = np.array(array, dtype=dtype, order="C", copy=True)
@@ -240,6 +250,42 @@ class Wall:
         """Volume of the tissue, mm3."""
         a, b, c = (self.points[self.triangles[:, i]] for i in range(3))
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+@dataclass(frozen=True, eq=False)
+class BloodPools:
+    """The blood in the cavities of a wall: closed surfaces that share its points.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        Those of the wall, then those inside caps, mm LPS.
+    outer : (m, 3) array
+        Outer boundary of wall and blood together, closed, wound outward.
+    outer_tag : (m,) array
+        Numbers of ``FACET_TAGS``; caps have that of the plane they lie in.
+    cavities : mapping of str to (k, 3) array
+        Closed surface of each cavity by name (``"lv"``, ``"rv"``...), wound out of the blood: endocardium and caps.
+    caps : mapping of str to Plane
+        Plane the cap of a cavity lies in, by facet name (``"cap_lv"``...), where it has a single one.
+    """
+
+    points: FloatArray
+    outer: IntArray
+    outer_tag: TagArray
+    cavities: Mapping[str, IntArray]
+    caps: Mapping[str, Plane] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "points", readonly(self.points, np.float64, (None, 3), "points"))
+        put(self, "outer", readonly(self.outer, np.int64, (None, 3), "outer"))
+        put(self, "outer_tag", readonly(self.outer_tag, np.int32, (len(self.outer),), "outer_tag"))
+        cavities = {
+            name: readonly(cells, np.int64, (None, 3), f"cavity {name!r}") for name, cells in self.cavities.items()
+        }
+        put(self, "cavities", MappingProxyType(cavities))
+        put(self, "caps", MappingProxyType(dict(self.caps)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -482,6 +482,11 @@ class Options(StageOptions):
     structures: dict[str, tuple[int, ...]] = Field(
         default_factory=dict, description="Label numbers by structure name (lv, myo, rv, ...)."
     )
+    blood_pool: bool = Field(
+        False,
+        description="Mesh the blood in the cavities together with the wall: regions blood_lv, blood_rv..., facets "
+        "cap_lv, cap_rv... over their openings.",
+    )
     flip: bool = Field(False, description="Mirror the label map first, for a heart that was stored mirrored.")
     formats: tuple[str, ...] = Field((), description="Further file formats of the mesh beside mesh.vtu.")
     image: ImageOptions = ImageOptions()
@@ -514,6 +519,17 @@ class Options(StageOptions):
         if self.volume.mesher == "sweep" and self.anatomy != "lv":
             raise ValueError(
                 f"mesher 'sweep' fills the wall between two surfaces: anatomy lv, not {self.anatomy}; use tetwild"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _blood_is_for_tetwild(self) -> Options:
+        if self.blood_pool and self.volume.mesher == "sweep":
+            raise ValueError("mesher 'sweep' fills the wall alone; blood_pool needs tetwild")
+        if self.blood_pool and self.export.step != "none":
+            raise ValueError(
+                f"step {self.export.step!r} is for a wall alone: the deck has one material, which blood has not; leave "
+                "blood_pool or the step out"
             )
         return self
 

@@ -217,12 +217,12 @@ def _volumes(run: Run) -> list[VolumeRecord]:
     planes = list(run.wall.planes.values())
     voxels = {name: voxel_volume(obj, planes) for name, obj in run.objects.items()}
     if run.options.anatomy == "lv":
-        tissue = run.quality.volume
+        tissue = run.quality.regions["lv"].volume
         cavity = _beside("cavity", cavity_volume(run.mesh), voxels["lv"])
         return [cavity, _beside("wall", tissue, voxels["epi"] - voxels["lv"])]
     cavities = [name.removeprefix("endo_") for name in run.mesh.facet_names if name.startswith("endo_")]
     found = [_beside(f"{name} cavity", cavity_volume(run.mesh, f"endo_{name}"), voxels[name]) for name in cavities]
-    walls = {name: record.volume for name, record in run.quality.regions.items()}
+    walls = {name: record.volume for name, record in run.quality.regions.items() if not name.startswith("blood_")}
     walls = {"lv wall and septum": walls.pop("lv") + walls.pop("septum"), **walls}
     for name, tissue in walls.items():
         chamber = name.split()[0]

@@ -6,18 +6,29 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from femprep.anatomies import ANATOMIES, Parts
-from femprep.anatomy import WallFields, add_aha, add_coordinates, add_fibres, flip, orient, ventricular_axes
+from femprep.anatomy import (
+    VentricularAxes,
+    WallFields,
+    add_aha,
+    add_coordinates,
+    add_fibres,
+    flip,
+    on_wall,
+    orient,
+    ventricular_axes,
+)
 from femprep.image import LabelObject, Segmentation, align_slices
 from femprep.model import Surface, VolumeMesh, Wall
-from femprep.options import Options, choose
+from femprep.options import FibreOptions, Options, choose
 from femprep.surface import fit_surface
 from femprep.surface.matching import match_surfaces
 from femprep.volume import QualityReport, check, tetrahedralize
 from femprep.volume.sweep import boundary_wall, sweep
 from femprep.volume.ventricles import label_chambers, label_ventricles
-from femprep.wall import build_wall
+from femprep.wall import build_wall, fill_cavities
 
 Progress = Callable[[str, float], None]
 
@@ -120,13 +131,18 @@ def mesh_segmentation(
     if options.fibres is not None:
         with stages("anatomy"):
             axes = ventricular_axes(seg, basal_end=options.wall.basal_end, mirrored=options.fibres.mirrored)
-            fields = WallFields(mesh, axes)
-            for add in (add_coordinates, add_aha):
-                mesh = add(mesh, axes=axes, fields=fields)
-            mesh = add_fibres(mesh, options.fibres, axes=axes, fields=fields)
+            mesh = on_wall(mesh, partial(_with_fibres, axes=axes, options=options.fibres))
     with stages("quality"):
         quality = check(mesh, options=options.limits)
     return Run(seg, options, parts.objects, parts.surfaces, wall, mesh, quality, stages.seconds)
+
+
+def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: FibreOptions) -> VolumeMesh:
+    """A wall with coordinates, segments and fibres, by the same fields."""
+    fields = WallFields(mesh, axes)
+    for add in (add_coordinates, add_aha):
+        mesh = add(mesh, axes=axes, fields=fields)
+    return add_fibres(mesh, options, axes=axes, fields=fields)
 
 
 def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:
@@ -145,7 +161,8 @@ def _tetrahedra(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, V
         )
         wall = replace(wall, info={**wall.info, "repaired": [*parts.repaired, *wall.info["repaired"]]})
     with stages("volume") as report:
-        mesh = tetrahedralize(wall, options=options.volume, progress=report)
+        blood = fill_cavities(wall) if options.blood_pool else None
+        mesh = tetrahedralize(wall, options=options.volume, progress=report, blood=blood)
     if parts.body is not None:
         with stages("regions"):
             mesh = (label_ventricles if options.anatomy == "biv" else label_chambers)(mesh, parts.body)

@@ -10,6 +10,7 @@ from femprep.anatomy.fibres import add_fibres, quadrature_fibres
 from femprep.anatomy.fields import WallFields
 from femprep.anatomy.mirror import flip
 from femprep.anatomy.orientation import orient
+from femprep.anatomy.part import on_wall
 from femprep.anatomy.thickness import wall_thickness
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "bulls_eye",
     "bulls_eye_svg",
     "flip",
+    "on_wall",
     "orient",
     "quadrature_fibres",
     "segment_means",

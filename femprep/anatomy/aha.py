@@ -29,6 +29,7 @@ import numpy.typing as npt
 
 from femprep.anatomy.axes import BASE_FACETS, VentricularAxes, facets_of, ventricular_axes
 from femprep.anatomy.fields import WallFields
+from femprep.anatomy.part import refuse_blood
 from femprep.elements import ELEMENTS, match_facets
 from femprep.errors import InputError
 from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
@@ -84,6 +85,7 @@ def add_aha(mesh: VolumeMesh, *, axes: VentricularAxes | None = None, fields: Wa
     ----------
     Cerqueira et al. 2002, doi 10.1161/hc0402.102975
     """
+    refuse_blood(mesh)
     axes = (fields.axes if fields else axes) or ventricular_axes(mesh)
     endo, _ = facets_of(mesh, "endo", "endo_lv")
     rv_endo, _ = facets_of(mesh, "endo_rv")

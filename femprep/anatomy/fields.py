@@ -24,6 +24,7 @@ from femprep.anatomy.axes import BASE_FACETS, VentricularAxes, ventricular_axes
 from femprep.anatomy.dirichlet import solve
 from femprep.anatomy.fem import LinearElements
 from femprep.anatomy.frames import normalise
+from femprep.anatomy.part import refuse_blood
 from femprep.errors import InputError
 from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
 
@@ -48,10 +49,12 @@ class WallFields:
     Raises
     ------
     InputError
-        Facets are missing, an element is inverted, or a piece of the mesh touches no tagged boundary.
+        Facets are missing, the mesh has blood pools, an element is inverted, or a piece of the mesh touches no tagged
+        boundary.
     """
 
     def __init__(self, mesh: VolumeMesh, axes: VentricularAxes | None = None) -> None:
+        refuse_blood(mesh)
         self.mesh = mesh
         self.axes = axes or ventricular_axes(mesh)
         self.space = LinearElements(mesh)

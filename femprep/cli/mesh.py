@@ -90,6 +90,9 @@ def mesh(
     sizing: Annotated[str | None, option(VolumeOptions, "sizing", panel=VOLUME)] = None,
     element: Annotated[str | None, option(SweepOptions, "element", panel=VOLUME)] = None,
     layers: Annotated[int | None, option(SweepOptions, "layers", panel=VOLUME, default="from the edge length")] = None,
+    blood_pool: Annotated[
+        bool, typer.Option("--blood-pool", help="Mesh the blood in the cavities as well.", rich_help_panel=VOLUME)
+    ] = False,
     order: Annotated[str | None, option(VolumeOptions, "order", panel=VOLUME)] = None,
     time_limit: Annotated[float | None, option(VolumeOptions, "time_limit", panel=VOLUME)] = None,
     fibres: Annotated[
@@ -132,6 +135,7 @@ def mesh(
         structures=parse_structures(structure),
         formats=tuple(format) if format else None,
         flip=flip,
+        blood_pool=blood_pool or None,
         image__policy=policy,
         image__spacing=spacing,
         image__correct_shifts=correct_shifts,

@@ -11,7 +11,7 @@ from femprep.export.fibres import directions, orthotropic
 from femprep.export.names import facet_names
 from femprep.export.text import rows
 from femprep.export.units import UNITS, Units
-from femprep.model import VolumeMesh
+from femprep.model import VolumeMesh, is_blood
 from femprep.options import ExportOptions
 
 #: Name of the orientation whose first axis is the fibre, the second the sheet.
@@ -39,8 +39,10 @@ def endocardium(mesh: VolumeMesh) -> list[str]:
     Raises
     ------
     InputError
-        The mesh has no ``base`` or no endocardium.
+        The mesh has no ``base``, no endocardium, or blood pools.
     """
+    if is_blood(mesh.region).any():
+        raise InputError("an inflation step is for a wall alone; this mesh has blood pools, and the deck one material")
     names = facet_names(mesh)
     endo = [name for name in names if name == "endo" or name.startswith("endo_")]
     if "base" not in names or not endo:

@@ -84,6 +84,21 @@ def border_edges(cells: npt.ArrayLike) -> IntArray:
     return np.asarray(directed[table.count[table.of_cell] == 1])
 
 
+def border_loops(cells: npt.ArrayLike) -> list[IntArray]:
+    """Rims of a surface that touches itself in no vertex: the nodes of each in the order its cells run along it."""
+    following = {int(a): int(b) for a, b in border_edges(cells)}
+    loops = []
+    while following:
+        start, vertex = next(iter(following.items()))
+        del following[start]
+        loop = [start]
+        while vertex != start:
+            loop.append(vertex)
+            vertex = following.pop(vertex)
+        loops.append(np.array(loop))
+    return loops
+
+
 def pieces(cells: npt.ArrayLike) -> IntArray:
     """Number from 0 of the connected piece each cell belongs to; cells that share an edge belong together, ``(m,)``."""
     cells = np.asarray(cells, dtype=np.int64)

@@ -13,7 +13,7 @@ from femprep.elements import ELEMENTS, FACET_CORNERS
 from femprep.errors import InputError
 from femprep.geometry.topology import pieces
 from femprep.geometry.triangles import areas
-from femprep.model import VolumeMesh, tag_name
+from femprep.model import VolumeMesh, is_blood, tag_name
 from femprep.options import CheckOptions, choose
 from femprep.volume.limits import judge
 from femprep.volume.measures import MEASURES, centroids, element_measures
@@ -78,9 +78,9 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     # Two threads, which numpy lets work side by side.
     with ThreadPoolExecutor(1) as pool:
         topology = pool.submit(_topology, mesh, overall)
-        edges = mesh_edges(mesh)
+        edges = mesh_edges(mesh.cells)
         length = np.linalg.norm(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], axis=1)
-        through = elements_through_wall(mesh, edges)
+        through = elements_through_wall(mesh, None if is_blood(mesh.region).any() else edges)
         through = through[through >= 0]
         by_type = {name: _summary(values) for name, values in measures.items()}
         lengths = statistics(length, "mm")

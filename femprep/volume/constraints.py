@@ -189,8 +189,12 @@ def _tangents(normal: FloatArray) -> FloatArray:
 def _edges_between_tags(wall: Wall) -> dict[tuple[int, int], IntArray]:
     """Edges of the wall at which two tags meet, by the pair of tags, smaller first."""
     table = edge_table(wall.triangles)
-    pair = np.sort(wall.facet_tag[table.cells], axis=1)
-    between = pair[:, 0] != pair[:, 1]
-    keys, row = np.unique(pair[between], axis=0, return_inverse=True)
-    nodes = table.nodes[between]
+    tag = np.repeat(wall.facet_tag, wall.triangles.shape[1])
+    # Three triangles meet at a rim where blood is filled in: base, cap and endocardium, the first two of one tag.
+    least, most = (np.full(len(table.count), start, dtype=np.int64) for start in (np.iinfo(np.int32).max, -1))
+    np.minimum.at(least, table.of_cell.ravel(), tag)
+    np.maximum.at(most, table.of_cell.ravel(), tag)
+    between = least != most
+    pair, nodes = np.stack([least, most], axis=1)[between], table.nodes[between]
+    keys, row = np.unique(pair, axis=0, return_inverse=True)
     return {(int(a), int(b)): nodes[row.ravel() == k] for k, (a, b) in enumerate(keys)}

@@ -27,6 +27,8 @@ _FAULTS: Final[Mapping[str, str]] = {
     "untagged_boundary_facets": "boundary facet(s) without a tag",
     "stray_facets": "tagged facet(s) that are no face of any element",
     "inward_facets": "tagged facet(s) wound into the mesh",
+    "untagged_interface_facets": "facet(s) between wall and blood without a tag",
+    "misplaced_interface_facets": "tagged facet(s) inside that are not between wall and blood, wound out of the wall",
 }
 
 

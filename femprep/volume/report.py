@@ -82,6 +82,15 @@ class Validity(_Record):
     untagged_boundary_facets: int | None = Field(description="Boundary faces without a tag; null without any tags.")
     stray_facets: int = Field(description="Tagged facets that are no face of any element.")
     inward_facets: int = Field(description="Tagged boundary facets that are wound into the mesh.")
+    interface_facets: int = Field(0, description="Tagged facets with an element on either side.")
+    untagged_interface_facets: int | None = Field(
+        None, description="Faces between wall and blood without a tag; null without blood pools."
+    )
+    misplaced_interface_facets: int | None = Field(
+        None,
+        description="Tagged facets inside that do not lie between wall and blood, wound out of the wall; null without "
+        "blood pools.",
+    )
 
 
 class LimitRecord(_Record):

@@ -80,6 +80,11 @@ class _Sheets:
         planes = list(wall.planes)
         self._planes = np.array([[*wall.planes[name].normal, wall.planes[name].offset] for name in planes])
         numbers = {FACET_TAGS[name]: number for number, name in enumerate(planes, 1)}
+        # A cap lies in one of these planes too.
+        for name, plane in mesh.planes.items():
+            same = [other for other in planes if wall.planes[other] is plane]
+            if same:
+                numbers.setdefault(FACET_TAGS[name], numbers[FACET_TAGS[same[0]]])
         #: Number of the plane each tag lies in, from 1; 0 for others.
         self._plane = np.array([numbers.get(tag, 0) for tag in self.tags])
         self._surface = {}
@@ -98,8 +103,9 @@ class _Sheets:
         flat = member & (self._plane > 0)
         smooth = member & (self._plane == 0)
         plane = np.where(flat.any(axis=1), (flat * self._plane).max(axis=1), 0)
+        one = (~flat | (self._plane == plane[:, None])).all(axis=1)
         for column, surface in self._surface.items():
-            rows = np.flatnonzero(smooth[:, column] & (smooth.sum(axis=1) == 1) & (flat.sum(axis=1) <= 1))
+            rows = np.flatnonzero(smooth[:, column] & (smooth.sum(axis=1) == 1) & one)
             if len(rows):
                 places[rows] = surface.settle(points[rows], None, plane[rows], self._planes.reshape(-1, 4))[0]
         return places

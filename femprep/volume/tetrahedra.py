@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from femprep.elements import boundary_faces
 from femprep.errors import StageError
 from femprep.geometry.topology import edge_table, euler_characteristic, pieces, pinched_vertices
 from femprep.geometry.tree import curve_order
-from femprep.model import REGION_TAGS, VolumeMesh, Wall
+from femprep.model import REGION_TAGS, BloodPools, VolumeMesh, Wall
 from femprep.options import VolumeOptions, choose
+from femprep.volume.blood import Filling, check_cavities, find_facets
 from femprep.volume.constraints import constrain
 from femprep.volume.guard import Run, run_tetwild
 from femprep.volume.measures import element_measures, element_volumes
@@ -67,9 +67,10 @@ def tetrahedralize(
     options: VolumeOptions | None = None,
     progress: Progress | None = None,
     sizing: Sizing | None = None,
+    blood: BloodPools | None = None,
     **changes: Any,
 ) -> VolumeMesh:
-    """Fill a wall with tetrahedra.
+    """Fill a wall with tetrahedra, and the blood in its cavities where that is given.
 
     fTetWild [1]_ meshes the wall in a child process. Then every boundary facet gets its tag from the wall, points of
     base and apex facets are put onto their planes, other boundary points back onto the wall, and the worst elements
@@ -88,13 +89,17 @@ def tetrahedralize(
     sizing : callable or pair of arrays, optional
         Edge lengths wanted, mm: a function of points ``(n, 3)``, or points ``(k, 3)`` and the lengths there ``(k,)``,
         of which the nearest counts.
+    blood : BloodPools, optional
+        Of this wall, from :func:`~femprep.fill_cavities`: meshed together with it, so that both share their nodes.
     **changes
         Options by name in place of those given.
 
     Returns
     -------
     VolumeMesh
-        One block ``"tetra"`` (``"tetra10"`` for order 2), all of it region ``lv``, every boundary facet tagged.
+        One block ``"tetra"`` (``"tetra10"`` for order 2), every boundary facet tagged. The wall is region ``lv``.
+        Blood is ``blood_lv``, ``blood_rv``...; its facets in planes that cut the wall open are tagged ``cap_lv``...,
+        those it shares with the wall as the endocardium, wound out of the wall.
         ``info`` tells parameters, attempts with seconds and peak memory, what was moved, whether the quality asked for
         was reached, and the elements through the wall where a number of them was asked for.
 
@@ -116,8 +121,10 @@ def tetrahedralize(
     """
     settings = choose(VolumeOptions, options, changes)
     check_wall(wall)
+    filling = Filling(wall, blood)
     field = sizing_field(wall, settings, sizing)
-    need = check_edge_length(wall, settings) if field is None else check_sizing(field, settings)
+    size = filling.outer.volume / wall.volume
+    need = check_edge_length(wall, settings, size) if field is None else check_sizing(field, settings, size)
     if need.seconds > settings.time_limit:
         _log.warning(
             "about %.2g elements will take about %.0f s, longer than the time limit of %g s",
@@ -132,14 +139,14 @@ def tetrahedralize(
         record.append(entry)
         try:
             with meanwhile(rehearse()):
-                run = _mesh(wall, settings, attempt, field, need, report)
+                run = _mesh(filling, settings, attempt, field, need, report)
             entry.update(
                 seconds=run.seconds,
                 processor_seconds=run.processor_seconds,
                 peak_bytes=run.peak_bytes,
                 elements=len(run.cells),
             )
-            candidate = _finish(run, wall, settings, attempt)
+            candidate = _finish(run, filling, settings, attempt)
         except StageError as error:
             entry["outcome"] = str(error)
             _log.warning("attempt %d failed: %s", len(record), error)
@@ -162,7 +169,7 @@ def tetrahedralize(
         "attempts": record,
         "quality_reached": best.reached,
     }
-    mesh = replace(best.mesh, planes=wall.planes, info={**info, **best.mesh.info})
+    mesh = replace(best.mesh, planes={**wall.planes, **filling.caps}, info={**info, **best.mesh.info})
     if settings.elements_through_wall is not None:
         mesh = replace(mesh, info={**mesh.info, **_through(mesh, settings.elements_through_wall)})
     return quadratic_tetrahedra(mesh, wall) if settings.order == 2 else mesh
@@ -188,13 +195,19 @@ def attempts(options: VolumeOptions, outcome: Callable[[], str], edge_length: fl
 
 
 def _mesh(
-    wall: Wall, options: VolumeOptions, attempt: Attempt, field: SizingField | None, need: Estimate, report: Progress
+    filling: Filling,
+    options: VolumeOptions,
+    attempt: Attempt,
+    field: SizingField | None,
+    need: Estimate,
+    report: Progress,
 ) -> Run:
-    diagonal = float(np.linalg.norm(np.ptp(wall.points[np.unique(wall.triangles)], axis=0)))
+    points, triangles = filling.outer.points, filling.triangles
+    diagonal = float(np.linalg.norm(np.ptp(points[np.unique(triangles)], axis=0)))
     expected = max(need.seconds, 1.0)
     return run_tetwild(
-        wall.points,
-        wall.triangles,
+        points,
+        triangles,
         {
             "edge_length_abs": float(options.edge_length if field is None else field.coarsest),
             "epsilon": float(attempt.envelope / diagonal),
@@ -208,7 +221,7 @@ def _mesh(
     )
 
 
-def _finish(run: Run, wall: Wall, options: VolumeOptions, attempt: Attempt) -> _Candidate:
+def _finish(run: Run, filling: Filling, options: VolumeOptions, attempt: Attempt) -> _Candidate:
     """Check, tag, put in place and improve what the mesher gave.
 
     Raises
@@ -216,16 +229,22 @@ def _finish(run: Run, wall: Wall, options: VolumeOptions, attempt: Attempt) -> _
     StageError
         The mesh is wrong.
     """
-    points, cells = _used(run.points, run.cells)
-    _check_volumes(points, cells, wall)
-    facets = boundary_faces({"tetra": cells})["triangle"].nodes
+    kept = filling.regions(run.points, run.cells) > 0 if filling.cavities else slice(None)
+    points, cells = _used(run.points, run.cells[kept])
+    region, outer = filling.regions(points, cells), filling.outer
+    _check_volumes(points, cells, outer)
+    facets = find_facets(cells, region)
+    boundary = facets.interface == 0
     with ThreadPoolExecutor(1) as pool:  # two threads, which numpy lets work side by side
-        sound = pool.submit(_check_boundary, facets, wall)
+        sound = pool.submit(_check_boundary, facets.nodes[boundary], outer)
         try:
-            tag = tag_facets(points, facets, wall, attempt.envelope)
-            constraints = constrain(len(points), facets, tag, wall)
+            merged = filling.interface_tags(facets.interface)
+            merged[boundary] = tag_facets(points, facets.nodes[boundary], outer, attempt.envelope)
+            constraints = constrain(len(points), facets.nodes, merged, filling.sheets)
         finally:  # what is wrong with the boundary is told rather than that it cannot be tagged
             sound.result()
+    if filling.cavities:
+        check_cavities(points, cells, region, filling, 2.0 * _VOLUME_LIMIT)
     before = points.copy()
     if options.optimise:
         poor = float(np.sin(np.radians(options.targets.poor_angle)) / REGULAR_SINE)
@@ -249,25 +268,29 @@ def _finish(run: Run, wall: Wall, options: VolumeOptions, attempt: Attempt) -> _
             f"{int(inverted.sum())} elements are inverted once points lie on the planes, the worst near "
             f"x y z = {' '.join(f'{v:.1f}' for v in worst)}; choose a smaller edge_length or envelope"
         )
-    difference = float(measures["volume"].sum() / wall.volume - 1.0)
-    if abs(difference) > _VOLUME_LIMIT:
-        raise StageError(
-            f"the mesh has {measures['volume'].sum():.4g} mm3, the wall {wall.volume:.4g} mm3: a difference of "
-            f"{100 * difference:.2f} %, more than {100 * _VOLUME_LIMIT:g} %; choose a smaller edge_length or envelope"
-        )
+    found = {name: float(measures["volume"][region == REGION_TAGS[name]].sum()) for name in filling.volumes}
+    difference = {name: found[name] / wanted - 1.0 for name, wanted in filling.volumes.items()}
+    for name, value in difference.items():
+        if abs(value) > _VOLUME_LIMIT:
+            what = "wall" if name == "lv" else name
+            raise StageError(
+                f"the mesh has {found[name]:.4g} mm3 of {what}, {filling.volumes[name]:.4g} mm3 are to be filled: a "
+                f"difference of {100 * value:.2f} %, more than {100 * _VOLUME_LIMIT:g} %; "
+                "choose a smaller edge_length or envelope"
+            )
     step = np.linalg.norm(points - before, axis=1)
     info = {
         "envelope_mm": attempt.envelope,
         "stop_energy": attempt.stop_energy,
-        "volume_mm3": float(measures["volume"].sum()),
-        "volume_difference_to_wall": difference,
+        "volume_mm3": found.pop("lv"),
+        "volume_difference_to_wall": difference["lv"],
+        **({"blood_mm3": found} if found else {}),
         "moved_points": int((step > 0).sum()),
         "greatest_move_mm": float(step.max()),
         **moved,
     }
-    mesh = VolumeMesh(
-        points, {"tetra": cells}, np.full(len(cells), REGION_TAGS["lv"]), {"triangle": facets}, tag, info=info
-    )
+    tag = filling.tags(merged, facets, region)
+    mesh = VolumeMesh(points, {"tetra": cells}, region, {"triangle": facets.nodes}, tag, info=info)
     smallest, mean = float(measures["minimum_dihedral"].min()), float(measures["mean_ratio"].mean())
     reached = smallest >= options.targets.minimum_dihedral and mean >= options.targets.mean_ratio
     return _Candidate(mesh, smallest, mean, reached)

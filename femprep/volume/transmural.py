@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import numpy.typing as npt
 
 from femprep.elements import ELEMENTS, FACET_CORNERS, row_numbers
-from femprep.model import VolumeMesh, tag_name
+from femprep.model import VolumeMesh, is_blood, tag_name
 
 IntArray = npt.NDArray[np.int64]
 
@@ -36,7 +36,7 @@ def elements_through_wall(mesh: VolumeMesh, edges: IntArray | None = None) -> In
     outer = _nodes(mesh, lambda name: name == "epi")
     if len(inner) == 0 or len(outer) == 0:
         return np.empty(0, dtype=np.int64)
-    edges = mesh_edges(mesh) if edges is None else edges
+    edges = _wall_edges(mesh) if edges is None else edges
     distance = np.full(len(mesh.points), -1, dtype=np.int64)
     distance[outer] = 0
     step = 0
@@ -51,11 +51,20 @@ def elements_through_wall(mesh: VolumeMesh, edges: IntArray | None = None) -> In
         distance[fresh] = step
 
 
-def mesh_edges(mesh: VolumeMesh) -> IntArray:
-    """The edges of all elements, each once, corners only, ``(e, 2)``, smaller number first."""
-    edges = np.empty((sum(len(block) * len(ELEMENTS[name].edges) for name, block in mesh.cells.items()), 2), np.int64)
-    first = 0
+def _wall_edges(mesh: VolumeMesh) -> IntArray:
+    """The edges of all elements but those of blood."""
+    blood, first, cells = is_blood(mesh.region), 0, {}
     for name, block in mesh.cells.items():
+        cells[name] = block[~blood[first : first + len(block)]]
+        first += len(block)
+    return mesh_edges(cells)
+
+
+def mesh_edges(cells: Mapping[str, IntArray]) -> IntArray:
+    """The edges of all elements of some blocks, each once, corners only, ``(e, 2)``, smaller number first."""
+    edges = np.empty((sum(len(block) * len(ELEMENTS[name].edges) for name, block in cells.items()), 2), np.int64)
+    first = 0
+    for name, block in cells.items():
         for one, two in ELEMENTS[name].edges:
             rows = edges[first : first + len(block)]
             np.minimum(block[:, one], block[:, two], out=rows[:, 0])

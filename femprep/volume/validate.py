@@ -85,9 +85,9 @@ def check_wall(wall: Wall) -> None:
     _check_tags(wall)
 
 
-def estimate(wall: Wall, edge_length: float) -> Estimate:
-    """Estimate elements, memory and time of meshing a wall at an edge length in mm."""
-    return _estimate(TETS_PER_CUBE * wall.volume / edge_length**3)
+def estimate(wall: Wall, edge_length: float, size: float = 1.0) -> Estimate:
+    """Estimate elements, memory and time of meshing ``size`` times the volume of a wall at an edge length in mm."""
+    return _estimate(TETS_PER_CUBE * size * wall.volume / edge_length**3)
 
 
 def _estimate(elements: float) -> Estimate:
@@ -95,8 +95,15 @@ def _estimate(elements: float) -> Estimate:
     return Estimate(int(min(elements, 1e18)), (BASE_BYTES + BYTES_PER_TET * elements) / 1e9, SECONDS_PER_TET * elements)
 
 
-def check_edge_length(wall: Wall, options: VolumeOptions) -> Estimate:
-    """Check that elements of the edge length asked for fit into the wall and into memory.
+def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0) -> Estimate:
+    """Check that elements of the edge length asked for fit into the wall and, with what else is filled, into memory.
+
+    Parameters
+    ----------
+    wall : Wall
+    options : VolumeOptions
+    size : float
+        Volume of all that is filled over the wall's.
 
     Raises
     ------
@@ -111,10 +118,10 @@ def check_edge_length(wall: Wall, options: VolumeOptions) -> Estimate:
             f"option 'edge_length' is {options.edge_length:g} mm, but the wall is only {thickness:.3g} mm thick on "
             f"average; choose at most {thickness:.2g}, better {thickness / 3:.2g} for three elements through the wall"
         )
-    need = estimate(wall, options.edge_length)
+    need = estimate(wall, options.edge_length, size)
     if need.gigabytes > options.memory_limit:
         room = max(options.memory_limit * 1e9 - BASE_BYTES, 0.02e9)
-        least = (TETS_PER_CUBE * wall.volume * BYTES_PER_TET / room) ** (1 / 3)
+        least = (TETS_PER_CUBE * size * wall.volume * BYTES_PER_TET / room) ** (1 / 3)
         raise ResourceError(
             f"an edge length of {options.edge_length:g} mm makes about {need.elements:.2g} elements and needs about "
             f"{need.gigabytes:.3g} GB, more than the {options.memory_limit:g} GB of option memory_limit; "
@@ -123,15 +130,15 @@ def check_edge_length(wall: Wall, options: VolumeOptions) -> Estimate:
     return need
 
 
-def check_sizing(field: SizingField, options: VolumeOptions) -> Estimate:
-    """Check that elements of edge lengths that vary fit into memory.
+def check_sizing(field: SizingField, options: VolumeOptions, size: float = 1.0) -> Estimate:
+    """Check that elements of edge lengths that vary fit into memory; ``size`` as for :func:`check_edge_length`.
 
     Raises
     ------
     ResourceError
         The mesh would need more memory than the limit.
     """
-    need = _estimate(TETS_PER_CUBE * field.elements)
+    need = _estimate(TETS_PER_CUBE * size * field.elements)
     if need.gigabytes > options.memory_limit:
         raise ResourceError(
             f"edge lengths from {field.finest:.3g} to {field.coarsest:.3g} mm make about {need.elements:.2g} elements "

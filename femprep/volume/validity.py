@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from femprep.compiled import compiled
 from femprep.elements import ELEMENTS, FACET_CORNERS, element_faces, row_numbers, set_numbers
-from femprep.model import VolumeMesh
+from femprep.model import VolumeMesh, is_blood
 from femprep.volume.report import Validity
 
 IntArray = npt.NDArray[np.int64]
@@ -133,7 +133,33 @@ def validity(mesh: VolumeMesh, relative_jacobian: npt.NDArray[np.float64], table
         untagged_boundary_facets=None if mesh.n_facets == 0 else len(boundary) - len(np.unique(facet[outer])),
         stray_facets=int((count[facet] == 0).sum()),
         inward_facets=int(inward.sum()),
+        interface_facets=int((count[facet] == 2).sum()),
+        **_interface(mesh, table),
     )
+
+
+def _interface(mesh: VolumeMesh, table: FaceTable) -> dict[str, int]:
+    """What is wrong with the facets between wall and blood; nothing where there is no blood."""
+    blood = is_blood(mesh.region)
+    if not blood.any() or mesh.n_facets == 0:
+        return {}
+    shared = np.flatnonzero(table.count == 2)
+    first, last = table.first[shared], table.last[shared]
+    of_first, of_last = blood[table.element[first]], blood[table.element[last]]
+    between = of_first != of_last
+    tagged = np.zeros(len(table.count), dtype=bool)
+    tagged[table.facet_number] = True
+    # Where a facet lies between wall and blood: the wall's face, which it is to be wound like.
+    wall = np.full(len(table.count), -1, dtype=np.int64)
+    wall[shared[between]] = np.where(of_first, last, first)[between]
+    inside = np.flatnonzero(table.count[table.facet_number] == 2)
+    face = wall[table.facet_number[inside]]
+    right = face >= 0
+    right[right] = _same_sense(_with_fourth(table.facets[inside[right]]), _with_fourth(table.rings[face[right]]))
+    return {
+        "untagged_interface_facets": int((~tagged[shared[between]]).sum()),
+        "misplaced_interface_facets": int((~right).sum()),
+    }
 
 
 def _with_fourth(rings: IntArray) -> IntArray:

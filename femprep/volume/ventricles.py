@@ -12,7 +12,7 @@ from femprep.elements import FACET_CORNERS, element_faces
 from femprep.errors import InputError
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.facets import facet_triangles
-from femprep.model import REGION_TAGS, Surface, VolumeMesh
+from femprep.model import REGION_TAGS, Surface, VolumeMesh, is_blood
 from femprep.volume.measures import centroids
 
 FloatArray = npt.NDArray[np.float64]
@@ -66,7 +66,7 @@ def label_ventricles(mesh: VolumeMesh, body: Surface | None = None) -> VolumeMes
         inside = ClosestFinder(body.points, body.triangles).signed(centre) < 0.0
         choice = np.where(inside, np.where(right < outer, 2, 0), np.where(outer <= left, 1, 2))
     region = np.array([REGION_TAGS[name] for name in ("lv", "rv", "septum")], dtype=np.int32)[choice]
-    return replace(mesh, region=tidy_regions(mesh, region))
+    return _with_regions(mesh, region)
 
 
 def label_chambers(mesh: VolumeMesh, body: Surface) -> VolumeMesh:
@@ -100,7 +100,12 @@ def label_chambers(mesh: VolumeMesh, body: Surface) -> VolumeMesh:
     outside = np.argmin(np.stack([right, la, ra]), axis=0) + 2
     choice = np.where(inside, np.where(septum, 1, 0), outside)
     region = np.array([REGION_TAGS[name] for name in ("lv", "septum", "rv", "la", "ra")], dtype=np.int32)[choice]
-    return replace(mesh, region=tidy_regions(mesh, region))
+    return _with_regions(mesh, region)
+
+
+def _with_regions(mesh: VolumeMesh, region: TagArray) -> VolumeMesh:
+    """The mesh with these regions of its wall, tidied; blood stays as it is."""
+    return replace(mesh, region=tidy_regions(mesh, np.where(is_blood(mesh.region), mesh.region, region)))
 
 
 def _distance(mesh: VolumeMesh, name: str, points: FloatArray) -> FloatArray:
@@ -113,7 +118,7 @@ def _distance(mesh: VolumeMesh, name: str, points: FloatArray) -> FloatArray:
 
 
 def tidy_regions(mesh: VolumeMesh, region: TagArray) -> TagArray:
-    """Regions with smoother interfaces, each in one piece.
+    """Regions of the wall with smoother interfaces, each in one piece; those of blood stay.
 
     Parameters
     ----------
@@ -125,21 +130,24 @@ def tidy_regions(mesh: VolumeMesh, region: TagArray) -> TagArray:
     (n_cells,) array
     """
     region = region.copy()
+    blood = is_blood(region)
     pairs = neighbours(mesh)
-    tags = np.unique(region)
+    pairs = pairs[~blood[pairs].any(axis=1)]
+    tags = np.unique(region[~blood])
     for _ in range(_ROUNDS):
         beside = _beside(region, pairs, tags)
         most = beside.argmax(axis=1)
-        turn = (tags[most] != region) & (beside[np.arange(len(region)), most] >= _SURROUNDED)
+        turn = ~blood & (tags[most] != region) & (beside[np.arange(len(region)), most] >= _SURROUNDED)
         if not turn.any():
             break
         region[turn] = tags[most[turn]]
     for _ in range(_ROUNDS):
-        stray = _strays(region, pairs, tags)
+        stray = _strays(region, pairs, tags) & ~blood
         if not stray.any():
             break
         beside = _beside(region, pairs[~stray[pairs].all(axis=1)], tags)
-        beside[np.arange(len(region)), np.searchsorted(tags, region)] = 0
+        walls = np.flatnonzero(~blood)
+        beside[walls, np.searchsorted(tags, region[walls])] = 0
         turn = stray & beside.any(axis=1)
         region[turn] = tags[beside[turn].argmax(axis=1)]
     return region
@@ -158,7 +166,7 @@ def neighbours(mesh: VolumeMesh) -> IntArray:
 
 def _beside(region: TagArray, pairs: IntArray, tags: TagArray) -> IntArray:
     """How many neighbours of each region each element has, ``(n, t)``."""
-    number = np.searchsorted(tags, region)
+    number = np.searchsorted(tags, region)  # blood has none, but is in no pair
     count = np.zeros((len(region), len(tags)), dtype=np.int64)
     np.add.at(count, (pairs[:, 0], number[pairs[:, 1]]), 1)
     np.add.at(count, (pairs[:, 1], number[pairs[:, 0]]), 1)

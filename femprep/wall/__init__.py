@@ -3,11 +3,13 @@
 ``find_base``, ``find_common_base`` and ``find_apex`` put planes into a segmentation, ``phase_base_offsets`` makes those
 of a heart's phases agree; ``extend_apex`` continues an epicardium beyond the last slice; ``keep_apart`` and ``Envelope``
 make surfaces of several chambers fit each other;
-``build_wall`` clips the fitted surfaces, joins them and tags every facet; ``cavity_surface`` caps a mesh's cavity.
+``build_wall`` clips the fitted surfaces, joins them and tags every facet; ``cavity_surface`` caps a mesh's cavity,
+``fill_cavities`` those of a wall, for its blood to be meshed as well.
 """
 
 from femprep.wall.apart import keep_apart
 from femprep.wall.apex import extend_apex
+from femprep.wall.blood import fill_cavities
 from femprep.wall.build import build_wall
 from femprep.wall.cavity import cavity_surface
 from femprep.wall.common_base import find_common_base
@@ -21,6 +23,7 @@ __all__ = [
     "build_wall",
     "cavity_surface",
     "extend_apex",
+    "fill_cavities",
     "find_apex",
     "find_base",
     "find_common_base",

@@ -6,13 +6,15 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.geometry.facets import facet_triangles
-from femprep.geometry.topology import border_edges
+from femprep.geometry.topology import border_loops
 from femprep.model import FloatArray, IntArray, Plane, Surface, VolumeMesh
 from femprep.wall.solid import plane_frame, triangulate_rings
 
 
 def cavity_surface(mesh: VolumeMesh, name: str = "lv") -> Surface:
     """The closed surface of a cavity, made of nodes of the mesh alone: endocardial facets, then caps over its openings.
+
+    The caps are those of the mesh where it has blood pools, else flat ones over the rims, without further nodes.
 
     A solver that moves its points with the mesh has the cavity's volume at any time, by the divergence theorem over the
     surface: what a pressure-volume relation or a windkessel needs.
@@ -42,7 +44,10 @@ def cavity_surface(mesh: VolumeMesh, name: str = "lv") -> Surface:
         have = ", ".join(mesh.facet_names) or "none"
         raise InputError(f"the mesh has no facets tagged 'endo_{name}' or 'endo'; its facets: {have}")
     wall = wall[:, ::-1]  # they look into the cavity
-    caps = [_cap(mesh.points, loop) for loop in _loops(border_edges(wall))]
+    if f"cap_{name}" in mesh.facet_names:  # meshed together with the blood
+        caps = [facet_triangles(mesh, f"cap_{name}")]
+    else:
+        caps = [_cap(mesh.points, loop) for loop in border_loops(wall)]
     triangles = np.concatenate([wall, *caps])
     used, number = np.unique(triangles, return_inverse=True)
     return Surface(
@@ -52,21 +57,6 @@ def cavity_surface(mesh: VolumeMesh, name: str = "lv") -> Surface:
         point_data={"GlobalNodeID": used + 1},
         info={"cap_triangles": sum(map(len, caps))},
     )
-
-
-def _loops(border: IntArray) -> list[IntArray]:
-    """The rims of a surface, each the nodes in the order in which its triangles run along it."""
-    following = {int(a): int(b) for a, b in border}
-    loops = []
-    while following:
-        start, vertex = next(iter(following.items()))
-        del following[start]
-        loop = [start]
-        while vertex != start:
-            loop.append(vertex)
-            vertex = following.pop(vertex)
-        loops.append(np.array(loop))
-    return loops
 
 
 def _cap(points: FloatArray, loop: IntArray) -> IntArray:

@@ -132,6 +132,10 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     parser.add_argument("--edge", type=float, default=3.0, help="edge length of the meshes, mm")
     parser.add_argument("--quality", choices=("fast", "good", "best"), default="good", help="asked of fTetWild")
     parser.add_argument("--vertices", type=int, default=1500, help="of each cavity's surface")
+    parser.add_argument(
+        "--method", choices=("paper", "even", "smooth"), help="of the surfaces; the default where left out"
+    )
+    parser.add_argument("--only", nargs="+", help="cases to run, by name: patient001_frame01, or 'rodero01 stack'")
     parser.add_argument("--minimum-thickness", type=float, default=1.0, help="of the wall, mm")
     parser.add_argument("--out", type=Path, help="folder for the whole hearts' meshes")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
@@ -140,7 +144,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     data = Path(os.environ["FEMPREP_DATA"])
     changes = {
         "volume": {"edge_length": given.edge, "quality": given.quality},
-        "surface": {"vertices": given.vertices},
+        "surface": {"vertices": given.vertices, **({"method": given.method} if given.method else {})},
         "wall": {"minimum_thickness": given.minimum_thickness},
     }
     if given.what == "biv":
@@ -148,6 +152,8 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
         jobs: list[Any] = [(one_biv, row["id"], str(data / "acdc" / row["file"]), changes) for row in chosen]
     else:
         jobs = [(one_heart, name, str(data / path), given.out, changes) for name, path in RODERO.items()]
+    if given.only:
+        jobs = [job for job in jobs if job[0] in given.only]
     results: list[dict[str, Any]] = []
     with ProcessPoolExecutor(given.jobs) as pool:
         for future in as_completed([pool.submit(*job) for job in jobs]):

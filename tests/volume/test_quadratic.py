@@ -41,7 +41,7 @@ def test_middles_lie_on_the_smooth_surfaces_and_planes_stay_flat(coarse_wall, pa
     linear, mesh = pair
     assert set(mesh.cells) == {"tetra10"}
     assert mesh.n_cells == linear.n_cells
-    assert len(mesh.points) == len(linear.points) + len(mesh_edges(linear))
+    assert len(mesh.points) == len(linear.points) + len(mesh_edges(linear.cells))
     np.testing.assert_array_equal(mesh.cells["tetra10"][:, :4], linear.cells["tetra"])
     np.testing.assert_array_equal(mesh.facets["triangle6"][:, :3], linear.facets["triangle"])
     np.testing.assert_array_equal(mesh.facet_tag, linear.facet_tag)

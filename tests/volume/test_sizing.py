@@ -175,7 +175,7 @@ def test_edges_follow_the_field():
     mesh = tetrahedralize(
         wall, quality="fast", retries=0, gradation=1.0, sizing=lambda x: np.where(x[:, 0] < 0.0, 3.0, 7.0)
     )
-    edges = mesh_edges(mesh)
+    edges = mesh_edges(mesh.cells)
     length = np.linalg.norm(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], axis=1)
     x = mesh.points[edges].mean(axis=1)[:, 0]
     assert length[x < -8.0].mean() == pytest.approx(3.0, rel=0.2)

@@ -1,0 +1,100 @@
+"""A mesh of wall and blood in; the same mesh with data that were found on its wall alone out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+
+from femprep.elements import match_facets
+from femprep.errors import InputError
+from femprep.model import IntArray, VolumeMesh, is_blood
+
+#: Directions in blood, where none mean anything: solvers want unit vectors at right angles in every element.
+_FRAME: Final = {"fiber": (1.0, 0.0, 0.0), "sheet": (0.0, 1.0, 0.0), "sheet_normal": (0.0, 0.0, 1.0)}
+
+
+def on_wall(mesh: VolumeMesh, add: Callable[[VolumeMesh], VolumeMesh]) -> VolumeMesh:
+    """Add data to the wall of a mesh that has blood pools; a mesh without them is handed on as it is.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+    add : callable
+        Takes a mesh and returns it with further data: ``add_coordinates``, ``add_aha``, ``add_fibres``.
+
+    Returns
+    -------
+    VolumeMesh
+        With the data of ``add``. In blood they are 0, the directions of fibres and sheets those of the coordinate axes.
+    """
+    blood = is_blood(mesh.region)
+    if not blood.any():
+        return add(mesh)
+    part, cells, nodes, facets = _wall(mesh, ~blood)
+    found = add(part)
+    new = {
+        "cell": _spread(found.cell_data, part.cell_data, cells, mesh.n_cells),
+        "point": _spread(found.point_data, part.point_data, nodes, len(mesh.points)),
+        "facet": _spread(found.facet_data, part.facet_data, facets, mesh.n_facets),
+    }
+    return replace(mesh.with_data(**new), info=found.info)
+
+
+def refuse_blood(mesh: VolumeMesh) -> None:
+    """Refuse a mesh with blood pools where the wall alone is meant.
+
+    Raises
+    ------
+    InputError
+    """
+    if is_blood(mesh.region).any():
+        raise InputError(
+            "the mesh has blood pools, where coordinates, segments and fibres mean nothing; add them to its wall by "
+            "on_wall(mesh, add_fibres)"
+        )
+
+
+def _wall(mesh: VolumeMesh, tissue: np.ndarray) -> tuple[VolumeMesh, IntArray, IntArray, IntArray]:
+    """The wall as a mesh of its own; and which elements, points and facets of the whole it is made of."""
+    owner, _ = match_facets(mesh.cells, mesh.facets)
+    face = (owner >= 0) & tissue[owner]
+    cells, first = {}, 0
+    for kind, block in mesh.cells.items():
+        cells[kind] = block[tissue[first : first + len(block)]]
+        first += len(block)
+    facets, first = {}, 0
+    for kind, block in mesh.facets.items():
+        facets[kind] = block[face[first : first + len(block)]]
+        first += len(block)
+    nodes = np.unique(np.concatenate([block.ravel() for block in cells.values()]))
+    number = np.full(len(mesh.points), -1)
+    number[nodes] = np.arange(len(nodes))
+    part = VolumeMesh(
+        mesh.points[nodes],
+        {kind: number[block] for kind, block in cells.items()},
+        mesh.region[tissue],
+        {kind: number[block] for kind, block in facets.items()},
+        mesh.facet_tag[face],
+        {name: values[tissue] for name, values in mesh.cell_data.items()},
+        {name: values[nodes] for name, values in mesh.point_data.items()},
+        {name: values[face] for name, values in mesh.facet_data.items()},
+        {name: plane for name, plane in mesh.planes.items() if not name.startswith("cap_")},
+        mesh.info,
+    )
+    return part, np.flatnonzero(tissue), nodes, np.flatnonzero(face)
+
+
+def _spread(found: Any, before: Any, rows: IntArray, count: int) -> dict[str, np.ndarray]:
+    """New data of some rows, over all rows."""
+    out = {}
+    for name, values in found.items():
+        if name in before:
+            continue
+        whole = np.zeros((count, *values.shape[1:]), dtype=values.dtype)
+        whole[...] = _FRAME.get(name, 0)
+        whole[rows] = values
+        out[name] = whole
+    return out
