@@ -16,7 +16,7 @@ from femprep.harmonic.spline import Basis
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
-from femprep.model import FloatArray, Surface
+from femprep.model import FloatArray, IntArray, Surface
 from femprep.options import SurfaceOptions, choose
 from femprep.surface.mend import Target, sound_map
 from femprep.surface.smooth import smooth_map
@@ -109,12 +109,62 @@ def fit_surface(
     boundary = boundary_points(obj) if boundary is None else boundary
     if len(boundary) < 12:
         raise InputError(f"object {obj.name!r} has {len(boundary)} boundary points, too few for a surface")
+    axes, turn = _axes(obj)
+    template = (cubed_template if chosen.cells == "quad" else charge_template)(chosen.vertices)
+    directions = template.directions @ (turn if obj.frame is None else obj.frame).T
+    info: dict[str, Any] = {
+        "method": chosen.method,
+        "vertices": len(directions),
+        "cells": chosen.cells,
+        "boundary_points": len(boundary),
+        "boundary": dict(boundary.info),
+        "centre": obj.barycentre.tolist(),
+    }
+    notices: list[str] = []
+    if chosen.method == "smooth":
+        try:
+            smooth, points, cells, more = smooth_map(
+                obj, boundary, axes, directions, template.cells, chosen.connectivity, chosen.curvature_sizing
+            )
+        except StageError as error:
+            # The harmonic surface is less accurate, but bends of a thin chamber cannot cross on it.
+            notices.append(f"{error}; the surface of method even is taken in its place")
+            _log.warning(notices[-1])
+        else:
+            info |= _residuals(smooth.height(boundary.points)) | more
+            tell("surface", 1.0)
+            return Surface(points, cells, name=obj.name, directions=smooth.directions, shape=smooth, info=info)
+    target, more = _target(obj, boundary, chosen, axes, turn, directions, template.cells, tell)
+    info |= more
+    field, level = target.field, target.level
+    mapped = sound_map(target, even=chosen.method != "paper")
+    shape, points, directions = mapped.shape, mapped.points, mapped.directions
+    raw = shape.stopping(directions)
+    residual = (level - shape.levels(target.feet)) / np.linalg.norm(field.gradient(boundary.points), axis=1)
+    held = int(np.count_nonzero((raw < shape.lowest) | (raw > shape.highest)))
+    if held:
+        _log.warning("surface of %r: stopping value held within bounds at %d vertices", obj.name, held)
+    info |= _residuals(residual) | {"stopping_held": held} | mapped.info
+    info["notices"] = [*notices, *info.get("notices", [])]
+    tell("surface", 1.0)
+    return Surface(points, mapped.cells, name=obj.name, directions=directions, shape=shape, info=info)
+
+
+def _target(
+    obj: LabelObject,
+    boundary: BoundaryPoints,
+    chosen: SurfaceOptions,
+    axes: FloatArray,
+    turn: FloatArray,
+    directions: FloatArray,
+    cells: IntArray,
+    tell: Callable[[str, float], None],
+) -> tuple[Target, dict[str, Any]]:
+    """The paper's field about an object and what its boundary asks of the stopping function; what was chosen for it."""
     area = _area(obj, boundary)
     number = _default_number(obj, area)
     singularities = number if chosen.singularities is None else chosen.singularities
     control_points = number if chosen.control_points is None else chosen.control_points
-
-    axes, turn = _axes(obj)
     centre = obj.barycentre
     radius = float(chosen.sphere_ratio * np.linalg.norm(boundary.points - centre, axis=1).max())
     # The paper erodes by two isotropic voxels and leaves their size open: the image's smallest. Singularities closer to
@@ -127,9 +177,6 @@ def fit_surface(
             f"fitting {obj.name!r} with {control_points} control points to {len(boundary)} boundary points needs about "
             f"{memory:.1f} GB, the limit is {chosen.memory_limit:g} GB; lower control_points, or raise memory_limit"
         )
-
-    template = (cubed_template if chosen.cells == "quad" else charge_template)(chosen.vertices)
-    directions = template.directions @ (turn if obj.frame is None else obj.frame).T
     tell("surface", 0.1)
     even = isotropic(obj, voxel)
     sources, placement = place_sources(
@@ -141,30 +188,22 @@ def fit_surface(
     steps = chosen.steps or field.enough_steps(boundary.points, level, 0.0, _FLOW_ERROR)
     feet = field.directions(field.flow(boundary.points, level, 0.0, steps))
     tell("surface", 0.7)
-    tell("surface", 0.8)
-    basis = Basis(sphere_points(control_points) @ turn.T, chosen.spline_order)
     target = Target(
         field,
-        basis,
+        Basis(sphere_points(control_points) @ turn.T, chosen.spline_order),
         feet,
         level,
         directions,
-        template.cells,
+        cells,
         turn,
         steps,
         obj.name,
         chosen.connectivity,
         chosen.curvature_sizing,
     )
-    info = {
-        "method": chosen.method,
+    return target, {
         "singularities": singularities,
         "control_points": control_points,
-        "vertices": len(directions),
-        "cells": chosen.cells,
-        "boundary_points": len(boundary),
-        "boundary": dict(boundary.info),
-        "centre": centre.tolist(),
         "radius": radius,
         "flow_steps": steps,
         "level_mean": float(level.mean()),
@@ -172,29 +211,6 @@ def fit_surface(
         "sources": placement,
         "memory_gb": memory,
     }
-    notices: list[str] = []
-    if chosen.method == "smooth":
-        try:
-            smooth, points, cells, more = smooth_map(target, obj, boundary)
-        except StageError as error:
-            # The harmonic surface is less accurate, but bends of a thin chamber cannot cross on it.
-            notices.append(f"{error}; the surface of method even is taken in its place")
-            _log.warning(notices[-1])
-        else:
-            info |= _residuals(smooth.height(boundary.points)) | more
-            tell("surface", 1.0)
-            return Surface(points, cells, name=obj.name, directions=smooth.directions, shape=smooth, info=info)
-    mapped = sound_map(target, even=chosen.method != "paper")
-    shape, points, directions = mapped.shape, mapped.points, mapped.directions
-    raw = shape.stopping(directions)
-    residual = (level - shape.levels(feet)) / np.linalg.norm(field.gradient(boundary.points), axis=1)
-    held = int(np.count_nonzero((raw < shape.lowest) | (raw > shape.highest)))
-    if held:
-        _log.warning("surface of %r: stopping value held within bounds at %d vertices", obj.name, held)
-    info |= _residuals(residual) | {"stopping_held": held} | mapped.info
-    info["notices"] = [*notices, *info.get("notices", [])]
-    tell("surface", 1.0)
-    return Surface(points, mapped.cells, name=obj.name, directions=directions, shape=shape, info=info)
 
 
 def required_memory(boundary: int, singularities: int, control_points: int, vertices: int, radius: float) -> float:

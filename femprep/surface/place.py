@@ -13,6 +13,7 @@ from femprep.geometry.patches import PatchSurface
 from femprep.geometry.topology import euler_characteristic, is_closed, volume
 from femprep.geometry.triangles import areas, triangle_quality
 from femprep.model import FloatArray, IntArray
+from femprep.surface.coarser import coarser
 from femprep.surface.descent import OnPatches, Place, descend, on_sphere, smoother
 from femprep.surface.distortion import Ideal
 from femprep.surface.flips import flip_edges
@@ -109,6 +110,7 @@ def place_evenly(
     surface: PatchSurface,
     start: FloatArray | None = None,
     *,
+    chart: Chart | None = None,
     connectivity: Connectivity = "template",
     curvature: float = 0.0,
 ) -> Placed:
@@ -130,6 +132,8 @@ def place_evenly(
     start : (V, 3) array, optional
         Where vertices should roughly lie, mm, for example at the ends of harmonic field lines: tells how the template
         is turned. By default a vertex should lie in its direction as seen from the surface's middle.
+    chart : Chart, optional
+        A map of the surface to the sphere that is known already, in place of one made here.
     connectivity : str
         ``"template"``: the template's cells. ``"free"``: edges are flipped wherever that makes triangles more even.
         ``"auto"``: flipped where triangles would be worse than usual otherwise, or cut off too much. Quadrilaterals
@@ -148,7 +152,7 @@ def place_evenly(
             f"Euler characteristic {euler_characteristic(surface.triangles)}, not 2"
         )
     goal = Goal(surface, len(cells), curvature)
-    chart = Chart.of(goal, directions, start)
+    chart = Chart.of(goal, directions, start) if chart is None else chart
     slid = slide_evenly(chart.points_at(directions), cells, goal, connectivity)
     if slid.flips:
         directions = _unfolded(chart.directions_at(slid.points), slid)
@@ -207,6 +211,8 @@ def slide_evenly(points: FloatArray, cells: IntArray, goal: Goal, connectivity: 
         kept = _kept(points, cells, goal)
         if connectivity == "template" or cells.shape[1] != 3 or _enough(kept, goal):
             return kept
+        if kept.folded == 0:
+            points = kept.points
     return _free(points, cells, goal)
 
 
@@ -252,23 +258,6 @@ def _enough(slid: Slid, goal: Goal) -> bool:
         and float(quality.min()) >= _ENOUGH[1]
         and volume(slid.points, slid.cells) >= (1.0 - _CUT) * whole
     )
-
-
-def coarser(points: FloatArray, cells: IntArray, count: int) -> tuple[FloatArray, IntArray]:
-    """A mesh of about ``count`` vertices for the same surface; the mesh itself where it is small, or fails to shrink.
-
-    Edges are collapsed where that moves the surface least (quadric error metrics).
-    """
-    if len(points) <= 1.5 * count:
-        return points, cells
-    import pyvista as pv
-
-    faces = np.column_stack([np.full(len(cells), 3), cells])
-    mesh = pv.PolyData(points, faces.ravel()).decimate(1.0 - count / len(points), volume_preservation=True)
-    shape = np.asarray(mesh.points, dtype=np.float64), mesh.regular_faces.astype(np.int64)
-    if not is_closed(shape[1]) or euler_characteristic(shape[1]) != 2 or areas(*shape).min() <= 0.0:
-        return points, cells
-    return shape
 
 
 def _wanted(points: FloatArray, directions: FloatArray, start: FloatArray | None) -> FloatArray:

@@ -2,24 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
 from femprep.geometry.closest import ClosestFinder
+from femprep.geometry.intersection import self_intersections
 from femprep.geometry.patches import PatchSurface
-from femprep.geometry.triangles import areas, vertex_normals
+from femprep.geometry.topology import edge_table
 from femprep.model import FloatArray, IntArray
 from femprep.surface.estimate.curvature import Curvature
 from femprep.surface.estimate.evidence import Evidence
+from femprep.surface.estimate.spread import spread
 
-#: Weight of the change of curvature against the labels, mm^4, in each round: a stiff surface first.
-_STIFFNESS: Final = (30000.0, 10000.0, 3000.0, 1000.0, 1000.0, 1000.0, 1000.0, 1000.0)
+#: Old vertices, new ones and triangles to where the vertices go.
+Step = Callable[[FloatArray, FloatArray, IntArray], FloatArray]
+
+#: Weight of the change of curvature against the labels, mm^4, in each round on the mesh given: a stiff surface first.
+_STIFFNESS: Final = (30000.0, 10000.0, 3000.0, 1000.0, 1000.0, 1000.0)
+#: The same in the last rounds, on the mesh with four times as many triangles.
+_LAST: Final = (1000.0, 1000.0)
 #: Curvature may change by this, 1/mm2, before an edge is taken for one; in rounds from this one on, and least weight.
 _USUAL: Final = 0.005
 _EDGES: Final = 3
 _LEAST: Final = 0.05
+#: On the mesh given no more faces are looked at than this many for each vertex.
+_FACES: Final = 3
 #: A vertex moves no farther than this in one round, mm.
 _STEP: Final = 2.0
 #: Rings of vertices that are held back with one that would, each by this power of the share of the one before.
@@ -34,6 +44,9 @@ _BETWEEN: Final = (0.3, 0.1)
 _OBLIQUE: Final = 0.02
 #: Principal curvatures are not followed beyond this, 1/mm.
 _SHARPEST: Final = 0.2
+#: Tries of steps without crossing triangles, each shorter around them, and rings of vertices that are held back too.
+_TRIES: Final = 6
+_RINGS_APART: Final = 3
 #: Passes of spreading vertices along the surface after each round.
 _SPREAD: Final = 5
 
@@ -64,11 +77,52 @@ def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence
         The surface, in the coordinates of the evidence.
     """
     points = np.array(points, dtype=np.float64)
+    bent = _bent(points, triangles, evidence, lambda old, new, cells: new)
+    if len(self_intersections(*bent)):
+        bent = _bent(points, triangles, evidence, _apart)
+    return PatchSurface(*bent)
+
+
+def _bent(points: FloatArray, triangles: IntArray, evidence: Evidence, step: Step) -> tuple[FloatArray, IntArray]:
+    """All rounds; each way from old to new vertices goes by ``step``."""
+    part = evidence.thinned(_FACES * len(points))
     for number, stiffness in enumerate(_STIFFNESS):
-        if number:
-            points = spread(points, triangles, _SPREAD)
-        points += _bend(points, triangles, evidence, stiffness, number >= _EDGES)
-    return PatchSurface(points, triangles)
+        points = step(points, spread(points, triangles, _SPREAD), triangles)
+        points = step(points, points + _bend(points, triangles, part, stiffness, number >= _EDGES), triangles)
+    straight, curved, triangles = _split(points, triangles)
+    points = step(straight, curved, triangles)
+    for stiffness in _LAST:
+        points = step(points, spread(points, triangles, _SPREAD), triangles)
+        points = step(points, points + _bend(points, triangles, evidence, stiffness, True), triangles)
+    return points, triangles
+
+
+def _apart(old: FloatArray, new: FloatArray, triangles: IntArray) -> FloatArray:
+    """Vertices on the way from old to new places as far as no triangles cross, those around a crossing less far."""
+    share = np.ones(len(old))
+    for _ in range(_TRIES):
+        points = old + share[:, None] * (new - old)
+        crossing = np.unique(self_intersections(points, triangles))
+        if not len(crossing):
+            return points
+        share[triangles[crossing]] *= 0.3
+        for _ in range(_RINGS_APART):
+            least = np.minimum(share[triangles].min(axis=1) + 0.25, 1.0)
+            np.minimum.at(share, triangles, np.broadcast_to(least[:, None], triangles.shape))
+    return old
+
+
+def _split(points: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Each triangle cut into four at the middles of its sides: vertices with these as they are, and with these moved
+    to the smooth surface through the others; the triangles."""
+    table = edge_table(triangles)
+    middle = points[table.nodes].mean(axis=1)
+    curved = PatchSurface(points, triangles).project(middle, table.nodes[:, 0])[0]
+    a, b, c = triangles.T
+    p, q, r = len(points) + table.of_cell.T
+    parts = [(a, p, r), (p, b, q), (r, q, c), (p, q, r)]
+    cells = np.concatenate([np.stack(part, axis=1) for part in parts])
+    return np.concatenate([points, middle]), np.concatenate([points, curved]), cells
 
 
 def _bend(points: FloatArray, triangles: IntArray, evidence: Evidence, stiffness: float, edges: bool) -> FloatArray:
@@ -78,12 +132,12 @@ def _bend(points: FloatArray, triangles: IntArray, evidence: Evidence, stiffness
     shape = Curvature.of(points, triangles, _SHARPEST)
     finder = ClosestFinder(points, triangles)
     faces = _Feet.of(evidence.faces, finder, shape.normals)
+    centres = _Feet.of(evidence.centres, finder, shape.normals)
     along = faces.normal[np.arange(len(faces.normal)), evidence.axis] ** 2
     share = np.where(evidence.end, _BETWEEN[1], np.where(evidence.between, _BETWEEN[0], 1.0))
     # Even over the voxel: variance of a twelfth.
-    weight = share * 12.0 / (evidence.spacing**2 * (along + _OBLIQUE))
-    centres = _Feet.of(evidence.centres, finder, shape.normals)
-    wrong = np.where((centres.height < 0.0) == evidence.outside, 1.0 / _WRONG**2, 0.0)
+    weight = evidence.count * share * 12.0 / (evidence.spacing**2 * (along + _OBLIQUE))
+    wrong = np.where((centres.height < 0.0) == evidence.outside, evidence.count / _WRONG**2, 0.0)
     matrix, right = faces.normal_equations(weight, len(points))
     more, also = centres.normal_equations(wrong, len(points))
     bent = shape.lenient(_USUAL, _LEAST) if edges else shape.stiffness
@@ -136,20 +190,3 @@ class _Feet:
         pull = (weight * self.height)[:, None] * self.weights
         right = np.bincount(self.corners.ravel(), weights=pull.ravel(), minlength=count)
         return matrix, np.asarray(right, dtype=np.float64)
-
-
-def spread(points: FloatArray, triangles: IntArray, passes: int) -> FloatArray:
-    """Move vertices ``(n, 3)`` along the surface to the middle of their neighbours, larger triangles drawing more."""
-    from scipy.sparse import coo_matrix
-
-    count = len(points)
-    ends = np.concatenate([triangles, np.roll(triangles, -1, axis=1)]).T.reshape(-1)
-    other = np.concatenate([np.roll(triangles, -1, axis=1), triangles]).T.reshape(-1)
-    around = coo_matrix((np.full(len(ends), 0.5), (ends, other)), shape=(count, count)).tocsr()
-    for _ in range(passes):
-        size = np.bincount(triangles.ravel(), weights=np.repeat(areas(points, triangles), 3), minlength=count)
-        middle = (around @ (points * size[:, None])) / (around @ size)[:, None]
-        normal = vertex_normals(points, triangles)
-        off = middle - points
-        points = points + 0.7 * (off - np.einsum("ij,ij->i", off, normal)[:, None] * normal)
-    return points

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -36,6 +36,8 @@ class Evidence:
         Voxel centres next to the boundary.
     outside : (n,) bool array
         Whether each lies outside of the object.
+    count : float
+        How many like it each of the faces and centres stands for.
     """
 
     faces: FloatArray
@@ -45,6 +47,13 @@ class Evidence:
     end: npt.NDArray[np.bool_]
     centres: FloatArray
     outside: npt.NDArray[np.bool_]
+    count: float = 1.0
+
+    def thinned(self, most: int) -> Evidence:
+        """One in so many faces and centres, each standing for those left out, so that there are at most ``most``."""
+        step = -(-len(self.faces) // most)
+        faces = {name: getattr(self, name)[::step] for name in ("faces", "axis", "spacing", "between", "end")}
+        return replace(self, **faces, centres=self.centres[::step], outside=self.outside[::step], count=float(step))
 
     @classmethod
     def of(cls, obj: LabelObject, axes: FloatArray, boundary: BoundaryPoints | None = None) -> Evidence:

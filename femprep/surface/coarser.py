@@ -1,0 +1,26 @@
+"""A closed triangle mesh in, one with fewer vertices for the same surface out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from femprep.geometry.topology import euler_characteristic, is_closed
+from femprep.geometry.triangles import areas
+from femprep.model import FloatArray, IntArray
+
+
+def coarser(points: FloatArray, cells: IntArray, count: int) -> tuple[FloatArray, IntArray]:
+    """A mesh of about ``count`` vertices for the same surface; the mesh itself where it is small, or fails to shrink.
+
+    Edges are collapsed where that moves the surface least (quadric error metrics).
+    """
+    if len(points) <= 1.5 * count:
+        return points, cells
+    import pyvista as pv
+
+    faces = np.column_stack([np.full(len(cells), 3), cells])
+    mesh = pv.PolyData(points, faces.ravel()).decimate(1.0 - count / len(points), volume_preservation=True)
+    shape = np.asarray(mesh.points, dtype=np.float64), mesh.regular_faces.astype(np.int64)
+    if not is_closed(shape[1]) or euler_characteristic(shape[1]) != 2 or areas(*shape).min() <= 0.0:
+        return points, cells
+    return shape

@@ -1,0 +1,81 @@
+"""A LabelObject in, a rough closed mesh around its voxels out: a ball's surface even where the voxels have tunnels."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from femprep.errors import StageError
+from femprep.geometry.topology import euler_characteristic, is_closed, volume
+from femprep.image.object import LabelObject
+from femprep.image.resample import isotropic
+from femprep.model import FloatArray, IntArray
+from femprep.surface.coarser import coarser
+
+#: Voxels of the grid the mesh is made on: the object's volume over this many, between these sizes, mm.
+_VOXELS: Final = 15000
+_FINEST, _COARSEST = 1.0, 3.0
+#: How far outside of the voxels the mesh may run, in those voxels, step by step, until it is a ball's.
+_OFFSETS: Final = (0.0, 0.7, 1.4, 2.1, 2.8, 3.5)
+#: Smoothing of the distance from the voxels' surface, in voxels; of the mesh, passes and pass band of Taubin's filter.
+_SMOOTH: Final = 1.0
+_PASSES: Final = 20
+_PASS_BAND: Final = 0.05
+#: Share of the mesh' area that crumbs beside the largest piece may have.
+_CRUMBS: Final = 0.05
+
+
+def outline(obj: LabelObject, axes: FloatArray, count: int) -> tuple[FloatArray, IntArray]:
+    """A smooth closed mesh near an object's surface.
+
+    Parameters
+    ----------
+    obj : LabelObject
+    axes : (3, 3) array
+        The image's axes, orthogonal columns.
+    count : int
+        Number of vertices, about.
+
+    Returns
+    -------
+    points : (n, 3) array
+        Vertices in coordinates along the axes from the object's barycentre, mm.
+    triangles : (m, 3) array
+        Wound outward.
+
+    Raises
+    ------
+    StageError
+        The mesh is not a ball's at any distance from the voxels that was tried.
+    """
+    import pyvista as pv
+    from scipy.ndimage import distance_transform_edt, gaussian_filter
+
+    voxel = float(np.clip((obj.volume / _VOXELS) ** (1.0 / 3.0), _FINEST, _COARSEST))
+    even = isotropic(obj, voxel)
+    room = int(np.ceil(_OFFSETS[-1])) + 2
+    mask = np.pad(even.mask, room)
+    # In voxels, positive inside.
+    depth = np.where(mask, distance_transform_edt(mask) - 0.5, 0.5 - distance_transform_edt(~mask))
+    depth = gaussian_filter(depth, _SMOOTH)
+    image = pv.ImageData(dimensions=mask.shape)
+    image.point_data["depth"] = depth.ravel(order="F")
+    for offset in _OFFSETS:
+        mesh = image.contour([-offset], method="flying_edges")
+        whole = mesh.area
+        mesh = mesh.extract_largest()
+        if mesh.area < (1.0 - _CRUMBS) * whole:
+            continue
+        mesh = mesh.smooth_taubin(n_iter=_PASSES, pass_band=_PASS_BAND)
+        cells = np.asarray(mesh.regular_faces, dtype=np.int64)
+        if is_closed(cells) and euler_characteristic(cells) == 2:
+            break
+    else:
+        raise StageError(
+            f"object {obj.name!r} has tunnels too wide to be closed by {_OFFSETS[-1] * voxel:.1f} mm around its voxels"
+        )
+    # Still as indices, so that a turned image gives the same mesh to the last digit.
+    index, cells = coarser(np.asarray(mesh.points, dtype=np.float64), cells, count)
+    points = (even.grid.to_world(index - room) - obj.barycentre) @ axes
+    return points, cells if volume(points, cells) > 0.0 else np.ascontiguousarray(cells[:, ::-1])
