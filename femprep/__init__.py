@@ -7,7 +7,7 @@ The whole way in ten lines, here on a phantom with voxels of 1.4 x 1.4 x 8 mm an
 >>> seg = lv_ellipsoid().segmentation(spacing=(1.4, 1.4, 8.0), apex="uncapped")
 >>> cavity, heart = seg.object("lv"), seg.object("lv", "myo")
 >>> endo = fp.fit_surface(cavity, vertices=500)
->>> epi = fp.fit_surface(heart, boundary=fp.extend_apex(seg, heart), vertices=500)
+>>> epi = fp.fit_surface(heart, boundary=fp.extend_apex(seg, heart, endo=endo), vertices=500)
 >>> wall = fp.build_wall(epi=epi, endo={"lv": endo}, base=fp.find_base(seg))
 >>> mesh = fp.tetrahedralize(wall, edge_length=5.0)
 >>> mesh = fp.add_fibres(mesh, axes=fp.ventricular_axes(seg), endo_angle=60.0, epi_angle=-60.0)

@@ -73,10 +73,10 @@ def left_ventricle(seg: Segmentation, options: Options, stages: Stages) -> Parts
         base = find_base(seg, options=options.wall)
         clipped = options.wall.apex == "clipped"
         apex = find_apex(seg, options=options.wall) if clipped else None
-        boundary = None if clipped else extend_apex(seg, objects["epi"], options=options.wall)
     with stages("surface lv") as report:
         endo = fit_surface(objects["lv"], options=options.surface, progress=report)
     with stages("surface epi") as report:
+        boundary = None if clipped else extend_apex(seg, objects["epi"], endo=endo, options=options.wall)
         epi = fit_surface(objects["epi"], boundary=boundary, options=options.surface, progress=report)
     return Parts(objects, {"lv": endo}, epi, base, apex)
 
@@ -98,11 +98,11 @@ def both_ventricles(seg: Segmentation, options: Options, stages: Stages) -> Part
         base = find_common_base(seg, options=wall)
         clipped = wall.apex == "clipped"
         apex = find_apex(seg, options=wall) if clipped else None
-        boundary = None if clipped else extend_apex(seg, objects["lv_epi"], options=wall)
-    fitted = {}
+    fitted: dict[str, Surface] = {}
     for name, obj in objects.items():
         with stages(f"surface {name}") as report:
-            own = boundary if name == "lv_epi" else None
+            closed = name == "lv_epi" and not clipped
+            own = extend_apex(seg, obj, endo=fitted["lv"], options=wall) if closed else None
             fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report)
     with stages("surface epi") as report:
         cavities = {name: fitted[name] for name in ("lv", "rv")}

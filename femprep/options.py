@@ -131,11 +131,11 @@ class ImageOptions(StageOptions):
 class SurfaceOptions(StageOptions):
     """Fitting a closed template surface to an object."""
 
-    method: Literal["paper", "even", "smooth"] = Field(
-        "paper",
-        description="paper: the surface as published, smoothed only where its triangles would cross. even: that "
-        "surface, lightly smoothed, and its vertices moved along it until the triangles are even. smooth: the surface "
-        "of least change of curvature that the labels allow, the most accurate one, with even triangles.",
+    method: Literal["smooth", "even", "paper"] = Field(
+        "smooth",
+        description="smooth: the surface of least change of curvature that the labels allow, the most accurate one, "
+        "with even triangles. paper: the harmonic surface as published, smoothed only where its triangles would cross. "
+        "even: that surface, lightly smoothed, and its vertices moved along it until the triangles are even.",
     )
     vertices: int = Field(1500, ge=12, le=20000, description="Number of vertices V of the template sphere.")
     cells: Literal["triangle", "quad"] = Field(
@@ -157,10 +157,16 @@ class SurfaceOptions(StageOptions):
         "where that is large: 0 the same everywhere, 1 finer where curved.",
     )
     singularities: int | None = Field(
-        None, ge=4, description="Number of singularities M; from the object where not given."
+        None,
+        ge=4,
+        description="Number of singularities M of the harmonic field; from the object where not given. The smooth "
+        "surface needs none.",
     )
     control_points: int | None = Field(
-        None, ge=4, description="Number of spline control points K; from the object where not given."
+        None,
+        ge=4,
+        description="Number of spline control points K of the harmonic surface; from the object where not given. The "
+        "smooth surface needs none.",
     )
     spline_order: int = Field(4, ge=2, le=10, description="Order m of Wahba's spline.")
     sphere_ratio: float = Field(

@@ -67,7 +67,7 @@ def surfaces(case: str) -> tuple[Surface, Surface, Plane]:
     seg = segmentation(case)
     outer = seg.object("lv", "myo")
     endo = fp.fit_surface(seg.object("lv"))
-    return endo, fp.fit_surface(outer, boundary=fp.extend_apex(seg, outer)), fp.find_base(seg)
+    return endo, fp.fit_surface(outer, boundary=fp.extend_apex(seg, outer, endo=endo)), fp.find_base(seg)
 
 
 def segmentation(case: str) -> Segmentation:

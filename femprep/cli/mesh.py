@@ -69,6 +69,7 @@ def mesh(
     config: Annotated[
         Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)
     ] = None,
+    method: Annotated[str | None, option(SurfaceOptions, "method", panel=SURFACES)] = None,
     vertices: Annotated[int | None, option(SurfaceOptions, "vertices", panel=SURFACES)] = None,
     singularities: Annotated[
         int | None, option(SurfaceOptions, "singularities", panel=SURFACES, default="from the object")
@@ -139,6 +140,7 @@ def mesh(
         image__policy=policy,
         image__spacing=spacing,
         image__correct_shifts=correct_shifts,
+        surface__method=method,
         surface__vertices=vertices,
         surface__singularities=singularities,
         surface__control_points=control_points,

@@ -1,4 +1,4 @@
-"""A LabelObject in, a closed Surface out: the paper's method, image, field and template put together (2.2 to 2.7)."""
+"""A LabelObject in, a closed Surface out: the smooth surface, or the paper's method put together (2.2 to 2.7)."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ def fit_surface(
 ) -> Surface:
     """Fit a closed, smooth surface with a given number of vertices to a segmented object.
 
-    A pre-meshed sphere about the object's barycentre is carried along the gradient of a harmonic field to the
-    surface that fits the object's boundary points in the least squares sense. Its vertices stay where
-    the paper has them (``method="paper"``), or are moved along that surface until the triangles are even (``"even"``).
-    The most accurate surface (``"smooth"``) only begins there: it is bent as evenly as the labels allow, each weighted
-    by what it tells, see :func:`~femprep.surface.estimate.estimate_surface`, and the template is placed evenly on it.
-    Where triangles of that surface cross, as they may in a thin bent chamber, the harmonic one is taken, with a notice.
+    The surface (``method="smooth"``) is bent as evenly as the labels allow, each weighted by what it tells, see
+    :func:`~femprep.surface.estimate.estimate_surface`, and a pre-meshed sphere is placed evenly on it. By
+    ``method="paper"`` the sphere, about the object's barycentre, is carried along the gradient of a harmonic field to
+    the surface that fits the object's boundary points in the least squares sense [1]_; by ``"even"`` its vertices are
+    then moved along that surface until the triangles are even. Where no smooth surface can be had without crossing
+    triangles the one of ``"even"`` is taken, with a notice.
 
     The template is turned with the heart where the object knows its ``frame``
     (:func:`femprep.orient`), so that vertex i lies at the same place in other phases and in other hearts; else with the
@@ -72,12 +72,13 @@ def fit_surface(
     boundary : BoundaryPoints, optional
         Points its surface should pass; by default the midpoints between its voxels and their neighbours outside.
     options : SurfaceOptions, optional
-        Numbers of vertices V, singularities M, control points K, and others. Without M and K there is one of each for
-        every four voxel faces of the object's lateral surface, 50 to 450.
+        Method, number of vertices V, and others. Numbers of singularities M and control points K are those of the
+        harmonic field; by default there is one of each for every four voxel faces of the object's lateral surface,
+        50 to 450.
     progress : callable, optional
         Told the stage and the fraction done.
     **changes
-        Options by name, for example ``vertices=1180, singularities=227, control_points=204`` (Table 1).
+        Options by name, for example ``method="paper", vertices=1180, singularities=227, control_points=204`` (Table 1).
 
     Returns
     -------
@@ -100,8 +101,8 @@ def fit_surface(
 
     References
     ----------
-    O. Skrinjar, A. Bistoquet, "Generation of myocardial wall surface meshes from segmented MRI", 2009,
-    doi 10.1155/2009/313517.
+    .. [1] O. Skrinjar, A. Bistoquet, "Generation of myocardial wall surface meshes from segmented MRI", 2009,
+       doi 10.1155/2009/313517.
     """
     chosen = choose(SurfaceOptions, options, changes)
     tell = progress or (lambda stage, fraction: None)
@@ -124,7 +125,7 @@ def fit_surface(
     if chosen.method == "smooth":
         try:
             smooth, points, cells, more = smooth_map(
-                obj, boundary, axes, directions, template.cells, chosen.connectivity, chosen.curvature_sizing
+                obj, boundary, turn, directions, template.cells, chosen.connectivity, chosen.curvature_sizing
             )
         except StageError as error:
             # The harmonic surface is less accurate, but bends of a thin chamber cannot cross on it.

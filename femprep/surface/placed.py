@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -45,9 +46,13 @@ class PlacedShape:
         """Points of the surface, ``(n, 3)`` mm LPS, for unit vectors ``(n, 3)``."""
         unit = np.asarray(directions, dtype=np.float64).reshape(-1, 3)
         unit = unit / np.linalg.norm(unit, axis=1, keepdims=True)
-        found = ClosestFinder(self.directions, self.cells)(unit)
+        found = self._finder(unit)
         rough = np.einsum("qi,qik->qk", found.weights, self.places[self.cells[found.triangle]])
         return self.to_world(self.surface.project(rough)[0])
+
+    @cached_property
+    def _finder(self) -> ClosestFinder:
+        return ClosestFinder(self.directions, self.cells)
 
     def to_world(self, places: npt.ArrayLike) -> FloatArray:
         """World points ``(n, 3)`` mm LPS of places in the surface's coordinates."""

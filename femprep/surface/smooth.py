@@ -49,7 +49,7 @@ def smooth_map(
     boundary : BoundaryPoints
         Its boundary.
     axes : (3, 3) array
-        The image's axes, orthogonal columns. All is done along them, so that a turned image gives the same surface,
+        The image's axes as a rotation, columns. All is done along them, so that a turned image gives the same surface,
         turned.
     directions : (V, 3) array
         The template's vertices, unit vectors.

@@ -17,7 +17,7 @@ from scipy.ndimage import distance_transform_edt
 
 from femprep.errors import InputError
 from femprep.image.boundary import BoundaryPoints, boundary_points
-from femprep.model import FloatArray
+from femprep.model import FloatArray, Surface
 from femprep.options import WallOptions, choose
 from femprep.wall.landmarks import read_stack
 
@@ -72,14 +72,16 @@ def extend_apex(
     obj: LabelObject,
     boundary: BoundaryPoints | None = None,
     *,
+    endo: Surface | None = None,
     options: WallOptions | None = None,
     **changes: Any,
 ) -> BoundaryPoints:
     """Continue an epicardium beyond the last slice, where the labels leave the cavity uncapped at the apex.
 
     Over the last slice with cavity the surface becomes a dome: with s running from 0 at the edge of the cavity to 1 at
-    the edge of the myocardium, it stands ``(h / 2 + t) sqrt(1 - s^2)`` above the centre of the slice, h being the
-    distance of slices and t the thickness of the wall nearby. It leaves the contour of the slice at a right angle to
+    the edge of the myocardium, it stands ``(e + t) sqrt(1 - s^2)`` above the centre of the slice, e being how far the
+    endocardium reaches beyond it (half the distance of slices where that is not given) and t the thickness of the wall
+    nearby. It leaves the contour of the slice at a right angle to
     the slice, as an ellipse around the edge of the cavity does, and clears the cavity by about t everywhere. Where
     slices of myocardium cap the cavity in part, the dome adds what is missing. Shoulders of the cavity that lie bare
     in the slices next to the last one are covered to the thickness t likewise.
@@ -92,6 +94,8 @@ def extend_apex(
         Cavity plus myocardium of the same map.
     boundary : BoundaryPoints, optional
         Its boundary points, where they are at hand.
+    endo : Surface, optional
+        The endocardium fitted to the cavity.
     options, **changes
         :class:`~femprep.options.WallOptions`; ``basal_end`` and ``minimum_thickness`` matter here.
 
@@ -122,7 +126,8 @@ def extend_apex(
     )
     for k in range(min(_COVERED, len(pile.cavity))):
         if pile.uncapped(k).any():
-            boundary = _raise(boundary, obj, pile, k, _dome(pile, thickness) if k == 0 else _cover(pile, k, thickness))
+            height = _dome(pile, _reach(pile, obj, endo) + thickness) if k == 0 else _cover(pile, k, thickness)
+            boundary = _raise(boundary, obj, pile, k, height)
     return replace(boundary, info={**boundary.info, "apex": info})
 
 
@@ -181,12 +186,26 @@ def _thickness(pile: Pile) -> float:
     return float(np.median(np.concatenate(values))) if values else 0.0
 
 
-def _dome(pile: Pile, thickness: float) -> FloatArray:
-    """Height of the dome over slice 0 above its centre, mm; 0 outside the slice."""
+def _reach(pile: Pile, obj: LabelObject, endo: Surface | None) -> float:
+    """How far the endocardium reaches beyond the centre of slice 0, mm: by no more than a slice."""
+    if endo is None:
+        return 0.5 * pile.height
+    centre, outward = _end(pile, obj, pile.first)
+    return float(np.clip(((endo.points - centre) @ outward).max(), 0.0, pile.height))
+
+
+def _end(pile: Pile, obj: LabelObject, number: int) -> tuple[FloatArray, FloatArray]:
+    """A point of the middle plane of a slice, by its number on the grid, and the unit vector towards the apex."""
+    outward = np.asarray(obj.grid.direction, dtype=float)[:, pile.axis]
+    centre = obj.grid.to_world(np.where(np.arange(3) == pile.axis, number, 0.0)[None])[0]
+    return centre, outward / np.linalg.norm(outward) * pile.towards
+
+
+def _dome(pile: Pile, top: float) -> FloatArray:
+    """Height of the dome over slice 0 above its centre, mm: ``top`` over the cavity, 0 outside the slice."""
     from_cavity = distance_transform_edt(~pile.cavity[0], sampling=pile.spacing)
     to_edge = distance_transform_edt(pile.whole[0], sampling=pile.spacing)
     s = from_cavity / np.maximum(from_cavity + to_edge, 1e-12)
-    top = 0.5 * pile.height + thickness
     return np.where(pile.whole[0], top * np.sqrt(np.maximum(1.0 - s**2, 0.0)), 0.0)
 
 
@@ -200,13 +219,11 @@ def _raise(boundary: BoundaryPoints, obj: LabelObject, pile: Pile, k: int, heigh
     """Raise the points of a slice's flat end to a height above its centre, and drop what lies beneath."""
     number = pile.first - k * pile.towards
     column = tuple(np.delete(boundary.voxel, pile.axis, axis=1).T)
-    outward = np.asarray(obj.grid.direction, dtype=float)[:, pile.axis]
-    outward = outward / np.linalg.norm(outward) * pile.towards
+    centre, outward = _end(pile, obj, number)
     facing = (boundary.axis == pile.axis) & (boundary.normal @ outward > 0.5)
     beyond = (boundary.voxel[:, pile.axis] - number) * pile.towards
     ending = facing & (beyond == 0)
     # Points of slices beyond stay where they stand out of it.
-    centre = obj.grid.to_world(np.where(np.arange(3) == pile.axis, number, 0.0)[None])[0]
     level = (boundary.points - centre) @ outward
     keep = (beyond <= 0) | (level >= height[column])
     points = boundary.points + np.where(ending, height[column] - level, 0.0)[:, None] * outward

@@ -51,7 +51,7 @@ def acdc(folder: Path, case: str) -> tuple[Surface, Surface, Plane]:
     seg = fp.read_segmentation(folder / "acdc" / "training" / case[:10] / f"{case}_gt.nii.gz", preset="acdc")
     outer = seg.object("lv", "myo")
     endo = fp.fit_surface(seg.object("lv"))
-    return endo, fp.fit_surface(outer, boundary=fp.extend_apex(seg, outer)), fp.find_base(seg)
+    return endo, fp.fit_surface(outer, boundary=fp.extend_apex(seg, outer, endo=endo)), fp.find_base(seg)
 
 
 def by_sweep(element: str) -> Callable[..., Cells]:

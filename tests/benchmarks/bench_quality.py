@@ -39,7 +39,7 @@ def build(folder: Path, case: str) -> Wall:
     seg = fp.read_segmentation(folder / case[:10] / f"{case}_gt.nii.gz", preset="acdc")
     outer = seg.object("lv", "myo")
     endo = fp.fit_surface(seg.object("lv"))
-    epi = fp.fit_surface(outer, boundary=fp.extend_apex(seg, outer))
+    epi = fp.fit_surface(outer, boundary=fp.extend_apex(seg, outer, endo=endo))
     return fp.build_wall(epi=epi, endo={"lv": endo}, base=fp.find_base(seg))
 
 

@@ -19,7 +19,7 @@ def test_acdc_wall(data, case, edge_length):
     seg = fp.read_segmentation(path, preset="acdc")
     outer = seg.object("lv", "myo")
     endo = fp.fit_surface(seg.object("lv"))
-    epi = fp.fit_surface(outer, boundary=fp.extend_apex(seg, outer))
+    epi = fp.fit_surface(outer, boundary=fp.extend_apex(seg, outer, endo=endo))
     wall = fp.build_wall(epi=epi, endo={"lv": endo}, base=fp.find_base(seg))
     mesh = tetrahedralize(wall, edge_length=edge_length)
     holds(mesh, wall)

@@ -40,8 +40,9 @@ def labelled_volume(seg: Segmentation, base: Plane) -> float:
 def make(data, case: str, apex: str = "closed"):
     seg = load(data, case)
     whole = seg.object("lv", "myo")
-    boundary = extend_apex(seg, whole) if apex == "closed" else None
-    epi, endo = fit_surface(whole, boundary=boundary), fit_surface(seg.object("lv"))
+    endo = fit_surface(seg.object("lv"))
+    boundary = extend_apex(seg, whole, endo=endo) if apex == "closed" else None
+    epi = fit_surface(whole, boundary=boundary)
     plane = find_apex(seg) if apex == "clipped" else None
     return seg, build_wall(epi=epi, endo={"lv": endo}, base=find_base(seg), apex=plane)
 

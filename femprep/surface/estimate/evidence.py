@@ -14,6 +14,8 @@ from femprep.model import FloatArray, IntArray
 
 #: Share of the way that faces between slices go to where straight outlines put the surface.
 _STRAIGHT: Final = 0.4
+#: A boundary point within this of the middle of its voxel's face has not been put elsewhere, mm.
+_OWN: Final = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +67,8 @@ class Evidence:
         axes : (3, 3) array
             The image's axes, orthogonal columns.
         boundary : BoundaryPoints, optional
-            Face midpoints in place of the object's own, moved for example where slices are shifted. The voxel centres
-            move with the faces they belong to.
+            Face midpoints in place of the object's own. Those that were put elsewhere are known to a pixel there; the
+            voxel centres move with them.
         """
         boundary = boundary_points(obj) if boundary is None else boundary
         half = 0.5 * boundary.spacing[:, None] * boundary.normal
@@ -80,15 +82,25 @@ class Evidence:
         outside = np.concatenate([np.zeros(len(inner), dtype=bool), np.ones(len(outer), dtype=bool)])
         middle = obj.barycentre
         moved, end = _between_slices(obj, boundary)
+        # Points that were put elsewhere, such as an extrapolated apex, are meant to lie there.
+        own = np.abs(boundary.points - _midpoints(obj, boundary)).max(axis=1) < _OWN
         return cls(
-            (boundary.points + moved - middle) @ axes,
+            (boundary.points + np.where(own[:, None], moved, 0.0) - middle) @ axes,
             np.asarray(boundary.axis),
-            np.asarray(boundary.spacing),
-            np.asarray(boundary.axis) == obj.stack_axis,
-            end,
+            np.where(own, boundary.spacing, obj.grid.spacing.min()),
+            own & (np.asarray(boundary.axis) == obj.stack_axis),
+            own & end,
             (centres - middle) @ axes,
             outside,
         )
+
+
+def _midpoints(obj: LabelObject, boundary: BoundaryPoints) -> FloatArray:
+    """Midpoints of the voxel faces that boundary points belong to, mm LPS."""
+    side = np.sign(np.einsum("nk,kn->n", boundary.normal, obj.grid.direction[:, boundary.axis]))
+    half = np.zeros((len(boundary), 3))
+    half[np.arange(len(boundary)), boundary.axis] = 0.5 * side
+    return obj.grid.to_world(boundary.voxel + half)
 
 
 def _between_slices(obj: LabelObject, boundary: BoundaryPoints) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
