@@ -14,7 +14,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.errors import StageError
 from femprep.geometry.patches import PatchSurface
 from femprep.model import Plane, Surface
 from femprep.options import SweepOptions, choose
@@ -69,8 +68,6 @@ def match_surfaces(
         A plane does not cut a surface, or the wall is thinner than can be mended.
     OptionError
         Element and template do not go together, or a number of columns does not fit the template.
-    StageError
-        Elements between the surfaces remain folded.
     """
     chosen = choose(SweepOptions, options, changes)
     tell = progress or (lambda stage, fraction: None)
@@ -112,7 +109,9 @@ def match_surfaces(
         positions = state.places
         tell("match", 0.3 + 0.7 * (number + 1) / len(levels))
     inner, outer = positions
-    quality = _require_unfolded(state)
+    folded = int(np.count_nonzero(~np.isfinite(state.worst)))
+    if folded:
+        _log.info("%d of %d straight columns are folded; the sweep has to bend them", folded, len(state.worst))
     thickness = np.linalg.norm(outer - inner, axis=1)
     info = {
         "template": "triangle" if corners == 3 else "quad",
@@ -125,21 +124,10 @@ def match_surfaces(
             "mean": float(thickness.mean()),
             "maximum": float(thickness.max()),
         },
-        "least_mean_ratio": quality,
+        "least_mean_ratio": 0.0 if folded else float(1.0 / state.worst.max()),
+        "folded_columns": folded,
         "pushed": push,
         "levels": [level.columns for level in levels],
         "sweeps": sweeps,
     }
     return MatchedSurfaces(cup, inner, outer, layers, state.growth, *surfaces, planes, info)
-
-
-def _require_unfolded(state: Relaxation) -> float:
-    """Least mean ratio of the elements; an error where one is inverted."""
-    folded = np.flatnonzero(~np.isfinite(state.worst))
-    if len(folded):
-        where = 0.5 * (state.places[0] + state.places[1])[state.cup.cells[folded[0]]].mean(axis=0)
-        raise StageError(
-            f"{len(folded)} of {len(state.worst)} columns of elements between the surfaces remain folded, one near "
-            f"{np.round(where, 1).tolist()} (mm LPS); try a longer edge length, or the mesher tetwild"
-        )
-    return float(1.0 / state.worst.max())

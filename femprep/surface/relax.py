@@ -9,10 +9,10 @@ import numpy as np
 
 from femprep.geometry.patches import PatchSurface
 from femprep.model import FloatArray, IntArray
-from femprep.surface.simplices import Simplices, corners, tetrahedra
 from femprep.surface.sliding import colour, judge, slide
 from femprep.template.cup import Cup
 from femprep.template.layers import graded, layer_depths
+from femprep.template.simplices import Simplices, corners, tetrahedra
 
 #: A vertex that moves by no more than this share of an edge, as its neighbours, rests.
 _SETTLED: Final = 0.02

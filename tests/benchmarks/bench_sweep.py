@@ -30,6 +30,8 @@ from typing import Any
 import numpy as np
 from bench_acdc import cases, choose
 
+#: How surfaces are fitted, where not as by default.
+METHOD: dict[str, Any] = {}
 #: Template of the sequences: one connectivity for all hearts.
 TEMPLATE = {"columns": 80, "rows": 16, "layers": 4}
 
@@ -45,7 +47,8 @@ def prepared(path: str, store: Path | None, offset: float = 0.0) -> dict[str, An
     if file is None or not file.exists():
         seg = fp.orient(fp.read_segmentation(path, preset="acdc"))
         cavity, heart = seg.object("lv", name="lv"), seg.object("lv", "myo", name="epi")
-        endo, epi = fit_surface(cavity), fit_surface(heart, boundary=fp.extend_apex(seg, heart))
+        endo = fit_surface(cavity, **METHOD)
+        epi = fit_surface(heart, boundary=fp.extend_apex(seg, heart), **METHOD)
         base = fp.find_base(seg)
         inside, outside = patches_of(endo), patches_of(epi)
         found: Any = {
@@ -281,6 +284,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--lines", type=Path, help="file for a JSON line per mesh; goes on where it ends")
     parser.add_argument("--surfaces", type=Path, help="folder that keeps the fitted surfaces")
+    parser.add_argument("--method", choices=("paper", "even", "smooth"), help="how surfaces are fitted")
     parser.add_argument("--image", type=Path, help="speed: a label map to take through the whole command")
     given = parser.parse_args(arguments)
     if given.what == "speed":
@@ -288,6 +292,7 @@ def main(arguments: list[str] | None = None) -> None:
         if given.image:
             bench_command(given.image)
         return
+    METHOD.update({"method": given.method} if given.method else {})
     data = Path(os.environ["FEMPREP_DATA"]) / "acdc"
     rows = cases(data.parent)
     if given.surfaces:

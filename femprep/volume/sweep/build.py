@@ -13,6 +13,7 @@ from femprep.options import SweepOptions, choose
 from femprep.template.layers import graded, layer_depths
 from femprep.template.matched import MatchedSurfaces
 from femprep.template.split import checkerboard
+from femprep.volume.sweep.mend import mend
 from femprep.volume.sweep.quadratic import quadratic
 from femprep.volume.sweep.split import (
     checkered,
@@ -48,9 +49,10 @@ def sweep(
     VolumeMesh
         Point ``i`` of layer ``l`` is number ``l * V + i``: layer by layer from the endocardium, template vertex first;
         mid-side nodes follow. Facets are tagged ``endo``, ``epi``, ``base`` and, where clipped, ``apex``, in order.
-        ``point_data``: ``transmural`` (0 on the endocardium, 1 on the epicardium, along the straight line between),
-        ``thickness`` (length of that line, mm), ``template`` (vertex of the cup; -1 for mid-side nodes). ``cell_data``:
-        ``layer``. The same cup and number of layers give the same connectivity.
+        ``point_data``: ``transmural`` (0 on the endocardium, 1 on the epicardium, along the line between),
+        ``thickness`` (length of that line, mm), ``template`` (vertex of the cup; -1 for mid-side nodes).
+        ``cell_data``: ``layer``. The same cup and number of layers give the same connectivity. Lines are straight, but
+        where poor elements were mended: there nodes inside the wall have moved, and those on the surfaces along them.
 
     Raises
     ------
@@ -78,6 +80,8 @@ def sweep(
     points = matched.inner + depth[..., None] * (matched.outer - matched.inner)
     # The ends exactly, whatever rounding makes of them.
     points[-1] = matched.outer
+    mended = mend(points, matched, chosen.element)
+    thickness = np.linalg.norm(np.diff(points, axis=0), axis=2).sum(axis=0)
     for name, rim in (("base", cup.base), ("apex", cup.apex)):
         if len(rim):
             plane = matched.planes[name]
@@ -90,7 +94,7 @@ def sweep(
         worst = points[cells[int(np.argmin(least))]].mean(axis=0)
         raise StageError(
             f"{int(np.count_nonzero(least <= 0.0))} of {len(cells)} {name} elements are inverted, the worst near "
-            f"{np.round(worst, 1).tolist()} (mm LPS)"
+            f"{np.round(worst, 1).tolist()} (mm LPS); try a longer edge length, or the mesher tetwild"
         )
     number = np.arange((layers + 1) * count)
     info: dict[str, Any] = {
@@ -103,6 +107,7 @@ def sweep(
         "template": "triangle" if corners == 3 else "quad",
         "grading": chosen.grading,
         "matching": dict(matched.info),
+        "mended": mended,
     }
     mesh = VolumeMesh(
         points,
@@ -113,7 +118,7 @@ def sweep(
         cell_data={"layer": np.repeat(np.arange(layers, dtype=np.int32), len(cells) // layers)},
         point_data={
             "transmural": depth.ravel(),
-            "thickness": np.tile(matched.thickness, layers + 1),
+            "thickness": np.tile(thickness, layers + 1),
             "template": (number % count).astype(np.int32),
         },
         planes=matched.planes,

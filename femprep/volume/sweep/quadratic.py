@@ -15,9 +15,8 @@ def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> 
     """Add mid-side nodes to a swept mesh.
 
     The middle of an edge on the endocardium or the epicardium lies on the smooth surface, that of a rim edge also in
-    its plane; inside the wall the middle lies on the straight line between those two, at the mean depth of the edge's
-    ends. Where an element would be inverted, the edges over its template edges are made straight in all layers, and
-    counted.
+    its plane; inside the wall the middle bulges by what those two do, weighed by the mean depth of the edge's ends.
+    Where an element would be inverted, the edges over its template edges are made straight in all layers, and counted.
 
     Parameters
     ----------
@@ -46,10 +45,9 @@ def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> 
     share = 0.5 * (depth[one] + depth[two])
     across, which = np.unique(pair[:, 0] * count + pair[:, 1], return_inverse=True)
     which = which.ravel()
-    inner, outer = _template_middles(matched, np.stack([across // count, across % count], axis=1))
-    curved = inner[which] + share[:, None] * (outer[which] - inner[which])
-    upright = pair[:, 0] == pair[:, 1]
-    curved[upright] = 0.5 * (mesh.points[one[upright]] + mesh.points[two[upright]])
+    inner, outer = _bulges(mesh.points, matched, np.stack([across // count, across % count], axis=1))
+    curved = 0.5 * (mesh.points[one] + mesh.points[two])
+    curved += (1.0 - share)[:, None] * inner[which] + share[:, None] * outer[which]
     _flatten(curved, pair, matched)
     added = {
         "transmural": share,
@@ -62,16 +60,18 @@ def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> 
     return replace(result, info=info)
 
 
-def _template_middles(matched: MatchedSurfaces, pairs: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Middles of template edges on the smooth inner and outer surface, each ``(e, 3)``."""
+def _bulges(points: FloatArray, matched: MatchedSurfaces, pairs: IntArray) -> tuple[FloatArray, FloatArray]:
+    """How far the middles of template edges on the smooth inner and outer surface lie from the straight ones, mm."""
     kind = matched.cup.rim
     flat = np.where((kind[pairs[:, 0]] == kind[pairs[:, 1]]), kind[pairs[:, 0]], 0)
     planes = np.array([[*plane.normal, plane.offset] for plane in matched.planes.values()])
-    inner, outer = (
-        surface.settle(0.5 * (points[pairs[:, 0]] + points[pairs[:, 1]]), None, flat, planes)[0]
-        for points, surface in ((matched.inner, matched.inner_surface), (matched.outer, matched.outer_surface))
-    )
-    return inner, outer
+    found = []
+    for ends, surface in ((points[: len(kind)], matched.inner_surface), (points[-len(kind) :], matched.outer_surface)):
+        straight = 0.5 * (ends[pairs[:, 0]] + ends[pairs[:, 1]])
+        bulge = surface.settle(straight, None, flat, planes)[0] - straight
+        bulge[pairs[:, 0] == pairs[:, 1]] = 0.0
+        found.append(bulge)
+    return found[0], found[1]
 
 
 def _flatten(middles: FloatArray, pair: IntArray, matched: MatchedSurfaces) -> None:
