@@ -15,9 +15,10 @@ from femprep.image.boundary import BoundaryPoints
 from femprep.image.object import LabelObject
 from femprep.model import FloatArray, IntArray, split_quads
 from femprep.surface.estimate import estimate_surface
+from femprep.surface.estimate.chords import outset
 from femprep.surface.estimate.evidence import Evidence
 from femprep.surface.estimate.outline import outline
-from femprep.surface.place import Chart, Connectivity, Placed, place_evenly
+from femprep.surface.place import Chart, Connectivity, Goal, Placed, place_evenly
 from femprep.surface.placed import PlacedShape
 from femprep.template import charge_template
 
@@ -74,7 +75,8 @@ def smooth_map(
         Triangles cross or are folded.
     """
     begin = _begin(obj, axes)
-    surface = estimate_surface(begin.points, begin.cells, Evidence.of(obj, axes, boundary))
+    estimate = estimate_surface(begin.points, begin.cells, Evidence.of(obj, axes, boundary))
+    surface = outset(estimate, Goal(estimate, len(split_quads(cells)), curvature).area)
     if len(self_intersections(surface.points, surface.triangles)):
         # No template can be placed on what is not a surface.
         raise StageError(f"the smooth surface of {obj.name!r} crosses itself")

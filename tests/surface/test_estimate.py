@@ -15,7 +15,9 @@ from femprep.image import Grid, LabelObject, make_object
 from femprep.model import Surface
 from femprep.phantoms import Phantom, atrium, lv_ellipsoid, rv_bent
 from femprep.surface import end_planes, fit_surface, surface_distance, surface_quality
+from femprep.surface.estimate import estimate
 from femprep.surface.estimate.curvature import Curvature
+from femprep.surface.estimate.evidence import Evidence
 from femprep.surface.reference import METHODS
 
 BODIES = {"lv": (lv_ellipsoid(), "lv"), "rv": (rv_bent(), "rv"), "la": (atrium(), "la")}
@@ -81,6 +83,34 @@ def test_turns_with_its_image() -> None:
     here = fit_surface(obj, method="smooth", vertices=600)
     there = fit_surface(make_object(np.array(obj.mask), grid), method="smooth", vertices=600)
     np.testing.assert_allclose(here.points @ turn.T + [10.0, -20.0, 5.0], there.points, atol=1e-3)
+
+
+def test_stiffness_follows_the_body() -> None:
+    """A body with sharp rims asks for less stiffness than one bent evenly, of the same size."""
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=25.0)
+    points, cells = np.asarray(ball.vertices), np.asarray(ball.faces, dtype=np.int64)
+    x = (np.indices((50, 50, 12)).reshape(3, -1).T + 0.31) * [1.4, 1.4, 8.0] - [35.0, 35.0, 48.0]
+    bodies = {"ball": np.linalg.norm(x, axis=1) < 25.0, "cube": np.abs(x).max(axis=1) < 20.0}
+    chosen = {}
+    for name, inside in bodies.items():
+        obj = make_object(inside.reshape(50, 50, 12), Grid((50, 50, 12), (1.4, 1.4, 8.0), np.zeros(3), np.eye(3)))
+        evidence, bent, stiffness = Evidence.of(obj, np.eye(3)), points, 1000.0
+        for _ in range(6):
+            move, stiffness = estimate._bend(bent, cells, evidence, stiffness, True)
+            bent = bent + move
+        chosen[name] = stiffness
+    assert chosen["ball"] > 4.0 * chosen["cube"]
+
+
+def test_parameters_determined_by_the_labels() -> None:
+    from scipy.sparse import diags
+    from scipy.sparse.linalg import splu
+
+    rng = np.random.default_rng(5)
+    labels, stiff = diags(rng.uniform(0.0, 2.0, 400)), diags(rng.uniform(0.0, 2.0, 400))
+    whole = (labels + stiff).tocsc()
+    # Signs give the trace of a diagonal matrix exactly.
+    assert estimate._determined(splu(whole), labels) == pytest.approx((labels / whole.diagonal()).diagonal().sum())
 
 
 def test_curvature_of_a_sphere_and_its_change() -> None:

@@ -20,13 +20,20 @@ from femprep.surface.estimate.spread import spread
 #: Old vertices, new ones and triangles to where the vertices go.
 Step = Callable[[FloatArray, FloatArray, IntArray], FloatArray]
 
-#: Weight of the change of curvature against the labels, mm^4, in each round on the mesh given: a stiff surface first.
-_STIFFNESS: Final = (30000.0, 10000.0, 3000.0, 1000.0, 1000.0, 1000.0)
-#: The same in the last rounds, on the mesh with four times as many triangles.
-_LAST: Final = (1000.0, 1000.0)
-#: Curvature may change by this, 1/mm2, before an edge is taken for one; in rounds from this one on, and least weight.
+#: Weight of the change of curvature against the labels, mm^4, in the first rounds on the mesh given: stiff at first.
+_STIFF: Final = (30000.0, 10000.0, 3000.0)
+#: The same in the first of the rounds that spare edges; from then on the data choose it.
+_FIRST: Final = 1000.0
+#: Rounds that spare edges, on the mesh given and then on one with four times as many triangles.
+_ROUNDS: Final = (3, 2)
+#: Neighbouring faces err alike, so that labels tell less than their number says: the chosen weight is this many times
+#: the one that would be most likely if they did not. It lies between these, mm^4.
+_ALIKE: Final = 4.0
+_SOFTEST, _STIFFEST = 300.0, 100000.0
+#: Random signs from which the number of parameters that the labels determine is estimated.
+_PROBES: Final = 6
+#: Curvature may change by this, 1/mm2, before an edge is taken for one, and the least weight of triangles there.
 _USUAL: Final = 0.005
-_EDGES: Final = 3
 _LEAST: Final = 0.05
 #: On the mesh given no more faces are looked at than this many for each vertex.
 _FACES: Final = 3
@@ -37,8 +44,9 @@ _RINGS: Final = 8
 _SOFT: Final = 0.8
 #: A voxel centre on the wrong side of the surface counts by its distance over this, mm.
 _WRONG: Final = 0.4
-#: Share of the weight of faces between slices and at the ends: neighbouring ones err by the same.
-_BETWEEN: Final = (0.3, 0.1)
+#: Weight of faces between slices, which interpolation puts closer than to half a voxel, and of those at the ends, of
+#: which nothing more is known.
+_BETWEEN: Final = (3.0, 0.1)
 #: Least squared cosine between a face's axis and the surface's normal: what the surface bends within half a voxel is
 #: not known.
 _OBLIQUE: Final = 0.02
@@ -62,6 +70,9 @@ def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence
     must lie on their own side. The surface bends to a minimum by Gauss and Newton: in each round the vertices
     move along their normals by what solves a sparse linear system.
 
+    How much change of curvature counts against the labels is chosen from the data: the weight under which these
+    labels are most likely [1]_ [2]_, so that a smooth body stays smooth and a heart with rims and stubs keeps them.
+
     Parameters
     ----------
     points : (n, 3) array
@@ -75,6 +86,12 @@ def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence
     -------
     PatchSurface
         The surface, in the coordinates of the evidence.
+
+    References
+    ----------
+    .. [1] Wahba, A comparison of GCV and GML for choosing the smoothing parameter in the generalized spline smoothing
+       problem, Annals of Statistics 13(4), 1985. doi:10.1214/aos/1176349743
+    .. [2] MacKay, Bayesian interpolation, Neural Computation 4(3), 1992. doi:10.1162/neco.1992.4.3.415
     """
     points = np.array(points, dtype=np.float64)
     bent = _bent(points, triangles, evidence, lambda old, new, cells: new)
@@ -86,14 +103,20 @@ def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence
 def _bent(points: FloatArray, triangles: IntArray, evidence: Evidence, step: Step) -> tuple[FloatArray, IntArray]:
     """All rounds; each way from old to new vertices goes by ``step``."""
     part = evidence.thinned(_FACES * len(points))
-    for number, stiffness in enumerate(_STIFFNESS):
+    for stiffness in _STIFF:
         points = step(points, spread(points, triangles, _SPREAD), triangles)
-        points = step(points, points + _bend(points, triangles, part, stiffness, number >= _EDGES), triangles)
+        points = step(points, points + _bend(points, triangles, part, stiffness, False)[0], triangles)
+    stiffness = _FIRST
+    for _ in range(_ROUNDS[0]):
+        points = step(points, spread(points, triangles, _SPREAD), triangles)
+        move, stiffness = _bend(points, triangles, part, stiffness, True)
+        points = step(points, points + move, triangles)
     straight, curved, triangles = _split(points, triangles)
     points = step(straight, curved, triangles)
-    for stiffness in _LAST:
+    for _ in range(_ROUNDS[1]):
         points = step(points, spread(points, triangles, _SPREAD), triangles)
-        points = step(points, points + _bend(points, triangles, evidence, stiffness, True), triangles)
+        move, stiffness = _bend(points, triangles, evidence, stiffness, True)
+        points = step(points, points + move, triangles)
     return points, triangles
 
 
@@ -125,8 +148,13 @@ def _split(points: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatAr
     return np.concatenate([points, middle]), np.concatenate([points, curved]), cells
 
 
-def _bend(points: FloatArray, triangles: IntArray, evidence: Evidence, stiffness: float, edges: bool) -> FloatArray:
-    """One round: moves ``(n, 3)`` of the vertices along their normals, mm; sharp edges spared or not."""
+def _bend(
+    points: FloatArray, triangles: IntArray, evidence: Evidence, stiffness: float, edges: bool
+) -> tuple[FloatArray, float]:
+    """One round: moves ``(n, 3)`` of the vertices along their normals, mm, and the stiffness that the data ask for.
+
+    Sharp edges are spared or not.
+    """
     from scipy.sparse.linalg import splu
 
     shape = Curvature.of(points, triangles, _SHARPEST)
@@ -140,13 +168,31 @@ def _bend(points: FloatArray, triangles: IntArray, evidence: Evidence, stiffness
     wrong = np.where((centres.height < 0.0) == evidence.outside, evidence.count / _WRONG**2, 0.0)
     matrix, right = faces.normal_equations(weight, len(points))
     more, also = centres.normal_equations(wrong, len(points))
+    labels = matrix + more
     bent = shape.lenient(_USUAL, _LEAST) if edges else shape.stiffness
     energy = shape.change.T @ bent @ shape.change
     slope = shape.change.T @ (bent @ shape.mean)
-    whole = (matrix + more + stiffness * energy).tocsc()
+    whole = (labels + stiffness * energy).tocsc()
     solver = splu(whole, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     move = solver.solve(right + also - stiffness * slope)
-    return np.asarray((move * _held_back(move, triangles))[:, None] * shape.normals)
+    mean = shape.mean + shape.change @ move
+    chosen = _ALIKE * _determined(solver, labels) / float(mean @ (bent @ mean))
+    moves = (move * _held_back(move, triangles))[:, None] * shape.normals
+    return np.asarray(moves), float(np.clip(chosen, _SOFTEST, _STIFFEST))
+
+
+def _determined(solver: Any, labels: Any) -> float:
+    """How many of the vertices' moves the labels determine rather than the stiffness: the trace of (whole)^-1 labels.
+
+    Estimated from random signs [1]_, the same ones every time.
+
+    References
+    ----------
+    .. [1] Hutchinson, A stochastic estimator of the trace of the influence matrix for Laplacian smoothing splines,
+       Communications in Statistics 19(2), 1990. doi:10.1080/03610919008812866
+    """
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], size=(labels.shape[0], _PROBES))
+    return float(np.einsum("ij,ij->", signs, solver.solve(labels @ signs)) / _PROBES)
 
 
 def _held_back(move: FloatArray, triangles: IntArray) -> FloatArray:

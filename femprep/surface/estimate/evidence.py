@@ -11,9 +11,10 @@ import numpy.typing as npt
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.object import LabelObject
 from femprep.model import FloatArray, IntArray
+from femprep.surface.estimate.crossings import crossings, slice_distances
 
-#: Share of the way that faces between slices go to where straight outlines put the surface.
-_STRAIGHT: Final = 0.4
+#: Share of the way from their middle that faces between slices go to where interpolation puts the surface.
+_INTERPOLATED: Final = 0.85
 #: A boundary point within this of the middle of its voxel's face has not been put elsewhere, mm.
 _OWN: Final = 0.01
 
@@ -104,34 +105,17 @@ def _midpoints(obj: LabelObject, boundary: BoundaryPoints) -> FloatArray:
 
 
 def _between_slices(obj: LabelObject, boundary: BoundaryPoints) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """Moves ``(N, 3)`` of face midpoints to where the outlines of both slices put the surface, and which are caps.
-
-    Shape-based interpolation [1]_ puts it nearer to the slice whose outline is nearer. That supposes that the outline
-    moves straight from slice to slice, so that faces go only part of the way.
-
-    References
-    ----------
-    .. [1] Raya & Udupa, Shape-based interpolation of multidimensional objects, IEEE Trans. Med. Imaging 9(1), 1990.
-       doi:10.1109/42.52980
-    """
-    from scipy.ndimage import distance_transform_edt
-
+    """Moves ``(N, 3)`` of face midpoints to where the outlines of the slices put the surface, and which are caps."""
     axis = obj.stack_axis
-    sides = [float(s) for a, s in enumerate(obj.grid.spacing) if a != axis]
+    one, other = (float(s) for a, s in enumerate(obj.grid.spacing) if a != axis)
     stack = np.moveaxis(obj.mask, axis, 0)
-    inside, outside = np.zeros(stack.shape), np.full(stack.shape, np.inf)
-    for number in np.flatnonzero(stack.any(axis=(1, 2))):
-        inside[number] = distance_transform_edt(stack[number], sampling=sides)
-        outside[number] = distance_transform_edt(~stack[number], sampling=sides)
     across = boundary.axis == axis
     voxel = np.moveaxis(boundary.voxel[across], 1, 0)[[axis, *(a for a in range(3) if a != axis)]]
-    other = voxel[0] + np.sign(boundary.normal[across] @ obj.grid.direction[:, axis]).astype(np.int64)
-    here, there = inside[tuple(voxel)], outside[other, voxel[1], voxel[2]]
-    half = 0.5 * min(sides)
-    cap = np.isinf(there)
-    share = np.where(cap, 0.5, (here - half) / np.where(cap, 1.0, here + there - 2.0 * half))
+    side = np.sign(boundary.normal[across] @ obj.grid.direction[:, axis]).astype(np.int64)
+    share = crossings(slice_distances(stack, (one, other)), voxel, side)
     moved = np.zeros((len(boundary), 3))
-    moved[across] = (_STRAIGHT * (share - 0.5) * boundary.spacing[across])[:, None] * boundary.normal[across]
+    moved[across] = (_INTERPOLATED * (share - 0.5) * boundary.spacing[across])[:, None] * boundary.normal[across]
     end = np.zeros(len(boundary), dtype=bool)
-    end[across] = cap
+    used = np.asarray(stack.any(axis=(1, 2)))
+    end[across] = ~used[voxel[0] + side]
     return moved, end
