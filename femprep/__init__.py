@@ -55,6 +55,8 @@ _HOMES = {
     "build_wall": "femprep.wall",
     "cavity_surface": "femprep.wall",
     "fill_cavities": "femprep.wall",
+    "find_openings": "femprep.wall",
+    "open_wall": "femprep.wall",
     "fit_surface": "femprep.surface.fit",
     "read_surface": "femprep.surface",
     "compare_surfaces": "femprep.surface",

@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from femprep.errors import StageError
 from femprep.image import LabelObject, Segmentation
 from femprep.model import Plane, Surface
 from femprep.options import Options
 from femprep.surface import fit_surface
-from femprep.wall import Envelope, Part, extend_apex, find_apex, find_base, find_common_base, keep_apart, thin_wall
+from femprep.wall import (
+    Envelope,
+    Opening,
+    Part,
+    extend_apex,
+    find_apex,
+    find_base,
+    find_common_base,
+    find_openings,
+    given_openings,
+    keep_apart,
+    thin_wall,
+)
+
+logger = logging.getLogger(__name__)
 
 Progress = Callable[[str, float], None]
 #: Opens a stage of the run: timed, its progress passed on.
@@ -24,9 +40,11 @@ _ENVELOPE_NUMBER: Final = {"biv": 200, "whole-heart": 400}
 _EPI_SHARE: Final = {"biv": 1.8, "whole-heart": 2.5}
 #: Rounding of the joint of both ventricles by the wall thickness of the right one, and of what is added to reach the
 #: least thickness.
-_ROUNDING, _LEAST_ROUNDING = 2.0, 0.5
+_ROUNDING, _LEAST_ROUNDING = 3.0, 0.5
+#: By how much more joints are rounded where triangles fold in them.
+_WIDER: Final = (1.0, 1.5, 2.25, 3.5)
 #: Width over which the grooves between the chambers of the whole heart are rounded, mm.
-_GROOVE: Final = 4.0
+_GROOVE: Final = 6.0
 
 
 @dataclass(frozen=True)
@@ -43,6 +61,8 @@ class Parts:
     base, apex : Plane, optional
     body : Surface, optional
         Outer surface of the left ventricle alone, where the epicardium is another one.
+    openings : list of Opening
+        To be cut into the wall.
     repaired : list of dict
         What was done to the surfaces, JSON-ready.
     """
@@ -53,6 +73,7 @@ class Parts:
     base: Plane | None = None
     apex: Plane | None = None
     body: Surface | None = None
+    openings: list[Opening] = field(default_factory=list)
     repaired: list[dict[str, Any]] = field(default_factory=list)
 
     @property
@@ -115,7 +136,7 @@ def both_ventricles(seg: Segmentation, options: Options, stages: Stages) -> Part
         enclosed.append(Part(cavities["rv"], thickness, least if walled else _ROUNDING * thickness))
         enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
         epi = _enclose(enclosed, seg, options, report)
-    return Parts(objects, cavities, epi, base, apex, fitted["lv_epi"], repaired)
+    return Parts(objects, cavities, epi, base, apex, fitted["lv_epi"], repaired=repaired)
 
 
 #: Chambers of the whole heart, those first whose surfaces are trusted most: what each body is made of.
@@ -128,9 +149,15 @@ def whole_heart(seg: Segmentation, options: Options, stages: Stages) -> Parts:
     The epicardium encloses the body of each chamber, cavity and wall, as the labels have it (a chamber without a
     labelled wall: its cavity grown by ``rv_wall_thickness`` or ``atrial_wall_thickness``), and all cavities grown by
     ``minimum_thickness``: walls that are thinner, or that the labels leave open, are thickened outwards. Between two
-    chambers the less trusted one gives way. Both are told in ``repaired``. Walls of vessels are left out.
+    chambers the less trusted one gives way. Both are told in ``repaired``. Walls of vessels are left out. Openings are
+    those of the labels, or given ones, where they are asked for.
     """
     wall = options.wall
+    with stages("openings"):
+        openings = given_openings(wall.valves)
+        if wall.openings == "labels":
+            named = {opening.name for opening in openings}
+            openings += [opening for opening in find_openings(seg) if opening.name not in named]
     given = {"rv": wall.rv_wall_thickness, "la": wall.atrial_wall_thickness, "ra": wall.atrial_wall_thickness}
     with stages("objects"):
         parts: dict[str, tuple[str, ...]] = {name: (name,) for name in CHAMBERS}
@@ -152,22 +179,35 @@ def whole_heart(seg: Segmentation, options: Options, stages: Stages) -> Parts:
         least = _LEAST_ROUNDING * wall.minimum_thickness
         grown = [Part(surface, wall.minimum_thickness, least) for surface in cavities.values()]
         epi = _enclose([*bodies, *grown], seg, options, report)
-    return Parts(objects, cavities, epi, body=fitted["lv_epi"], repaired=repaired)
+    return Parts(objects, cavities, epi, body=fitted["lv_epi"], openings=openings, repaired=repaired)
 
 
 def _enclose(parts: list[Part], seg: Segmentation, options: Options, report: Progress) -> Surface:
     """Template surface of the body that encloses some surfaces."""
-    envelope = Envelope(parts)
-    obj = envelope.object(seg.grid, "epi")
+    narrow = Envelope(parts)
+    obj = narrow.object(seg.grid, "epi")
     share = _ENVELOPE_NUMBER[options.anatomy]
     number = {"singularities": share, "control_points": share}
     vertices = min(int(_EPI_SHARE[options.anatomy] * options.surface.vertices), 20000)
+    # Its vertices are moved along the body afterwards, so that they need be neither even nor near to a tenth of a mm.
     rough = fit_surface(
-        obj, boundary=envelope.boundary(obj), options=options.surface, progress=report, vertices=vertices, **number
+        obj,
+        boundary=narrow.boundary(obj),
+        options=options.surface,
+        progress=report,
+        method="paper",
+        vertices=vertices,
+        **number,
     )
     # The apex of the left ventricle may have been extrapolated, which the run's record tells of its epicardium.
     boundary = parts[0].surface.info.get("boundary", {})
-    return envelope.settle(replace(rough, info={**rough.info, "boundary": boundary}))
+    rough = replace(rough, info={**rough.info, "boundary": boundary})
+    for factor in _WIDER[:-1]:
+        try:
+            return narrow.widened(factor).settle(rough)
+        except StageError as error:
+            logger.warning("%s; grooves are rounded more", error)
+    return narrow.widened(_WIDER[-1]).settle(rough)
 
 
 #: What makes the parts of each anatomy.

@@ -210,6 +210,17 @@ class WallOptions(StageOptions):
     atrial_wall_thickness: float = Field(
         2.0, gt=0, description="Thickness of the walls of the atria where the labels have none, mm."
     )
+    openings: Literal["closed", "labels"] = Field(
+        "closed",
+        description="Valves and vessels of the whole heart: closed by tissue, or cut open where the labels show them, "
+        "that is, where cavities touch each other or the background.",
+    )
+    valves: dict[str, tuple[float, ...]] = Field(
+        default_factory=dict,
+        description="Further openings of the whole heart, by name (mitral, tricuspid, aortic, pulmonary, veins_la, "
+        "veins_ra): centre x, y, z, normal x, y, z out of the ventricle or atrium, radius; mm, LPS. They take the "
+        "place of those of that name that the labels show.",
+    )
 
 
 class VolumeOptions(StageOptions):
@@ -532,6 +543,8 @@ class Options(StageOptions):
     def _blood_is_for_tetwild(self) -> Options:
         if self.blood_pool and self.volume.mesher == "sweep":
             raise ValueError("mesher 'sweep' fills the wall alone; blood_pool needs tetwild")
+        if self.blood_pool and (self.wall.openings != "closed" or self.wall.valves):
+            raise ValueError("blood_pool needs closed cavities; leave openings and valves of the wall out")
         if self.blood_pool and self.export.step != "none":
             raise ValueError(
                 f"step {self.export.step!r} is for a wall alone: the deck has one material, which blood has not; leave "

@@ -28,7 +28,7 @@ from femprep.surface.matching import match_surfaces
 from femprep.volume import QualityReport, check, tetrahedralize
 from femprep.volume.sweep import boundary_wall, sweep
 from femprep.volume.ventricles import label_chambers, label_ventricles
-from femprep.wall import build_wall, fill_cavities
+from femprep.wall import build_wall, fill_cavities, open_wall
 
 Progress = Callable[[str, float], None]
 
@@ -160,6 +160,7 @@ def _tetrahedra(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, V
             epi=parts.epi, endo=parts.endo, base=parts.base, apex=parts.apex, options=options.wall, progress=report
         )
         wall = replace(wall, info={**wall.info, "repaired": [*parts.repaired, *wall.info["repaired"]]})
+        wall = open_wall(wall, parts.openings) if parts.openings else wall
     with stages("volume") as report:
         blood = fill_cavities(wall) if options.blood_pool else None
         mesh = tetrahedralize(wall, options=options.volume, progress=report, blood=blood)

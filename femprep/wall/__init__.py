@@ -1,10 +1,10 @@
 """Landmarks and planes, clipping, rim, booleans with provenance: a closed, tagged Wall.
 
 ``find_base``, ``find_common_base`` and ``find_apex`` put planes into a segmentation, ``phase_base_offsets`` makes those
-of a heart's phases agree; ``extend_apex`` continues an epicardium beyond the last slice; ``keep_apart`` and ``Envelope``
-make surfaces of several chambers fit each other;
-``build_wall`` clips the fitted surfaces, joins them and tags every facet; ``cavity_surface`` caps a mesh's cavity,
-``fill_cavities`` those of a wall, for its blood to be meshed as well.
+of a heart's phases agree; ``extend_apex`` continues an epicardium beyond the last slice; ``keep_apart`` and
+``Envelope`` make surfaces of several chambers fit each other; ``build_wall`` clips the fitted surfaces, joins them and
+tags every facet, ``open_wall`` cuts valves and vessels open; ``cavity_surface`` caps a mesh's cavity, ``fill_cavities``
+those of a wall, for its blood to be meshed as well.
 """
 
 from femprep.wall.apart import keep_apart
@@ -15,10 +15,12 @@ from femprep.wall.cavity import cavity_surface
 from femprep.wall.common_base import find_common_base
 from femprep.wall.envelope import Envelope, Part, thin_wall
 from femprep.wall.landmarks import find_apex, find_base
+from femprep.wall.openings import Opening, find_openings, given_openings, open_wall
 from femprep.wall.phase_bases import phase_base_offsets
 
 __all__ = [
     "Envelope",
+    "Opening",
     "Part",
     "build_wall",
     "cavity_surface",
@@ -27,7 +29,10 @@ __all__ = [
     "find_apex",
     "find_base",
     "find_common_base",
+    "find_openings",
+    "given_openings",
     "keep_apart",
+    "open_wall",
     "phase_base_offsets",
     "thin_wall",
 ]

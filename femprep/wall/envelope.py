@@ -17,12 +17,13 @@ import numpy.typing as npt
 
 from femprep.errors import InputError, StageError
 from femprep.geometry.closest import ClosestFinder
+from femprep.geometry.intersection import self_intersections
 from femprep.geometry.topology import edge_table
-from femprep.geometry.triangles import vertex_normals
+from femprep.geometry.triangles import normals, vertex_normals
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.grid import Grid
 from femprep.image.object import PADDING, LabelObject, make_object
-from femprep.model import FloatArray, Surface
+from femprep.model import FloatArray, IntArray, Surface
 from femprep.options import WallOptions
 from femprep.wall.checks import place
 
@@ -34,6 +35,11 @@ _ALONG, _FINEST = 56, 1.5
 _BLOCK = 4
 #: Newton steps to the surface, and the least slope they trust.
 _STEPS, _FLAT = 8, 0.3
+#: Where those steps have not come within this of the surface, it is looked for along the normal: so far, by such steps,
+#: then by so many halvings; mm.
+_NEAR, _SEARCH, _SEARCH_STEP, _HALVINGS = 1e-3, 6.0, 0.25, 20
+#: Least cosine between the normal of a triangle and that of the body.
+_UPRIGHT = 0.2
 #: Rounds in which vertices are spread evenly along the surface, and share of the way each goes.
 _ROUNDS, _RELAX = 10, 0.5
 
@@ -144,13 +150,44 @@ class Envelope:
             points -= (value / square)[:, None] * gradient
         return points
 
+    def _settled(self, points: FloatArray, normals: FloatArray) -> FloatArray:
+        """Points that the gradient has not led onto the surface, as in narrow grooves, moved there along normals."""
+        off = np.flatnonzero(np.abs(self.values(points)) > _NEAR)
+        if not len(off):
+            return points
+        start, way = points[off], normals[off]
+        steps = np.linspace(-_SEARCH, _SEARCH, 2 * int(_SEARCH / _SEARCH_STEP) + 1)
+        values = self.values((start[:, None] + steps[:, None] * way[:, None]).reshape(-1, 3)).reshape(len(off), -1)
+        crossing = (values[:, :-1] < 0.0) & (values[:, 1:] >= 0.0)  # from inside to outside
+        nearest = np.where(crossing, np.abs(steps[:-1]), np.inf).argmin(axis=1)
+        found = crossing[np.arange(len(off)), nearest]
+        low, high = steps[nearest], steps[nearest + 1]
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            inside = self.values(start + middle[:, None] * way) < 0.0
+            low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+        points = points.copy()
+        points[off[found]] = (start + (0.5 * (low + high))[:, None] * way)[found]
+        return points
+
+    def _folded(self, points: FloatArray, triangles: IntArray) -> IntArray:
+        """Triangles that cross others, or whose normal is far from the body's."""
+        way = self.with_gradients(points[triangles].mean(axis=1))[1]
+        way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
+        turned = np.flatnonzero(np.einsum("ij,ij->i", normals(points, triangles), way) < _UPRIGHT)
+        return np.union1d(turned, self_intersections(points, triangles).ravel())
+
+    def widened(self, factor: float) -> Envelope:
+        """The same parts with joins rounded over a larger width."""
+        return Envelope([replace(part, blend=factor * part.blend) for part in self.parts])
+
     def settle(self, surface: Surface) -> Surface:
         """A surface fitted to the body, its vertices moved exactly onto it and spread evenly along it.
 
         Raises
         ------
         StageError
-            A vertex does not reach the surface.
+            A vertex does not reach the surface, or triangles fold in a groove that is narrow beside them.
         """
         triangles = surface.triangles
         edges = edge_table(triangles).nodes
@@ -164,7 +201,7 @@ class Envelope:
             step = total / count - points
             step -= np.einsum("ij,ij->i", step, normal)[:, None] * normal
             points = self.project(points + _RELAX * step, 1)
-        points = self.project(points)
+        points = self._settled(self.project(points), vertex_normals(points, triangles))
         off = np.abs(self.values(points))
         if off.max() > 0.1:
             worst = points[int(off.argmax())]
@@ -172,6 +209,12 @@ class Envelope:
                 f"the surface of {surface.name!r} does not follow the body it encloses near "
                 "({:.1f}, {:.1f}, {:.1f})".format(*worst)
                 + f": {off.max():.1f} mm off; use more vertices"
+            )
+        folded = self._folded(points, triangles)
+        if len(folded):
+            raise StageError(
+                f"the surface of {surface.name!r} folds at {len(folded)} triangles in a groove of its body, "
+                f"the first near {place(points[triangles[folded[0]]].mean(axis=0))}; use more vertices"
             )
         moved = np.linalg.norm(points - surface.points, axis=1)
         info = {**surface.info, "settled": {"mean_mm": float(moved.mean()), "farthest_mm": float(moved.max())}}

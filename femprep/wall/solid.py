@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from femprep.errors import InputError, StageError
-from femprep.model import FloatArray, IntArray, Plane
+from femprep.model import FACET_TAGS, FloatArray, IntArray, Plane, Wall
 from femprep.wall.clip import rim_loops
 from femprep.wall.sheet import Sheet
 
@@ -162,3 +162,66 @@ def _lost(wanted: IntArray, found: IntArray) -> IntArray:
     """Triangles of the first list that are not in the second, whatever their winding."""
     there = {tuple(row) for row in np.sort(found, axis=1).tolist()}
     return np.array([row for row in np.sort(wanted, axis=1).tolist() if tuple(row) not in there]).reshape(-1, 3)
+
+
+def drill(wall: Wall, holes: Sequence[tuple[str, FloatArray]]) -> Wall:
+    """Take prisms out of a closed wall.
+
+    Parameters
+    ----------
+    wall : Wall
+    holes : sequence of (str, (2, n, 3) array)
+        Name of the facets of each hole, and the corners of its prism: those of one end, counter-clockwise seen from the
+        other end, and those of the other.
+
+    Returns
+    -------
+    Wall
+        Vertices that stay keep their ``template``.
+
+    Raises
+    ------
+    StageError
+        The boolean operation failed.
+    """
+    import manifold3d
+
+    origin = wall.points.mean(axis=0)
+    order = np.argsort(wall.facet_tag, kind="stable")
+    tags, start = np.unique(wall.facet_tag[order], return_index=True)
+    first = manifold3d.Manifold.reserve_ids(len(tags) + len(holes))
+
+    def solid(points: FloatArray, triangles: IntArray, starts: list[int], ids: list[int]) -> Any:
+        mesh = manifold3d.Mesh64(
+            np.ascontiguousarray(points - origin),
+            np.ascontiguousarray(triangles, dtype=np.uint64),
+            run_index=np.array([*(3 * s for s in starts), 3 * len(triangles)], dtype=np.uint64),
+            run_original_id=np.array(ids, dtype=np.uint32),
+        )
+        made = manifold3d.Manifold(mesh)
+        if made.status() != manifold3d.Error.NoError or made.volume() <= 0:
+            raise StageError(f"the wall or a hole in it is no solid: {made.status().name}, {made.volume():.4g} mm3")
+        return made
+
+    solids = [solid(wall.points, wall.triangles[order], start.tolist(), [first + k for k in range(len(tags))])]
+    numbers = tags.tolist()
+    for k, (name, corners) in enumerate(holes, len(tags)):
+        count = corners.shape[1]
+        low, high = np.arange(count), count + np.arange(count)
+        one, two = np.roll(low, -1), np.roll(high, -1)
+        sides = [np.stack([low, one, two], axis=1), np.stack([low, two, high], axis=1)]
+        fan = np.stack([np.zeros(count - 2, np.int64), np.arange(2, count), np.arange(1, count - 1)], axis=1)
+        triangles = np.concatenate([*sides, fan, fan[:, ::-1] + count])
+        solids.append(solid(corners.reshape(-1, 3), triangles, [0], [first + k]))
+        numbers.append(FACET_TAGS[name])
+    opened = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Subtract)
+    if opened.status() != manifold3d.Error.NoError:
+        raise StageError(f"cutting the openings failed: {opened.status().name}")
+    mesh = opened.to_mesh64()
+    points = np.asarray(mesh.vert_properties)[:, :3] + origin
+    runs = np.diff(np.asarray(mesh.run_index, dtype=np.int64) // 3)
+    source = np.repeat(np.asarray(mesh.run_original_id, dtype=np.int64), runs) - first
+    away, nearest = (np.asarray(found) for found in cKDTree(wall.points).query(points))
+    template = np.where(away < _SAME, wall.template[nearest], -1)
+    triangles = np.asarray(mesh.tri_verts, dtype=np.int64)
+    return Wall(points, triangles, np.asarray(numbers, dtype=np.int32)[source], template, wall.planes, wall.info)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from wall_shapes import Ellipsoid, template_surface
 
-from femprep.errors import InputError
+from femprep.errors import InputError, StageError
 from femprep.geometry.closest import ClosestFinder
 from femprep.image import Grid
 from femprep.options import WallOptions
@@ -74,3 +74,16 @@ def test_a_thin_wall_is_told_or_refused():
     assert thin_wall(bodies, "la", sphere(15.0), WallOptions(minimum_thickness=2.0)) is None
     with pytest.raises(InputError, match=r"the wall of 'la' is 0\.\d+ mm thick near .* below minimum_thickness = 2 mm"):
         thin_wall(bodies, "la", cavity, WallOptions(minimum_thickness=2.0, policy="strict"))
+
+
+def test_a_fold_in_a_narrow_groove_is_told_and_goes_where_the_groove_is_rounded():
+    first, second = Part(sphere(20.0), 0.0, 0.0), Part(sphere(15.0, 35.0), 1.0, 0.2)
+    narrow = Envelope([first, second])
+    obj = narrow.object(GRID, "epi")
+    rough = fit_surface(obj, boundary=narrow.boundary(obj), vertices=500, singularities=120, control_points=120)
+    with pytest.raises(StageError, match=r"the surface of 'epi' folds at \d+ triangles in a groove"):
+        narrow.settle(rough)
+    wide = narrow.widened(60.0)
+    assert wide.parts[1].blend == pytest.approx(12.0)
+    surface = wide.settle(rough)
+    assert np.abs(wide.values(surface.points)).max() < 1e-3
