@@ -123,11 +123,11 @@ def _contacts(seg: Segmentation, inside: Any, other: Any) -> list[tuple[FloatArr
     at, kind = np.concatenate(index), np.concatenate(way)
     pieces: Any = label(patch, np.ones((3, 3, 3)))
     number = pieces[0][tuple(at.T)]
-    side, sign = kind % 3, np.where(kind < 3, 1.0, -1.0)
+    side, sense = kind % 3, np.where(kind < 3, 1.0, -1.0)
     offset = np.zeros(at.shape)
-    offset[np.arange(len(at)), side] = 0.5 * sign
+    offset[np.arange(len(at)), side] = 0.5 * sense
     centres = seg.grid.to_world(at + offset)
-    normals = sign[:, None] * (direction / np.linalg.norm(direction, axis=0)).T[side]
+    normals = sense[:, None] * (direction / np.linalg.norm(direction, axis=0)).T[side]
     areas = np.prod(spacing) / spacing[side]
     return [(centres[number == k], normals[number == k], areas[number == k]) for k in np.unique(number)]
 
