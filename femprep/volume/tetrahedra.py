@@ -15,6 +15,7 @@ import numpy.typing as npt
 from femprep.errors import StageError
 from femprep.geometry.topology import edge_table, euler_characteristic, pieces, pinched_vertices
 from femprep.geometry.tree import curve_order
+from femprep.geometry.triangles import areas
 from femprep.model import REGION_TAGS, BloodPools, VolumeMesh, Wall
 from femprep.options import VolumeOptions, choose
 from femprep.volume.blood import Filling, check_cavities, find_facets
@@ -39,6 +40,11 @@ _log = logging.getLogger(__name__)
 _MESHER_SHARE = 0.9
 #: How the outcome of a run is told whose mesh is sound but poorer than asked.
 _MISSED = "below what was asked"
+#: Lowest stop energy of a run: with 5 fTetWild may not come to an end.
+_LOWEST_ENERGY = 6.0
+#: An edge that is longer than this share of the wall's mean thickness, and the mean of the mean ratio that then needs
+#: the lowest stop energy (edges of 6 mm, wall of 9 mm: 0.855 with an energy of 10 or 8, 0.873 with 6).
+_COARSE, _BOUND = 0.5, 0.85
 #: Largest relative difference between the volumes of mesh and wall.
 _VOLUME_LIMIT = 0.02
 #: Least share of endocardial nodes with as many elements through the wall as asked for.
@@ -134,7 +140,8 @@ def tetrahedralize(
     record: list[dict[str, Any]] = []
     best: _Candidate | None = None
     shortest = settings.edge_length if field is None else max(field.finest, 0.4 * field.coarsest)
-    for attempt in attempts(settings, lambda: record[-1]["outcome"], shortest):
+    thickness = 2.0 * wall.volume / float(areas(wall.points, wall.triangles).sum())
+    for attempt in attempts(settings, lambda: record[-1]["outcome"], shortest, thickness):
         entry: dict[str, Any] = {"envelope_mm": attempt.envelope, "stop_energy": attempt.stop_energy}
         record.append(entry)
         try:
@@ -175,22 +182,33 @@ def tetrahedralize(
     return quadratic_tetrahedra(mesh, wall) if settings.order == 2 else mesh
 
 
-def attempts(options: VolumeOptions, outcome: Callable[[], str], edge_length: float | None = None) -> Iterator[Attempt]:
+def attempts(
+    options: VolumeOptions, outcome: Callable[[], str], edge_length: float | None = None, thickness: float = np.inf
+) -> Iterator[Attempt]:
     """Parameters of the runs: those asked for, then others, by the outcome of the run before.
 
-    After a time limit everything is looser. Where the quality was missed the stop energy is lower: a tighter envelope
-    would only keep more of the wall's small triangles. After a crash or a wrong mesh both are tighter.
+    After a time limit everything is looser. Where the quality was missed the stop energy is the lowest: a little less
+    gains little, and a tighter envelope would only keep more of the wall's small triangles; what it misses no run
+    reaches. After a crash or a wrong mesh both are tighter. Where an edge takes more than half of the wall's mean
+    ``thickness``, most elements are bound by its surfaces and a good mean ratio needs the lowest stop energy from the
+    first run on.
     """
     targets = options.targets
-    envelope = options.envelope or targets.envelope * (edge_length or options.edge_length)
+    edge = edge_length or options.edge_length
+    envelope = options.envelope or targets.envelope * edge
     energy = targets.stop_energy
+    if options.stop_energy is None and edge > _COARSE * thickness and targets.mean_ratio >= _BOUND:
+        energy = min(energy, _LOWEST_ENERGY)
     yield Attempt(envelope, energy)
     for _ in range(targets.retries):
         if "time_limit" in outcome():
             envelope, energy = 1.5 * envelope, 2.0 * energy
+        elif _MISSED in outcome():
+            if energy <= _LOWEST_ENERGY:
+                return
+            energy = _LOWEST_ENERGY
         else:
-            energy = min(energy, max(6.0, energy - 2.0))
-            envelope = envelope if _MISSED in outcome() else envelope / 1.5
+            energy, envelope = min(energy, max(_LOWEST_ENERGY, energy - 2.0)), envelope / 1.5
         yield Attempt(envelope, energy)
 
 

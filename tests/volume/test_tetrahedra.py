@@ -179,9 +179,23 @@ def test_attempts_follow_the_outcome():
     )
     assert [a.stop_energy for a in attempts(options, lambda: "... (option time_limit)")] == [7.0, 14.0, 28.0, 56.0]
     assert [a.stop_energy for a in attempts(options, lambda: "bad")] == [7.0, 6.0, 6.0, 6.0]
-    assert [a.envelope for a in attempts(options, lambda: "... below what was asked")] == [0.1] * 4
-    assert [a.stop_energy for a in attempts(VolumeOptions(), lambda: "... below what was asked")] == [10.0, 8.0, 6.0]
+    assert [a.envelope for a in attempts(options, lambda: "... below what was asked")] == [0.1] * 2
+    assert [a.stop_energy for a in attempts(VolumeOptions(), lambda: "... below what was asked")] == [10.0, 6.0]
     assert [a.stop_energy for a in attempts(VolumeOptions(stop_energy=5.0), lambda: "bad")] == [5.0, 5.0, 5.0]
+
+
+@pytest.mark.parametrize(
+    ("options", "first"),
+    [
+        ({"edge_length": 6.0}, 6.0),
+        ({"edge_length": 4.0}, 10.0),
+        ({"edge_length": 6.0, "stop_energy": 12.0}, 12.0),
+        ({"edge_length": 6.0, "mean_ratio": 0.8}, 10.0),
+        ({"edge_length": 6.0, "quality": "fast"}, 50.0),
+    ],
+)
+def test_a_coarse_mesh_begins_with_the_lowest_energy(options, first):
+    assert next(attempts(VolumeOptions(**options), str, options["edge_length"], 9.0)).stop_energy == first
 
 
 def test_filled_cavity_is_refused(mesher, coarse_wall):
@@ -224,8 +238,9 @@ def test_wrong_meshes_are_refused(mesher, coarse_wall, coarse_mesh, fault, messa
 
 def test_best_mesh_is_kept_where_the_quality_asked_for_is_out_of_reach(mesher, coarse_wall, coarse_mesh, caplog):
     mesher(result(coarse_mesh))
-    mesh = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.99, retries=1)
+    mesh = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.99, retries=2, stop_energy=10.0)
     assert mesh.info["quality_reached"] is False
+    # The third run would ask for what the second one could not reach.
     assert len(mesh.info["attempts"]) == 2
     assert "below what was asked" in mesh.info["attempts"][0]["outcome"]
     assert "below what was asked" in caplog.text
