@@ -26,6 +26,9 @@ from femprep.wall.thickness import push_apart, require_nested, summary
 
 logger = logging.getLogger(__name__)
 
+#: Rounds in which the wall beside all endocardia is brought to the least thickness once more.
+_AGAIN = 3
+
 
 def build_wall(
     *,
@@ -91,6 +94,7 @@ def build_wall(
         report("wall", 0.3)
     for sheet in inner.values():
         repaired += _thicken(outer, sheet, chosen)
+    repaired += _thicken_again(outer, list(inner.values()), chosen)
     report("wall", 0.7)
     triangles, source = join(outer, inner)
     # Only now: the boolean engine would take new vertices in the middle of straight edges out again.
@@ -186,6 +190,21 @@ def _thicken(epi: Sheet, endo: Sheet, options: WallOptions) -> list[dict[str, An
         step["farthest_push_mm"] += further["farthest_push_mm"]
     check_sheet(epi)
     return [step]
+
+
+def _thicken_again(epi: Sheet, endos: list[Sheet], options: WallOptions) -> list[dict[str, Any]]:
+    """Make good what evening out the epicardium beside one endocardium took from the wall beside another."""
+    if len(endos) == 1 or options.policy == "strict":
+        return []
+    steps = []
+    for _ in range(_AGAIN):
+        found = [push_apart(epi, endo, options.minimum_thickness, options.maximum_push) for endo in endos]
+        steps += [step for step in found if step is not None]
+        if not any(found):
+            break
+    if steps:
+        check_sheet(epi)
+    return steps
 
 
 def _facets(epi: Sheet, endos: list[Sheet]) -> tuple[IntArray, IntArray]:
