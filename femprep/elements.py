@@ -162,15 +162,15 @@ def row_numbers(rows: IntArray) -> IntArray:
     return np.asarray(np.unique(key, return_inverse=True)[1].ravel(), dtype=np.int64)
 
 
-def set_numbers(rows: IntArray) -> IntArray:
-    """Number from 0 for each row of integers, equal for rows of the same numbers in any order."""
+def set_numbers(*blocks: IntArray) -> IntArray:
+    """Number from 0 for each row of integers of some blocks, equal for rows of the same numbers in any order."""
+    rows = np.concatenate(blocks)
     if len(rows) <= _MANY_ROWS:
         return row_numbers(np.sort(rows, axis=1))
     from femprep.rows import sort_each
 
-    key = np.array(rows, dtype=np.int64, order="C")
-    sort_each(key)
-    return row_numbers(key)
+    sort_each(rows)
+    return row_numbers(rows)
 
 
 def boundary_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:

@@ -1,4 +1,5 @@
-"""Rows of integers in, a number for each out, equal for equal rows: sorted in buckets of equal first numbers."""
+"""Rows of integers in, a number for each out, equal for equal rows, or the distinct ones: sorted in buckets of equal
+first numbers."""
 
 from __future__ import annotations
 
@@ -28,6 +29,12 @@ def bucketed(rows: IntArray, size: int) -> IntArray:
     return number
 
 
+def distinct_pairs(one: IntArray, two: IntArray) -> IntArray:
+    """The pairs ``(one, two)`` of numbers from 0, each once, in lexicographic order, ``(e, 2)``."""
+    largest = int(one.max(initial=-1))
+    return np.asarray(_distinct(one, two, largest + 1))
+
+
 @compiled(parallel=True)
 def sort_each(rows: IntArray) -> None:
     """Sort the numbers of each of short rows, in place; several times as fast as numpy for a few numbers."""
@@ -38,6 +45,55 @@ def sort_each(rows: IntArray) -> None:
                 rows[i, k] = rows[i, k - 1]
                 k -= 1
             rows[i, k] = value
+
+
+@compiled(parallel=True)
+def _distinct(one: IntArray, two: IntArray, buckets: int) -> IntArray:
+    start = np.zeros(buckets + 1, dtype=np.int64)
+    for i in range(len(one)):
+        start[one[i] + 1] += 1
+    for v in range(buckets):
+        start[v + 1] += start[v]
+    place = start[:-1].copy()
+    other = np.empty(len(one), dtype=np.int64)
+    for i in range(len(one)):
+        other[place[one[i]]] = two[i]
+        place[one[i]] += 1
+    found = np.zeros(buckets + 1, dtype=np.int64)
+    for v in numba.prange(buckets):
+        first, last = start[v], start[v + 1]
+        _sort(other[first:last])
+        count = 0
+        for i in range(first, last):
+            if i == first or other[i] != other[i - 1]:
+                count += 1
+        found[v + 1] = count
+    for v in range(buckets):
+        found[v + 1] += found[v]
+    out = np.empty((found[buckets], 2), dtype=np.int64)
+    for v in numba.prange(buckets):
+        at = found[v]
+        for i in range(start[v], start[v + 1]):
+            if i == start[v] or other[i] != other[i - 1]:
+                out[at, 0], out[at, 1] = v, other[i]
+                at += 1
+    return out
+
+
+@compiled(part=True)
+def _sort(values: IntArray) -> None:
+    """Shell's sort: in place, and good for a few numbers as for more."""
+    gap = 1
+    while 3 * gap < len(values):
+        gap = 3 * gap + 1
+    while gap > 0:
+        for i in range(gap, len(values)):
+            value, j = values[i], i
+            while j >= gap and values[j - gap] > value:
+                values[j] = values[j - gap]
+                j -= gap
+            values[j] = value
+        gap //= 3
 
 
 @compiled(parallel=True)

@@ -12,6 +12,8 @@ from femprep.errors import FemprepError
 
 #: Exit status after Ctrl-C, as shells have it.
 INTERRUPTED = 130
+#: Numbers of two options in glibc's ``malloc.h``.
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -25,6 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
     from femprep.cli._app import app
 
     signal.signal(signal.SIGTERM, _terminate)
+    _keep_memory()
     # The system takes all memory back at the end: Python need not look through it for cycles first.
     atexit.register(gc.freeze)
     try:
@@ -50,6 +53,18 @@ def _usage(error: Exception) -> int:
         return _interrupted()
     show()
     return int(getattr(error, "exit_code", 2))
+
+
+def _keep_memory() -> None:
+    """Let the C library keep freed memory for the next array: to take a page anew costs as much as to fill it."""
+    import ctypes
+
+    try:
+        adjust = ctypes.CDLL(None).mallopt
+    except (OSError, TypeError, AttributeError):  # not the GNU library: it does as it likes
+        return
+    for option in (_TRIM_THRESHOLD, _MMAP_THRESHOLD):
+        adjust(option, 2**30)
 
 
 def _interrupted() -> int:

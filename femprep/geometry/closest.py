@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numba
 import numpy as np
@@ -17,6 +18,9 @@ from femprep.geometry.triangles import normals, vertex_normals
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
+
+#: Queries that share their working memory.
+_CHUNK: Final = 64
 
 
 @dataclass(frozen=True)
@@ -214,40 +218,40 @@ def _search(
 ) -> None:
     """Nearer child first; of equally close triangles the smallest number wins, so that threads change nothing."""
     leaves = len(low) // 2
-    for i in numba.prange(len(queries)):
-        q = queries[i]
-        best = limit[i] * limit[i]
-        stack = np.empty(64, dtype=np.int64)
-        bound = np.empty(64)
-        stack[0], bound[0] = 1, 0.0
-        depth = 1
-        while depth > 0:
-            depth -= 1
-            node = stack[depth]
-            if bound[depth] > best:
-                continue
-            if node < leaves:
-                left, right = 2 * node, 2 * node + 1
-                left_gap, right_gap = _box_distance(q, low, high, left), _box_distance(q, low, high, right)
-                if left_gap < right_gap:
-                    left, right, left_gap, right_gap = right, left, right_gap, left_gap
-                if left_gap <= best:
-                    stack[depth], bound[depth] = left, left_gap
-                    depth += 1
-                if right_gap <= best:
-                    stack[depth], bound[depth] = right, right_gap
-                    depth += 1
-                continue
-            first = (node - leaves) * LEAF
-            for k in range(first, min(first + LEAF, len(order))):
-                t = order[k]
-                a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
-                wa, wb, wc = _closest_on_triangle(q, a, b, c)
-                gap = 0.0
-                for axis in range(3):
-                    step = wa * a[axis] + wb * b[axis] + wc * c[axis] - q[axis]
-                    gap += step * step
-                if gap < best or (gap == best and t < triangle[i]):
-                    best = gap
-                    triangle[i] = t
-                    weights[i, 0], weights[i, 1], weights[i, 2] = wa, wb, wc
+    for chunk in numba.prange((len(queries) + _CHUNK - 1) // _CHUNK):
+        stack, bound = np.empty(64, dtype=np.int64), np.empty(64)
+        for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(queries))):
+            q = queries[i]
+            best = limit[i] * limit[i]
+            stack[0], bound[0] = 1, 0.0
+            depth = 1
+            while depth > 0:
+                depth -= 1
+                node = stack[depth]
+                if bound[depth] > best:
+                    continue
+                if node < leaves:
+                    left, right = 2 * node, 2 * node + 1
+                    left_gap, right_gap = _box_distance(q, low, high, left), _box_distance(q, low, high, right)
+                    if left_gap < right_gap:
+                        left, right, left_gap, right_gap = right, left, right_gap, left_gap
+                    if left_gap <= best:
+                        stack[depth], bound[depth] = left, left_gap
+                        depth += 1
+                    if right_gap <= best:
+                        stack[depth], bound[depth] = right, right_gap
+                        depth += 1
+                    continue
+                first = (node - leaves) * LEAF
+                for k in range(first, min(first + LEAF, len(order))):
+                    t = order[k]
+                    a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
+                    wa, wb, wc = _closest_on_triangle(q, a, b, c)
+                    gap = 0.0
+                    for axis in range(3):
+                        step = wa * a[axis] + wb * b[axis] + wc * c[axis] - q[axis]
+                        gap += step * step
+                    if gap < best or (gap == best and t < triangle[i]):
+                        best = gap
+                        triangle[i] = t
+                        weights[i, 0], weights[i, 1], weights[i, 2] = wa, wb, wc

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from femprep.elements import ELEMENTS, FACET_CORNERS, boundary_faces
+from femprep.elements import ELEMENTS, FACET_CORNERS, boundary_faces, set_numbers
 from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
 
 logger = logging.getLogger(__name__)
@@ -86,14 +86,30 @@ def _scene(mesh: VolumeMesh) -> dict[str, Any]:
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     centre = 0.5 * (low + high)
     side = (mesh.points - centre) @ view
-    half = {
-        kind: block[side[block[:, : ELEMENTS[kind].corners]].mean(axis=1) < 0.0] for kind, block in mesh.cells.items()
-    }
-    cut = [faces.nodes[:, : FACET_CORNERS[kind]] for kind, faces in boundary_faces(half).items()]
+    cut = [*_cut(mesh, side), *(block[(side[block] < 0.0).any(axis=1)] for block in facets)]
     eye = centre + 3.0 * 0.62 * float(np.linalg.norm(high - low)) * (view + 0.45 * up)
     parts = {"facets": facets, "cut": cut}
     arrays = {f"{name}_{key}": value for name, part in parts.items() for key, value in _polygons(mesh.points, part)}
     return {**arrays, "tag": mesh.facet_tag, "camera": np.stack([eye, centre, up])}
+
+
+def _cut(mesh: VolumeMesh, side: FloatArray) -> list[np.ndarray]:
+    """Faces between the elements whose middle lies on the negative side of a plane and the others."""
+    behind, near = {}, {}
+    for kind, block in mesh.cells.items():
+        own = side[block[:, : ELEMENTS[kind].corners]]
+        # Only elements near the plane have such faces: few, quickly matched.
+        reached = np.abs(own).min(axis=1) <= np.ptp(own, axis=1)
+        near[kind] = block[reached]
+        behind[kind] = near[kind][own[reached].mean(axis=1) < 0.0]
+    inside = boundary_faces(near)
+    found = []
+    for kind, faces in boundary_faces(behind).items():
+        rings = faces.nodes[:, : FACET_CORNERS[kind]]
+        ends = inside[kind].nodes[:, : FACET_CORNERS[kind]]
+        number = set_numbers(rings, ends)
+        found.append(rings[~np.isin(number[: len(rings)], number[len(rings) :])])
+    return found
 
 
 def _polygons(points: FloatArray, blocks: list[np.ndarray]) -> Iterator[tuple[str, np.ndarray]]:

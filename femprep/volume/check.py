@@ -149,32 +149,28 @@ def statistics(
     low, high = bounds or (float(values.min()), float(values.max()))
     if high - low <= 1e-9 * abs(high):  # too narrow for bins of their own
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
-    # Sorted once: percentiles are read off, and what lies below each edge is counted by bisection.
-    ordered = np.sort(values)
-    edges = np.histogram_bin_edges(ordered[:1], bins=bins, range=(low, high))
-    below = np.searchsorted(ordered, edges[1:-1])
-    shares = (1, 5, 25, 50, 75, 95, 99)
-    percentiles = dict(zip(shares, _percentiles(ordered, shares)))
+    shares = (0, 1, 5, 25, 50, 75, 95, 99, 100)
+    percentiles = dict(zip(shares, _percentiles(values, shares)))
+    counts, edges = np.histogram(np.clip(values, low, high), bins=bins, range=(low, high))
     return Statistics(
         unit=unit,
         count=len(values),
-        min=float(ordered[0]),
+        min=percentiles.pop(0),
         mean=float(values.mean()),
         median=percentiles.pop(50),
-        max=float(ordered[-1]),
+        max=percentiles.pop(100),
         standard_deviation=float(values.std()),
         percentiles={str(share): value for share, value in percentiles.items()},
-        histogram=Histogram(
-            edges=tuple(edges.tolist()), counts=tuple(np.diff([0, *below.tolist(), len(values)]).tolist())
-        ),
+        histogram=Histogram(edges=tuple(edges.tolist()), counts=tuple(counts.tolist())),
     )
 
 
-def _percentiles(ordered: FloatArray, shares: Sequence[int]) -> list[float]:
-    """Percentiles of ascending values, between them by straight lines, as numpy has them."""
-    place = np.asarray(shares) / 100.0 * (len(ordered) - 1)
+def _percentiles(values: FloatArray, shares: Sequence[int]) -> list[float]:
+    """Percentiles, between two values by straight lines, as numpy has them, all by one partition."""
+    place = np.asarray(shares) / 100.0 * (len(values) - 1)
     below = np.floor(place).astype(np.int64)
-    above = np.minimum(below + 1, len(ordered) - 1)
+    above = np.minimum(below + 1, len(values) - 1)
+    ordered = np.partition(values, np.unique([below, above]))
     return [float(v) for v in ordered[below] + (place - below) * (ordered[above] - ordered[below])]
 
 

@@ -102,24 +102,23 @@ class _Scores:
         if not free:
             return score
         rest = np.flatnonzero(~every)
-        # The tag of the nearest triangle first. Another one can only fit better where it is nearer than that score.
+        # The tag of the nearest triangle, unless another one may fit better: from there on only near its rim.
         triangles = np.flatnonzero(np.isin(self._tag, free))
-        finder = ClosestFinder(self._points, self._triangles[triangles])
-        closest = triangles[finder(self._samples[rest, 0]).triangle]
-        first = self._tag[closest]
-        for row, tag in enumerate(tags):
-            own = rest[first == tag]
-            if len(own):
-                score[row, own] = self._score(int(tag), own)
-        known = score[np.searchsorted(tags, first), rest]
-        for row, tag in enumerate(tags):
-            if int(tag) in free:
-                other = rest[first != tag]
-                # The mean distance of its samples is less than that only if none of them is as far as their sum.
-                reach = np.repeat(self._envelope * known[first != tag] * len(_SAMPLES) * (1.0 + 1e-9), len(_SAMPLES))
-                near = self._finder(int(tag)).any_within(self._samples[other].reshape(-1, 3), reach)
-                other = other[near.reshape(-1, len(_SAMPLES)).all(axis=1)]
-                score[row, other] = self._score(int(tag), other)
+        centre = self._samples[rest, 0]
+        closest = ClosestFinder(self._points, self._triangles[triangles])(centre)
+        triangle = triangles[closest.triangle]
+        first = self._tag[triangle]
+        score[np.searchsorted(tags, first), rest] = 0.0
+        # The samples lie no farther than this from the centre, so that their mean distance from the nearest triangles
+        # is at most so much more than the centre's, and from others at most so much less.
+        size = np.linalg.norm(self._samples[rest] - centre[:, None], axis=2).max(axis=1)
+        there = normals(self._points, self._triangles)[triangle]
+        angle = 1.0 - np.einsum("fk,fk->f", self._normal[rest], there)
+        reach = (closest.distance + 2.0 * size + _NORMAL_WEIGHT * self._envelope * angle) * (1.0 + 1e-9)
+        near = {tag: self._finder(tag).any_within(centre, reach) & (first != tag) for tag in free}
+        doubtful = rest[np.any(list(near.values()), axis=0)]
+        for tag in free:
+            score[np.searchsorted(tags, tag), doubtful] = self._score(tag, doubtful)
         return score
 
     def _score(self, tag: int, rows: npt.NDArray[Any]) -> FloatArray:

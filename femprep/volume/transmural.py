@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import numpy.typing as npt
 
-from femprep.elements import ELEMENTS, FACET_CORNERS, row_numbers
+from femprep.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import VolumeMesh, is_blood, tag_name
+from femprep.rows import distinct_pairs
 
 IntArray = npt.NDArray[np.int64]
 
@@ -62,18 +63,15 @@ def _wall_edges(mesh: VolumeMesh) -> IntArray:
 
 def mesh_edges(cells: Mapping[str, IntArray]) -> IntArray:
     """The edges of all elements of some blocks, each once, corners only, ``(e, 2)``, smaller number first."""
-    edges = np.empty((sum(len(block) * len(ELEMENTS[name].edges) for name, block in cells.items()), 2), np.int64)
+    ends = np.empty((2, sum(len(block) * len(ELEMENTS[name].edges) for name, block in cells.items())), np.int64)
     first = 0
     for name, block in cells.items():
         for one, two in ELEMENTS[name].edges:
-            rows = edges[first : first + len(block)]
-            np.minimum(block[:, one], block[:, two], out=rows[:, 0])
-            np.maximum(block[:, one], block[:, two], out=rows[:, 1])
+            rows = slice(first, first + len(block))
+            np.minimum(block[:, one], block[:, two], out=ends[0, rows])
+            np.maximum(block[:, one], block[:, two], out=ends[1, rows])
             first += len(block)
-    number = row_numbers(edges)
-    out = np.empty((int(number.max(initial=-1)) + 1, 2), dtype=np.int64)
-    out[number] = edges
-    return out
+    return distinct_pairs(*ends)
 
 
 def _nodes(mesh: VolumeMesh, wanted: Callable[[str], bool]) -> IntArray:

@@ -77,9 +77,11 @@ def face_table(mesh: VolumeMesh) -> FaceTable:
     corners = max([3, *(FACET_CORNERS[kind] for kind in (*faces, *mesh.facets))])
     rings = _rings({kind: own.nodes for kind, own in faces.items()}, corners)
     facets = _rings(mesh.facets, corners)
-    every = np.concatenate([rings, facets])
-    # What stands for no fourth corner goes last: first numbers that differ make rows quick to compare.
-    number = set_numbers(np.where(every < 0, every.max(initial=0) + 1, every) if corners > 3 else every)
+    blocks = [rings, facets]
+    if corners > 3:  # what stands for no fourth corner goes last: first numbers that differ make rows quick to compare
+        last = max(int(block.max(initial=0)) for block in blocks) + 1
+        blocks = [np.where(block < 0, last, block) for block in blocks]
+    number = set_numbers(*blocks)
     face, facet = number[: len(rings)], number[len(rings) :]
     element = np.concatenate([np.empty(0, dtype=np.int64), *(own.element for own in faces.values())])
     return FaceTable(rings, element, face, facets, facet, np.bincount(face, minlength=int(number.max(initial=-1)) + 1))
