@@ -85,8 +85,8 @@ def facet_nodes(mesh: VolumeMesh, tag: int, *, corners: bool = False) -> IntArra
 
 def region_nodes(mesh: VolumeMesh, tag: int) -> IntArray:
     """Numbers of the points of all elements of a region, ascending."""
-    found, first = [np.empty(0, dtype=np.int64)], 0
+    used, first = np.zeros(len(mesh.points), dtype=bool), 0
     for block in mesh.cells.values():
-        found.append(block[mesh.region[first : first + len(block)] == tag].ravel())
+        used[block[mesh.region[first : first + len(block)] == tag]] = True
         first += len(block)
-    return np.unique(np.concatenate(found))
+    return np.flatnonzero(used)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -11,6 +13,8 @@ IntArray = npt.NDArray[np.int64]
 
 #: Widest number field that CalculiX reads (``f20.0``); what is longer is cut off silently, exponent included.
 FIELD = 20
+#: Sizes between which the shortest text that reads back as the same float is no longer than that.
+_SHORT = (0.1, 1e16)
 
 
 def number(value: float, width: int = FIELD) -> str:
@@ -40,15 +44,27 @@ def rows(*columns: npt.ArrayLike, separator: str = ", ", width: int | None = FIE
     if all(block.dtype.kind in "iu" for block in blocks):
         table = np.column_stack(blocks)
         return _integers(table.ravel(), table.shape[1], separator, "")
-    texts: list[list[str]] = []
-    for block in blocks:
-        for values in block.T if block.ndim == 2 else [block]:
-            numbers = values.tolist()
-            text = list(map(repr if block.dtype.kind == "f" else str, numbers))
-            if block.dtype.kind == "f" and width is not None:
-                text = [t if len(t) <= width else number(x, width) for t, x in zip(text, numbers)]
-            texts.append(text)
+    texts = [_lines(block.reshape(len(block), -1), separator, width) for block in blocks]
     return "".join(f"{separator.join(line)}\n" for line in zip(*texts))
+
+
+def _lines(block: npt.NDArray[Any], separator: str, width: int | None) -> list[str]:
+    """The numbers of each row of a block ``(m, k)`` as text."""
+    if len(block) == 0:
+        return []
+    if block.dtype.kind != "f":
+        return _integers(block.ravel(), block.shape[1], separator, "").splitlines()
+    # The text of a whole list costs a fraction of that of its numbers one by one.
+    lines = repr(block.tolist())[2:-2].split("], [")
+    if separator != ", ":
+        lines = [line.replace(", ", separator) for line in lines]
+    if width is not None:
+        # Seventeen digits, sign and point fit into twenty characters, zeros after the point and exponents need not.
+        size = np.abs(block)
+        long = (size < _SHORT[0]) & (size > 0.0) | (size >= _SHORT[1])
+        for row in np.flatnonzero(long.any(axis=1)).tolist():
+            lines[row] = separator.join(number(value, width) for value in block[row].tolist())
+    return lines
 
 
 def wrapped(values: npt.ArrayLike, per_line: int, separator: str = ", ", end: str = "") -> str:

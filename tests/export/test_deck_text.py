@@ -31,6 +31,14 @@ def test_rows_put_columns_side_by_side() -> None:
 
 
 @settings(deadline=None)
+@given(st.lists(st.tuples(st.floats(allow_nan=False), st.floats(-0.2, 0.2)), min_size=1, max_size=9))
+def test_rows_of_floats_are_their_numbers(values: list[tuple[float, float]]) -> None:
+    table = np.array(values)
+    assert rows(table, separator=" ") == "".join(f"{number(x)} {number(y)}\n" for x, y in values)
+    assert rows(table, width=None) == "".join(f"{x!r}, {y!r}\n" for x, y in values)
+
+
+@settings(deadline=None)
 @given(st.lists(st.integers(-(2**63), 2**63 - 1), max_size=40), st.integers(1, 7))
 def test_whole_numbers_are_written_as_python_does(values: list[int], per_line: int) -> None:
     lines = [",".join(map(str, values[i : i + per_line])) for i in range(0, len(values), per_line)]
