@@ -6,7 +6,11 @@ import numpy as np
 import trimesh
 
 from femprep.image import Grid, LabelObject, make_object
-from femprep.model import Surface
+from femprep.model import FloatArray, Surface
+from femprep.template import charge_template
+
+#: Directions of the vertices of random bodies, and their triangles.
+BALL = charge_template(2500)
 
 
 def sphere(radius: float = 20.0, centre=(0.0, 0.0, 0.0), subdivisions: int = 4, name: str = "sphere") -> Surface:
@@ -55,3 +59,17 @@ def ball_object(
     direction = np.eye(3) if seed is None else rotation(seed, mirrored)
     grid = Grid(mask.shape, spacing, np.array([30.0, -40.0, 12.0]), direction)
     return make_object(mask, grid, "ball"), grid.to_world(half[None, :].astype(float))[0]
+
+
+def body(lengths: tuple[float, ...], waves: list[float], bend: float) -> FloatArray:
+    """An ellipsoid with waves of up to a fifth of its radius, its long axis bent to a part of a circle; mm."""
+    x, y, z = BALL.directions.T
+    basis = np.stack([x * y, y * z, x * z, x * x - y * y, 3.0 * z * z - 1.0, x * (5.0 * z * z - 1.0)])
+    share = 1.0 + 0.2 * np.tanh(np.asarray(waves) @ basis)
+    x, y, z = (BALL.directions * share[:, None] * lengths).T
+    if bend < 0.05:
+        return np.column_stack([x, y, z])
+    half = max(lengths[2], 1.5 * lengths[0] * bend)
+    radius = half / bend
+    angle = z / radius
+    return np.column_stack([radius - (radius - x) * np.cos(angle), y, (radius - x) * np.sin(angle)])

@@ -7,31 +7,16 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from surface_shapes import BALL, body
 
 from femprep.geometry.intersection import self_intersections
 from femprep.geometry.patches import PatchSurface
 from femprep.geometry.topology import is_manifold, volume
 from femprep.geometry.triangles import triangle_quality
-from femprep.model import FloatArray
 from femprep.surface.place import place_evenly
 from femprep.template import charge_template
 
-BALL = charge_template(2500)
 TEMPLATE = charge_template(400)
-
-
-def body(lengths: tuple[float, ...], waves: list[float], bend: float) -> FloatArray:
-    """An ellipsoid with waves of up to a fifth of its radius, its long axis bent to a part of a circle; mm."""
-    x, y, z = BALL.directions.T
-    basis = np.stack([x * y, y * z, x * z, x * x - y * y, 3.0 * z * z - 1.0, x * (5.0 * z * z - 1.0)])
-    share = 1.0 + 0.2 * np.tanh(np.asarray(waves) @ basis)
-    x, y, z = (BALL.directions * share[:, None] * lengths).T
-    if bend < 0.05:
-        return np.column_stack([x, y, z])
-    half = max(lengths[2], 1.5 * lengths[0] * bend)
-    radius = half / bend
-    angle = z / radius
-    return np.column_stack([radius - (radius - x) * np.cos(angle), y, (radius - x) * np.sin(angle)])
 
 
 BODIES = {
