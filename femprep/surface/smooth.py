@@ -18,6 +18,7 @@ from femprep.surface.estimate import estimate_surface
 from femprep.surface.estimate.chords import outset
 from femprep.surface.estimate.evidence import Evidence
 from femprep.surface.estimate.outline import outline
+from femprep.surface.estimate.sheets import apart
 from femprep.surface.place import Chart, Connectivity, Goal, Placed, place_evenly
 from femprep.surface.placed import PlacedShape
 from femprep.template import charge_template
@@ -77,6 +78,8 @@ def smooth_map(
     begin = _begin(obj, axes)
     estimate = estimate_surface(begin.points, begin.cells, Evidence.of(obj, axes, boundary))
     surface = outset(estimate, Goal(estimate, len(split_quads(cells)), curvature).area)
+    if len(self_intersections(surface.points, surface.triangles)):
+        surface = PatchSurface(apart(estimate.points, surface.points, surface.triangles), surface.triangles)
     if len(self_intersections(surface.points, surface.triangles)):
         # No template can be placed on what is not a surface.
         raise StageError(f"the smooth surface of {obj.name!r} crosses itself")

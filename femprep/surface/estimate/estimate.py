@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from femprep.geometry.topology import edge_table
 from femprep.model import FloatArray, IntArray
 from femprep.surface.estimate.curvature import Curvature
 from femprep.surface.estimate.evidence import Evidence
+from femprep.surface.estimate.sheets import apart
 from femprep.surface.estimate.spread import spread
 
 #: Old vertices, new ones and triangles to where the vertices go.
@@ -52,9 +53,6 @@ _BETWEEN: Final = (3.0, 0.1)
 _OBLIQUE: Final = 0.02
 #: Principal curvatures are not followed beyond this, 1/mm.
 _SHARPEST: Final = 0.2
-#: Tries of steps without crossing triangles, each shorter around them, and rings of vertices that are held back too.
-_TRIES: Final = 6
-_RINGS_APART: Final = 3
 #: Passes of spreading vertices along the surface after each round.
 _SPREAD: Final = 5
 
@@ -94,45 +92,57 @@ def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence
     .. [2] MacKay, Bayesian interpolation, Neural Computation 4(3), 1992. doi:10.1162/neco.1992.4.3.415
     """
     points = np.array(points, dtype=np.float64)
-    bent = _bent(points, triangles, evidence, lambda old, new, cells: new)
-    if len(self_intersections(*bent)):
-        bent = _bent(points, triangles, evidence, _apart)
-    return PatchSurface(*bent)
-
-
-def _bent(points: FloatArray, triangles: IntArray, evidence: Evidence, step: Step) -> tuple[FloatArray, IntArray]:
-    """All rounds; each way from old to new vertices goes by ``step``."""
     part = evidence.thinned(_FACES * len(points))
+
+    def first(step: Step) -> Bent:
+        return _coarse(points, triangles, part, step)
+
+    coarse = _free_or_apart(first)
+
+    def second(step: Step) -> Bent:
+        return _fine(coarse, evidence, step)
+
+    fine = _free_or_apart(second)
+    return PatchSurface(fine.points, fine.triangles)
+
+
+class Bent(NamedTuple):
+    """Vertices and triangles of a bent mesh, and the stiffness the data ask for."""
+
+    points: FloatArray
+    triangles: IntArray
+    stiffness: float
+
+
+def _free_or_apart(bend: Callable[[Step], Bent]) -> Bent:
+    """Bend with steps as they come, which is quicker; where triangles cross in the end, with steps that let none."""
+    bent = bend(lambda old, new, cells: new)
+    return bend(apart) if len(self_intersections(bent.points, bent.triangles)) else bent
+
+
+def _coarse(points: FloatArray, triangles: IntArray, evidence: Evidence, step: Step) -> Bent:
+    """The rounds on the mesh given; each way from old to new vertices goes by ``step``."""
     for stiffness in _STIFF:
         points = step(points, spread(points, triangles, _SPREAD), triangles)
-        points = step(points, points + _bend(points, triangles, part, stiffness, False)[0], triangles)
-    stiffness = _FIRST
-    for _ in range(_ROUNDS[0]):
-        points = step(points, spread(points, triangles, _SPREAD), triangles)
-        move, stiffness = _bend(points, triangles, part, stiffness, True)
-        points = step(points, points + move, triangles)
-    straight, curved, triangles = _split(points, triangles)
+        points = step(points, points + _bend(points, triangles, evidence, stiffness, False)[0], triangles)
+    return _sparing(Bent(points, triangles, _FIRST), evidence, step, _ROUNDS[0])
+
+
+def _fine(bent: Bent, evidence: Evidence, step: Step) -> Bent:
+    """The rounds on a mesh with four times as many triangles."""
+    straight, curved, triangles = _split(bent.points, bent.triangles)
     points = step(straight, curved, triangles)
-    for _ in range(_ROUNDS[1]):
+    return _sparing(Bent(points, triangles, bent.stiffness), evidence, step, _ROUNDS[1])
+
+
+def _sparing(bent: Bent, evidence: Evidence, step: Step, rounds: int) -> Bent:
+    """Rounds that spare sharp edges."""
+    points, triangles, stiffness = bent
+    for _ in range(rounds):
         points = step(points, spread(points, triangles, _SPREAD), triangles)
         move, stiffness = _bend(points, triangles, evidence, stiffness, True)
         points = step(points, points + move, triangles)
-    return points, triangles
-
-
-def _apart(old: FloatArray, new: FloatArray, triangles: IntArray) -> FloatArray:
-    """Vertices on the way from old to new places as far as no triangles cross, those around a crossing less far."""
-    share = np.ones(len(old))
-    for _ in range(_TRIES):
-        points = old + share[:, None] * (new - old)
-        crossing = np.unique(self_intersections(points, triangles))
-        if not len(crossing):
-            return points
-        share[triangles[crossing]] *= 0.3
-        for _ in range(_RINGS_APART):
-            least = np.minimum(share[triangles].min(axis=1) + 0.25, 1.0)
-            np.minimum.at(share, triangles, np.broadcast_to(least[:, None], triangles.shape))
-    return old
+    return Bent(points, triangles, stiffness)
 
 
 def _split(points: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
