@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -31,6 +31,9 @@ _SIZES: Final = (1.0, 0.3, 0.1)
 _STEPS: Final = 100
 _STEPS_FREE: Final = 20
 _ROUNDS: Final = 8
+#: Least quality below which, where edges are flipped, the worst triangles are cared for in so many more rounds.
+_WORST: Final = 0.65
+_ROUNDS_WORST: Final = 3
 #: Quality, mean and least, and share of the volume cut off by flat triangles, with which the template's are left.
 _ENOUGH: Final = (0.955, 0.55)
 _CUT: Final = 0.02
@@ -240,7 +243,29 @@ def _free(points: FloatArray, cells: IntArray, goal: Goal) -> Slid:
             ideal, solve = goal.cells(cells, domain.near), smoother(cells, len(points))
             place, more = descend(place.points, domain, ideal, solve, size, _STEPS_FREE)
             steps += more
-    return _slid(place, cells, steps, flips)
+    slid = _slid(place, cells, steps, flips)
+    return slid if _least(slid) >= _WORST else _worst_first(slid, domain, goal)
+
+
+def _worst_first(slid: Slid, domain: OnPatches, goal: Goal) -> Slid:
+    """More rounds in which triangles count by their distortion, if they make the worst one better."""
+    best, place, cells = slid, domain(slid.points), slid.cells
+    for _ in range(_ROUNDS_WORST):
+        ideal = goal.cells(cells, domain.near)
+        weight = ideal.each(place.points, place.normals, _SIZE)
+        if not np.isfinite(weight).all():
+            break
+        ideal, solve = replace(ideal, weight=weight / weight.sum()), smoother(cells, len(place.points))
+        place, steps = descend(place.points, domain, ideal, solve, _SIZE, _STEPS_FREE)
+        cells, flipped = flip_edges(place.points, place.normals, cells, goal.area[domain.near], _SIZE)
+        now = _slid(place, cells, best.steps + steps, best.flips + flipped)
+        if now.folded <= best.folded and _least(now) > _least(best):
+            best = now
+    return best
+
+
+def _least(slid: Slid) -> float:
+    return float(triangle_quality(slid.points, slid.cells).min())
 
 
 def _slid(place: Place, cells: IntArray, steps: int, flips: int) -> Slid:
