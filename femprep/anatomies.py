@@ -135,7 +135,7 @@ def both_ventricles(seg: Segmentation, options: Options, stages: Stages) -> Part
             enclosed.append(Part(fitted["rv_epi"], 0.0, _GROOVE))
         enclosed.append(Part(cavities["rv"], thickness, least if walled else _ROUNDING * thickness))
         enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
-        epi = _enclose(enclosed, seg, options, report)
+        epi = _enclose(enclosed, seg, options, report, repaired)
     return Parts(objects, cavities, epi, base, apex, fitted["lv_epi"], repaired=repaired)
 
 
@@ -178,12 +178,14 @@ def whole_heart(seg: Segmentation, options: Options, stages: Stages) -> Parts:
         repaired += [record for name in CHAMBERS if (record := thin_wall(bodies, name, cavities[name], wall))]
         least = _LEAST_ROUNDING * wall.minimum_thickness
         grown = [Part(surface, wall.minimum_thickness, least) for surface in cavities.values()]
-        epi = _enclose([*bodies, *grown], seg, options, report)
+        epi = _enclose([*bodies, *grown], seg, options, report, repaired)
     return Parts(objects, cavities, epi, body=fitted["lv_epi"], openings=openings, repaired=repaired)
 
 
-def _enclose(parts: list[Part], seg: Segmentation, options: Options, report: Progress) -> Surface:
-    """Template surface of the body that encloses some surfaces."""
+def _enclose(
+    parts: list[Part], seg: Segmentation, options: Options, report: Progress, repaired: list[dict[str, Any]]
+) -> Surface:
+    """Template surface of the body that encloses some surfaces; what it took is added to ``repaired``."""
     narrow = Envelope(parts)
     obj = narrow.object(seg.grid, "epi")
     share = _ENVELOPE_NUMBER[options.anatomy]
@@ -204,10 +206,16 @@ def _enclose(parts: list[Part], seg: Segmentation, options: Options, report: Pro
     rough = replace(rough, info={**rough.info, "boundary": boundary})
     for factor in _WIDER[:-1]:
         try:
-            return narrow.widened(factor).settle(rough)
+            found = narrow.widened(factor).settle(rough)
+            break
         except StageError as error:
             logger.warning("%s; grooves are rounded more", error)
-    return narrow.widened(_WIDER[-1]).settle(rough)
+    else:
+        factor = _WIDER[-1]
+        found = narrow.widened(factor).settle(rough)
+    if factor > 1.0:
+        repaired.append({"rounded": "grooves of the epicardium, which folds in them", "factor": factor})
+    return found
 
 
 #: What makes the parts of each anatomy.

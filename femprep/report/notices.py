@@ -48,6 +48,10 @@ def wall_notices(info: Mapping[str, Any]) -> list[str]:
             f"was extrapolated by {apex['extrapolated_mm']:.1f} mm beyond the cavity"
         )
     lines.extend("wall: " + _sentence(repair) for repair in info.get("repaired", ()))
+    for opening in info.get("openings", ()):
+        between = " and ".join(opening["between"])
+        cut = f"the {opening['name']} opening between {between} is cut with a radius of {opening.get('radius_mm')} mm"
+        lines.append(opening.get("left_closed") or cut)
     return lines
 
 

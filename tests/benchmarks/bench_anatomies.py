@@ -153,7 +153,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     else:
         jobs = [(one_heart, name, str(data / path), given.out, changes) for name, path in RODERO.items()]
     if given.only:
-        jobs = [job for job in jobs if job[0] in given.only]
+        jobs = [job for job in jobs if job[1] in given.only]
     results: list[dict[str, Any]] = []
     with ProcessPoolExecutor(given.jobs) as pool:
         for future in as_completed([pool.submit(*job) for job in jobs]):

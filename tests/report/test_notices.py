@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from femprep.report.notices import gather, mesh_notices, object_notices
+from femprep.report.notices import gather, mesh_notices, object_notices, wall_notices
 
 
 def test_lines_are_gathered_from_all_depths_once() -> None:
@@ -35,3 +35,13 @@ def test_what_is_assumed_of_the_heart_is_said_with_a_remedy() -> None:
     assert "--flip, or --mirrored yes, mends that" in hand
     septal, hand = lines(None, "septal", "hand")
     assert "the septum was assumed" in septal
+
+
+def test_openings_of_the_wall_are_told():
+    cut = {"name": "mitral", "between": ["lv", "la"], "radius_mm": 11.5}
+    left = {"name": "aortic", "between": ["lv", "outside"], "left_closed": "the aortic opening is not cut"}
+    lines = wall_notices({"openings": [cut, left]})
+    assert lines == [
+        "the mitral opening between lv and la is cut with a radius of 11.5 mm",
+        "the aortic opening is not cut",
+    ]
