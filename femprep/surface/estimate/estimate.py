@@ -35,7 +35,7 @@ _SOFTEST, _STIFFEST = 300.0, 100000.0
 _PROBES: Final = 6
 #: Curvature may change by this, 1/mm2, before an edge is taken for one, and the least weight of triangles there.
 _USUAL: Final = 0.005
-_LEAST: Final = 0.05
+_LEAST: Final = 0.005
 #: On the mesh given no more faces are looked at than this many for each vertex.
 _FACES: Final = 3
 #: A vertex moves no farther than this in one round, mm.
