@@ -12,8 +12,8 @@ from femprep.errors import FemprepError
 
 #: Exit status after Ctrl-C, as shells have it.
 INTERRUPTED = 130
-#: Numbers of two options in glibc's ``malloc.h``.
-_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
+#: Numbers of three options in glibc's ``malloc.h``.
+_TRIM_THRESHOLD, _MMAP_THRESHOLD, _ARENA_MAX = -1, -3, -8
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -56,7 +56,7 @@ def _usage(error: Exception) -> int:
 
 
 def _keep_memory() -> None:
-    """Let the C library keep freed memory for the next array: to take a page anew costs as much as to fill it."""
+    """Let the C library keep freed memory for the next array of any thread: new pages cost more than to fill them."""
     import ctypes
 
     try:
@@ -65,6 +65,7 @@ def _keep_memory() -> None:
         return
     for option in (_TRIM_THRESHOLD, _MMAP_THRESHOLD):
         adjust(option, 2**30)
+    adjust(_ARENA_MAX, 1)
 
 
 def _interrupted() -> int:

@@ -145,7 +145,7 @@ def tetrahedralize(
         entry: dict[str, Any] = {"envelope_mm": attempt.envelope, "stop_energy": attempt.stop_energy}
         record.append(entry)
         try:
-            with meanwhile(rehearse()):
+            with meanwhile(rehearse(need.elements)):
                 run = _mesh(filling, settings, attempt, field, need, report)
             entry.update(
                 seconds=run.seconds,
