@@ -67,10 +67,10 @@ def test_end_in_the_mesher(heart: Path, tmp_path: Path, number: signal.Signals, 
         time.sleep(seconds)
         children |= descendants(process.pid)
         process.send_signal(number)
-        _, error = process.communicate(timeout=60.0)
+        _, error = process.communicate(timeout=120.0)
     finally:
         process.kill()
-    deadline = time.monotonic() + 20.0
+    deadline = time.monotonic() + 120.0  # a child that is still loading libraries sees it only then
     while any(alive(child) for child in children) and time.monotonic() < deadline:
         time.sleep(0.1)
     assert not [child for child in children if alive(child)], "a child lives on"
