@@ -13,6 +13,7 @@ from femprep.image import LabelObject, Segmentation
 from femprep.model import Plane, Surface
 from femprep.options import Options
 from femprep.surface import fit_surface
+from femprep.surface.outlined import outline_surface
 from femprep.wall import (
     Envelope,
     Opening,
@@ -33,9 +34,6 @@ Progress = Callable[[str, float], None]
 #: Opens a stage of the run: timed, its progress passed on.
 Stages = Callable[[str], AbstractContextManager[Progress]]
 
-#: Singularities and control points of the surface fitted to an envelope: it only has to be near, for its vertices are
-#: then moved exactly onto it.
-_ENVELOPE_NUMBER: Final = {"biv": 200, "whole-heart": 400}
 #: Vertices of the common epicardium over those of one cavity, by how much larger its surface is.
 _EPI_SHARE: Final = {"biv": 1.8, "whole-heart": 2.5}
 #: Rounding of the joint of both ventricles by the wall thickness of the right one, and of what is added to reach the
@@ -188,19 +186,10 @@ def _enclose(
     """Template surface of the body that encloses some surfaces; what it took is added to ``repaired``."""
     narrow = Envelope(parts)
     obj = narrow.object(seg.grid, "epi")
-    share = _ENVELOPE_NUMBER[options.anatomy]
-    number = {"singularities": share, "control_points": share}
     vertices = min(int(_EPI_SHARE[options.anatomy] * options.surface.vertices), 20000)
-    # Its vertices are moved along the body afterwards, so that they need be neither even nor near to a tenth of a mm.
-    rough = fit_surface(
-        obj,
-        boundary=narrow.boundary(obj),
-        options=options.surface,
-        progress=report,
-        method="paper",
-        vertices=vertices,
-        **number,
-    )
+    # Its vertices are moved onto the body afterwards, so that it only has to be near.
+    rough = outline_surface(obj, vertices)
+    report("surface", 0.5)
     # The apex of the left ventricle may have been extrapolated, which the run's record tells of its epicardium.
     boundary = parts[0].surface.info.get("boundary", {})
     rough = replace(rough, info={**rough.info, "boundary": boundary})

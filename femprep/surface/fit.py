@@ -110,7 +110,7 @@ def fit_surface(
     boundary = boundary_points(obj) if boundary is None else boundary
     if len(boundary) < 12:
         raise InputError(f"object {obj.name!r} has {len(boundary)} boundary points, too few for a surface")
-    axes, turn = _axes(obj)
+    axes, turn = image_axes(obj)
     template = (cubed_template if chosen.cells == "quad" else charge_template)(chosen.vertices)
     directions = template.directions @ (turn if obj.frame is None else obj.frame).T
     info: dict[str, Any] = {
@@ -241,7 +241,7 @@ def _residuals(residual: FloatArray) -> dict[str, float]:
     }
 
 
-def _axes(obj: LabelObject) -> tuple[FloatArray, FloatArray]:
+def image_axes(obj: LabelObject) -> tuple[FloatArray, FloatArray]:
     """The image's axes as columns, made exactly orthogonal, and the same as a rotation.
 
     All is done along them, so that a turned image gives the same surface, turned.

@@ -20,7 +20,6 @@ from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.intersection import self_intersections
 from femprep.geometry.topology import edge_table
 from femprep.geometry.triangles import normals, vertex_normals
-from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.grid import Grid
 from femprep.image.object import PADDING, LabelObject, make_object
 from femprep.model import FloatArray, IntArray, Surface
@@ -134,12 +133,6 @@ class Envelope:
         near = np.abs(value) <= 0.5 * (_BLOCK - 1) * np.sqrt(3.0) * grid.spacing.max() + 1e-9
         value[near] = self.values(grid.to_world(index[near]))
         return np.asarray(value.reshape(grid.shape) < 0.0)
-
-    def boundary(self, obj: LabelObject) -> BoundaryPoints:
-        """Boundary points of that object, moved onto the surface of the body."""
-        rough = boundary_points(obj)
-        points = self.project(rough.points)
-        return BoundaryPoints(points, rough.normal, rough.axis, rough.spacing, rough.voxel, rough.info)
 
     def project(self, points: FloatArray, steps: int = _STEPS) -> FloatArray:
         """Points near the surface moved onto it along the gradient, ``(n, 3)``."""

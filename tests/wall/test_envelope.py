@@ -10,7 +10,7 @@ from femprep.errors import InputError, StageError
 from femprep.geometry.closest import ClosestFinder
 from femprep.image import Grid
 from femprep.options import WallOptions
-from femprep.surface import fit_surface
+from femprep.surface.outlined import outline_surface
 from femprep.wall import Envelope, Part, thin_wall
 
 GRID = Grid((4, 4, 4), np.ones(3), np.zeros(3), np.eye(3))
@@ -53,7 +53,7 @@ def test_blocks_of_voxels_are_decided_as_each_voxel_is(pair):
 def test_a_settled_surface_keeps_the_thickness_everywhere(pair):
     envelope, first, second = pair
     obj = envelope.object(GRID, "epi")
-    rough = fit_surface(obj, boundary=envelope.boundary(obj), vertices=900, singularities=120, control_points=120)
+    rough = outline_surface(obj, 900)
     surface = envelope.settle(rough)
     assert np.abs(envelope.values(surface.points)).max() < 1e-3
     for part in (first, second):
@@ -80,7 +80,7 @@ def test_a_fold_in_a_narrow_groove_is_told_and_goes_where_the_groove_is_rounded(
     first, second = Part(sphere(20.0), 0.0, 0.0), Part(sphere(15.0, 35.0), 1.0, 0.2)
     narrow = Envelope([first, second])
     obj = narrow.object(GRID, "epi")
-    rough = fit_surface(obj, boundary=narrow.boundary(obj), vertices=500, singularities=120, control_points=120)
+    rough = outline_surface(obj, 500)
     with pytest.raises(StageError, match=r"the surface of 'epi' folds at \d+ triangles in a groove"):
         narrow.settle(rough)
     wide = narrow.widened(60.0)
