@@ -6,11 +6,12 @@ import logging
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.triangles import vertex_normals
-from femprep.model import FloatArray, Plane, Surface
+from femprep.model import FloatArray, IntArray, Plane, Surface
 
 _log = logging.getLogger(__name__)
 
@@ -18,8 +19,10 @@ _log = logging.getLogger(__name__)
 _ROUNDS = 8
 #: Share of the least distance by which it may be missed.
 _CLOSE = 0.02
-#: What lies farther above the base than this is cut away and stays as it is, mm.
+#: What lies farther above the base than this is cut away and stays as it is, mm; so does all above it that looks up
+#: more than this, the cap in which the closed surface ends.
 _ABOVE = 1.0
+_CAP = 0.5
 
 
 def push_apart(
@@ -54,8 +57,8 @@ def push_apart(
 
     finder = ClosestFinder(endo.points, endo.triangles)
     points = np.array(epi.points)
-    low = base.signed_distance(points) < _ABOVE
-    inner = endo.points[base.signed_distance(endo.points) < _ABOVE]
+    low = _kept(points, epi.triangles, base)
+    inner = endo.points[_kept(endo.points, endo.triangles, base)]
     cells = epi.triangles
     edges = np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]])
     matrix = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(points),) * 2).tocsr()
@@ -88,3 +91,10 @@ def push_apart(
     if count:
         _log.warning("epicardium pushed outwards by up to %.2f mm at %d vertices", moved.max(), count)
     return points, {"vertices": count, "maximum_mm": float(moved.max()), "least_mm": least}
+
+
+def _kept(points: FloatArray, cells: IntArray, base: Plane) -> npt.NDArray[np.bool_]:
+    """Which vertices lie below the base, or belong to the wall that rises a little above it."""
+    height = base.signed_distance(points)
+    wall = vertex_normals(points, cells) @ base.normal < _CAP
+    return np.asarray((height < 0.0) | (wall & (height < _ABOVE)))

@@ -68,8 +68,9 @@ class Evidence:
         axes : (3, 3) array
             The image's axes, orthogonal columns.
         boundary : BoundaryPoints, optional
-            Face midpoints in place of the object's own. Those that were put elsewhere are known to a pixel there; the
-            voxel centres move with them.
+            Face midpoints in place of the object's own. Those that were put elsewhere lie there, no better known than
+            the faces they were: an extrapolated apex is a guess, and its steps must not be followed. The voxel centres
+            move with them.
         """
         boundary = boundary_points(obj) if boundary is None else boundary
         half = 0.5 * boundary.spacing[:, None] * boundary.normal
@@ -88,9 +89,9 @@ class Evidence:
         return cls(
             (boundary.points + np.where(own[:, None], moved, 0.0) - middle) @ axes,
             np.asarray(boundary.axis),
-            np.where(own, boundary.spacing, obj.grid.spacing.min()),
-            own & (np.asarray(boundary.axis) == obj.stack_axis),
-            own & end,
+            np.asarray(boundary.spacing),
+            np.asarray(boundary.axis) == obj.stack_axis,
+            end,
             (centres - middle) @ axes,
             outside,
         )
