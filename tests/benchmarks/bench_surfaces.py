@@ -96,8 +96,13 @@ def placed(case: Case, spacing: list[float], supersample: int, seed: int) -> Cas
     return Case(f"{case.name}, placement {seed}", case.chamber, obj, case.truth)
 
 
-def phantoms(chambers: list[str], spacing: list[float], supersample: int, seed: int | None) -> Iterator[Case]:
-    """Bodies with closed-form surfaces; a seed moves them on the grid and turns them a little out of its axes."""
+def phantoms(
+    chambers: list[str], spacing: list[float], supersample: int, seed: int | None, shift: float = 0.0
+) -> Iterator[Case]:
+    """Bodies with closed-form surfaces; a seed moves them on the grid and turns them a little out of its axes.
+
+    Slices are shifted in their plane by ``shift`` mm rms.
+    """
     bodies: dict[str, tuple[str, Phantom, str, tuple[str, ...]]] = {
         "lv": ("lv", lv_ellipsoid(), "lv", ("lv",)),
         "epi": ("epi", lv_ellipsoid(), "epi", ("lv", "myo")),
@@ -119,7 +124,12 @@ def phantoms(chambers: list[str], spacing: list[float], supersample: int, seed: 
             }
         if chamber not in chambers:
             continue
-        seg = phantom.segmentation(spacing, supersample=supersample, **placement)
+        if shift:
+            grid = phantom.grid(spacing, **placement)
+            placement = {"shifts": rng.normal(scale=shift / np.sqrt(2.0), size=(grid.shape[2], 2)), "grid": grid}
+        else:
+            placement["spacing"] = spacing
+        seg = phantom.segmentation(supersample=supersample, **placement)
         yield Case(f"phantom {title}", chamber, seg.object(*structures), exact(phantom, region))
 
 

@@ -62,11 +62,11 @@ def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence
 
     Sought is the surface whose mean curvature varies least (the integral of its squared gradient) and that passes the
     voxel faces at the boundary within what they leave open; where curvature changes sharply, as at the rim of a valve,
-    change counts less. A face tells the surface's place along its own axis only,
-    to half a voxel; across the surface that is less the more oblique it is, so that a step in a slice's outline is
-    known much better than a straight run along the pixels, and a face between slices tells little. Voxel centres
-    must lie on their own side. The surface bends to a minimum by Gauss and Newton: in each round the vertices
-    move along their normals by what solves a sparse linear system.
+    change counts less. A face tells the surface's place along its own axis only, to half a voxel; across the surface
+    that is less the more oblique it is, so that a step in a slice's outline is known much better than a straight run
+    along the pixels; a face between slices lies where interpolation between the outlines puts it. Voxel centres must
+    lie on their own side. The surface bends to a minimum by Gauss and Newton: in each round the vertices move along
+    their normals by what solves a sparse linear system.
 
     How much change of curvature counts against the labels is chosen from the data: the weight under which these
     labels are most likely [1]_ [2]_, so that a smooth body stays smooth and a heart with rims and stubs keeps them.
