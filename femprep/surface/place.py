@@ -253,8 +253,8 @@ def _worst_first(slid: Slid, domain: OnPatches, goal: Goal) -> Slid:
     for _ in range(_ROUNDS_WORST):
         ideal = goal.cells(cells, domain.near)
         weight = ideal.each(place.points, place.normals, _SIZE)
-        if not np.isfinite(weight).all():
-            break
+        upright = np.isfinite(weight)
+        weight = np.where(upright, weight, 10.0 * weight[upright].max(initial=1.0))
         ideal, solve = replace(ideal, weight=weight / weight.sum()), smoother(cells, len(place.points))
         place, steps = descend(place.points, domain, ideal, solve, _SIZE, _STEPS_FREE)
         cells, flipped = flip_edges(place.points, place.normals, cells, goal.area[domain.near], _SIZE)
@@ -314,6 +314,16 @@ def _unfolded(directions: FloatArray, slid: Slid) -> FloatArray:
     whole = areas(slid.points, slid.cells)
     ideal = Ideal.of(slid.points, slid.cells, np.full(len(whole), np.sqrt(4.0 * np.pi / whole.sum())))
     place = on_sphere(directions)
-    if np.isfinite(ideal.measure(*place, 0.0)[0]):
+    if _upright(ideal, place):
         return place.points
-    return descend(place.points, on_sphere, ideal, smoother(slid.cells, len(directions)), _SIZE, _STEPS)[0].points
+    solve = smoother(slid.cells, len(directions))
+    found = descend(place.points, on_sphere, ideal, solve, _SIZE, _STEPS)[0]
+    if _upright(ideal, found):
+        return found.points
+    # Anew, turned to where the vertices should be.
+    sphere = sphere_map(slid.points, slid.cells)
+    return sphere @ _turn(sphere, place.points, whole, slid.cells).T
+
+
+def _upright(ideal: Ideal, place: Place) -> bool:
+    return bool(np.isfinite(ideal.measure(*place, 0.0)[0]))

@@ -47,8 +47,14 @@ class PlacedShape:
         unit = np.asarray(directions, dtype=np.float64).reshape(-1, 3)
         unit = unit / np.linalg.norm(unit, axis=1, keepdims=True)
         found = self._finder(unit)
-        rough = np.einsum("qi,qik->qk", found.weights, self.places[self.cells[found.triangle]])
-        return self.to_world(self.surface.project(rough)[0])
+        corners = self.cells[found.triangle]
+        rough, off = (np.einsum("qi,qik->qk", found.weights, own[corners]) for own in (self.places, self._off))
+        return self.to_world(self.surface.project(rough)[0] + off)
+
+    @cached_property
+    def _off(self) -> FloatArray:
+        """From the projection of each vertex to the vertex: nothing but where the surface bends sharply."""
+        return np.asarray(self.places - self.surface.project(self.places)[0])
 
     @cached_property
     def _finder(self) -> ClosestFinder:

@@ -109,7 +109,7 @@ def smooth_map(
             f"surface {obj.name} is too long or branched for even triangles in the template's order; edges were flipped"
         )
     info = {"steps": placed.steps, "flips": placed.flips, "notices": notices}
-    return shape, shape(directions), placed.cells, info
+    return shape, shape.to_world(placed.points), placed.cells, info
 
 
 def _quality(placed: Placed) -> float:

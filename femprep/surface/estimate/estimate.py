@@ -163,7 +163,7 @@ def _bend(
 ) -> tuple[FloatArray, float]:
     """One round: moves ``(n, 3)`` of the vertices along their normals, mm, and the stiffness that the data ask for.
 
-    Sharp edges are spared or not.
+    Sharp edges are spared or not; where not, the stiffness is the one given.
     """
     from scipy.sparse.linalg import splu
 
@@ -185,10 +185,12 @@ def _bend(
     whole = (labels + stiffness * energy).tocsc()
     solver = splu(whole, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     move = solver.solve(right + also - stiffness * slope)
+    moves = np.asarray((move * _held_back(move, triangles))[:, None] * shape.normals)
+    if not edges:
+        return moves, stiffness
     mean = shape.mean + shape.change @ move
     chosen = _ALIKE * _determined(solver, labels) / float(mean @ (bent @ mean))
-    moves = (move * _held_back(move, triangles))[:, None] * shape.normals
-    return np.asarray(moves), float(np.clip(chosen, _SOFTEST, _STIFFEST))
+    return moves, float(np.clip(chosen, _SOFTEST, _STIFFEST))
 
 
 def _determined(solver: Any, labels: Any) -> float:
