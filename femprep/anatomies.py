@@ -39,8 +39,8 @@ _EPI_SHARE: Final = {"biv": 1.8, "whole-heart": 2.5}
 #: Rounding of the joint of both ventricles by the wall thickness of the right one, and of what is added to reach the
 #: least thickness.
 _ROUNDING, _LEAST_ROUNDING = 3.0, 0.5
-#: By how much more joints are rounded where triangles fold in them.
-_WIDER: Final = (1.0, 1.5, 2.25, 3.5)
+#: How far below an outline of the body grooves are filled up where the epicardium folds in them, mm, one by one.
+_BELOW: Final = (2.0, 1.0, 0.5, 0.0)
 #: Width over which the grooves between the chambers of the whole heart are rounded, mm.
 _GROOVE: Final = 6.0
 
@@ -184,8 +184,8 @@ def _enclose(
     parts: list[Part], seg: Segmentation, options: Options, report: Progress, repaired: list[dict[str, Any]]
 ) -> Surface:
     """Template surface of the body that encloses some surfaces; what it took is added to ``repaired``."""
-    narrow = Envelope(parts)
-    obj = narrow.object(seg.grid, "epi")
+    body = Envelope(parts)
+    obj = body.object(seg.grid, "epi")
     vertices = min(int(_EPI_SHARE[options.anatomy] * options.surface.vertices), 20000)
     # Its vertices are moved onto the body afterwards, so that it only has to be near.
     rough = outline_surface(obj, vertices)
@@ -193,17 +193,20 @@ def _enclose(
     # The apex of the left ventricle may have been extrapolated, which the run's record tells of its epicardium.
     boundary = parts[0].surface.info.get("boundary", {})
     rough = replace(rough, info={**rough.info, "boundary": boundary})
-    for factor in _WIDER[:-1]:
+    try:
+        return body.settle(rough)
+    except StageError as error:
+        logger.warning("%s: filled up", error)
+    for below in _BELOW[:-1]:
         try:
-            found = narrow.widened(factor).settle(rough)
+            found = body.filled(rough, below).settle(rough)
             break
         except StageError as error:
-            logger.warning("%s; grooves are rounded more", error)
+            logger.warning("%s: filled up further", error)
     else:
-        factor = _WIDER[-1]
-        found = narrow.widened(factor).settle(rough)
-    if factor > 1.0:
-        repaired.append({"rounded": "grooves of the epicardium, which folds in them", "factor": factor})
+        below = _BELOW[-1]
+        found = body.filled(rough, below).settle(rough)
+    repaired.append({"filled": "grooves of the epicardium, in which it folds", "up_to_mm_below_an_outline": below})
     return found
 
 

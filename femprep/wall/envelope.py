@@ -37,6 +37,8 @@ _STEPS, _FLAT = 8, 0.3
 #: Where those steps have not come within this of the surface, it is looked for along the normal: so far, by such steps,
 #: then by so many halvings; mm.
 _NEAR, _SEARCH, _SEARCH_STEP, _HALVINGS = 1e-3, 6.0, 0.25, 20
+#: Width over which the edge of what fills a groove is rounded, mm.
+_FILLET = 2.0
 #: Least cosine between the normal of a triangle and that of the body.
 _UPRIGHT = 0.2
 #: Rounds in which vertices are spread evenly along the surface, and share of the way each goes.
@@ -51,7 +53,7 @@ class Part:
     ----------
     surface : Surface
     thickness : float
-        Least distance of the enclosing surface from it, mm.
+        Least distance of the enclosing surface from it, mm; negative: it may come as far within.
     blend : float
         Width over which the join with the parts before it is rounded, mm: it adds up to a quarter of that.
     """
@@ -170,9 +172,9 @@ class Envelope:
         turned = np.flatnonzero(np.einsum("ij,ij->i", normals(points, triangles), way) < _UPRIGHT)
         return np.union1d(turned, self_intersections(points, triangles).ravel())
 
-    def widened(self, factor: float) -> Envelope:
-        """The same parts with joins rounded over a larger width."""
-        return Envelope([replace(part, blend=factor * part.blend) for part in self.parts])
+    def filled(self, outline: Surface, below: float) -> Envelope:
+        """The same body, its tunnels and narrow grooves filled up to a depth below an outline that bridges them, mm."""
+        return Envelope([*self.parts, Part(outline, -below, _FILLET)])
 
     def settle(self, surface: Surface) -> Surface:
         """A surface fitted to the body, its vertices moved exactly onto it and spread evenly along it.

@@ -76,14 +76,16 @@ def test_a_thin_wall_is_told_or_refused():
         thin_wall(bodies, "la", cavity, WallOptions(minimum_thickness=2.0, policy="strict"))
 
 
-def test_a_fold_in_a_narrow_groove_is_told_and_goes_where_the_groove_is_rounded():
-    first, second = Part(sphere(20.0), 0.0, 0.0), Part(sphere(15.0, 35.0), 1.0, 0.2)
-    narrow = Envelope([first, second])
-    obj = narrow.object(GRID, "epi")
-    rough = outline_surface(obj, 500)
+def test_a_fold_in_a_narrow_groove_is_told_and_goes_where_the_groove_is_filled():
+    narrow = Envelope([Part(sphere(20.0), 0.0, 0.0), Part(sphere(15.0, 35.0), 1.0, 0.2)])
+    rough = outline_surface(narrow.object(GRID, "epi"), 500)
     with pytest.raises(StageError, match=r"the surface of 'epi' folds at \d+ triangles in a groove"):
         narrow.settle(rough)
-    wide = narrow.widened(60.0)
-    assert wide.parts[1].blend == pytest.approx(12.0)
-    surface = wide.settle(rough)
-    assert np.abs(wide.values(surface.points)).max() < 1e-3
+    filled = narrow.filled(rough, 0.5)
+    surface = filled.settle(rough)
+    assert np.abs(filled.values(surface.points)).max() < 1e-3
+    added = narrow.values(surface.points)  # in the groove alone, and never less than the body
+    assert added.min() > -1e-3
+    assert np.median(added) < 0.5
+    away = np.linalg.norm(surface.points - [19.0, 0.0, 0.0], axis=1)
+    assert added[away > 30.0].max() < 1.5
