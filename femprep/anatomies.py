@@ -39,7 +39,7 @@ _EPI_SHARE: Final = {"biv": 1.8, "whole-heart": 2.5}
 #: Rounding of the joint of both ventricles by the wall thickness of the right one, and of what is added to reach the
 #: least thickness.
 _ROUNDING, _LEAST_ROUNDING = 3.0, 0.5
-#: How far below an outline of the body grooves are filled up where the epicardium folds in them, mm, one by one.
+#: How far below an outline of the body grooves are filled up where the epicardium folds in them, mm, in turn.
 _BELOW: Final = (2.0, 1.0, 0.5, 0.0)
 #: Width over which the grooves between the chambers of the whole heart are rounded, mm.
 _GROOVE: Final = 6.0
