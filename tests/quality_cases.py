@@ -1,6 +1,7 @@
 """The meshes whose element quality is held to a baseline, and their figures; run as a script it renews the baseline.
 
     FEMPREP_DATA=... python tests/quality_cases.py           measures all cases, prints old and new, writes the file
+    FEMPREP_DATA=... python tests/quality_cases.py biv       those with such a word in their name alone
 
 A figure may fall below its baseline by its tolerance: little for the sweep, whose meshes follow the surfaces fitted
 before them and repeat byte for byte, more for fTetWild, no two of whose meshes are equal. Renew after a change that is
@@ -20,7 +21,7 @@ import numpy as np
 import femprep as fp
 from femprep.image import Segmentation
 from femprep.model import Plane, Surface, VolumeMesh
-from femprep.phantoms import lv_ellipsoid
+from femprep.phantoms import biventricular, lv_ellipsoid
 from femprep.surface.matching import match_surfaces
 from femprep.template.matched import MatchedSurfaces
 from femprep.volume.measures import element_measures
@@ -50,11 +51,14 @@ TETWILD = {
     "tetwild-good": {"quality": "good", "order": 1},
     "tetwild-good-10": {"quality": "good", "order": 2},
 }
-EDGE = 4.0
+#: Both ventricles, from the label map to the mesh.
+VENTRICLES = {"tetwild-biv": {}, "tetwild-biv-blood": {"blood_pool": True}}
+EDGE, VENTRICLES_EDGE = 4.0, 3.5
 #: Kinds by case: all of them on one phantom, a few on the others.
 KINDS = {
     "round": (*SWEPT, *TETWILD),
     "flat": ("sweep-tetra", "sweep-hexahedron", "tetwild-good"),
+    "ventricles": tuple(VENTRICLES),
     "patient021_frame13": ("sweep-tetra", "sweep-wedge", "sweep-hexahedron"),
     "patient041_frame01": ("sweep-tetra", "sweep-wedge", "sweep-hexahedron"),
     "patient084_frame01": ("sweep-tetra", "sweep-wedge", "sweep-hexahedron"),
@@ -73,6 +77,8 @@ def surfaces(case: str) -> tuple[Surface, Surface, Plane]:
 def segmentation(case: str) -> Segmentation:
     if case in PHANTOMS:
         return lv_ellipsoid(*PHANTOMS[case]).segmentation(spacing=(1.4, 1.4, 8.0))
+    if case == "ventricles":
+        return biventricular().segmentation(spacing=(1.4, 1.4, 8.0))
     folder = Path(os.environ["FEMPREP_DATA"]) / "acdc" / "training" / case[:10]
     return fp.read_segmentation(folder / f"{case}_gt.nii.gz", preset="acdc")
 
@@ -88,6 +94,9 @@ def make(case: str, kind: str) -> VolumeMesh:
     """The mesh of one case."""
     if kind in SWEPT:
         return sweep(matched(case, "quad" if "hexahedron" in kind else "triangle"), **SWEPT[kind])
+    if kind in VENTRICLES:
+        volume = {"edge_length": VENTRICLES_EDGE}
+        return fp.mesh_segmentation(segmentation(case), anatomy="biv", volume=volume, **VENTRICLES[kind]).mesh
     endo, epi, base = surfaces(case)
     wall = fp.build_wall(epi=epi, endo={"lv": endo}, base=base)
     return fp.tetrahedralize(wall, edge_length=EDGE, **TETWILD[kind])
@@ -119,9 +128,12 @@ TOLERANCES = {
 def main() -> None:
     old = json.loads(BASELINE.read_text())["cases"] if BASELINE.exists() else {}
     cases = {}
-    for case in (*PHANTOMS, *(ACDC if "FEMPREP_DATA" in os.environ else ())):
+    words = sys.argv[1:]
+    for case in (*PHANTOMS, "ventricles", *(ACDC if "FEMPREP_DATA" in os.environ else ())):
         for kind in KINDS[case]:
             key = f"{case} {kind}"
+            if words and not any(word in key for word in words):
+                continue
             cases[key] = {name: float(f"{value:.4g}") for name, value in figures(make(case, kind)).items()}
             print(key, *(f"{n} {old.get(key, {}).get(n, '-')} -> {v}" for n, v in cases[key].items()), sep="\n    ")
             sys.stdout.flush()

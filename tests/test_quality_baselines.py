@@ -7,7 +7,7 @@ import json
 
 import numpy as np
 import pytest
-from quality_cases import ACDC, BASELINE, KINDS, PHANTOMS, figures, make
+from quality_cases import ACDC, BASELINE, KINDS, PHANTOMS, VENTRICLES, figures, make
 
 RECORD = json.loads(BASELINE.read_text())
 
@@ -41,6 +41,12 @@ def test_tetwild_phantom_of_good_quality(case):
     hold(case, "tetwild-good")
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", VENTRICLES)
+def test_ventricles_of_a_phantom(kind):
+    hold("ventricles", kind)
+
+
 @pytest.mark.data
 @pytest.mark.parametrize(("case", "kind"), swept(ACDC))
 def test_swept_map(data, case, kind):
@@ -53,6 +59,9 @@ def test_baseline_holds_every_case_within_the_limits_promised():
     for key, values in RECORD["cases"].items():
         assert np.isfinite(list(values.values())).all()
         if "tetwild-good" in key and not key.endswith("-10"):
+            assert values["smallest_dihedral"] >= 15.0, key
+            assert values["mean_of_mean_ratio"] >= 0.82, key
+        if "biv" in key:
             assert values["smallest_dihedral"] >= 15.0, key
             assert values["mean_of_mean_ratio"] >= 0.82, key
         if "sweep-tetra" in key and not key.endswith("10"):
