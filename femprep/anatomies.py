@@ -8,6 +8,8 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+import numpy as np
+
 from femprep.errors import StageError
 from femprep.image import LabelObject, Segmentation
 from femprep.model import Plane, Surface
@@ -193,20 +195,26 @@ def _enclose(
     # The apex of the left ventricle may have been extrapolated, which the run's record tells of its epicardium.
     boundary = parts[0].surface.info.get("boundary", {})
     rough = replace(rough, info={**rough.info, "boundary": boundary})
-    try:
-        return body.settle(rough)
-    except StageError as error:
-        logger.warning("%s: filled up", error)
-    for below in _BELOW[:-1]:
+    best: tuple[int, float, Surface] | None = None
+    for below in (np.inf, *_BELOW):
+        envelope = body.filled(rough, below) if below < np.inf else body
         try:
-            found = body.filled(rough, below).settle(rough)
-            break
+            found = envelope.settle(rough)
         except StageError as error:
-            logger.warning("%s: filled up further", error)
-    else:
-        below = _BELOW[-1]
-        found = body.filled(rough, below).settle(rough)
-    repaired.append({"filled": "grooves of the epicardium, in which it folds", "up_to_mm_below_an_outline": below})
+            logger.warning("%s", error)
+            continue
+        folds = envelope.folds(found)
+        if best is None or folds < best[0]:
+            best = folds, below, found
+        if folds == 0:
+            break
+        logger.warning("the epicardium folds at %d triangles in a groove, which is filled up further", folds)
+    if best is None:
+        raise StageError("the epicardium does not follow the body it encloses; use more vertices or mend the labels")
+    folds, below, found = best  # what folds are left is mended, or refused, where the wall is built
+    if below < np.inf:
+        record = {"filled": "grooves of the epicardium, in which it folds", "up_to_mm_below_an_outline": below}
+        repaired.append({**record, "folded_triangles": folds})
     return found
 
 

@@ -22,7 +22,7 @@ from femprep.geometry.topology import edge_table
 from femprep.geometry.triangles import normals, vertex_normals
 from femprep.image.grid import Grid
 from femprep.image.object import PADDING, LabelObject, make_object
-from femprep.model import FloatArray, IntArray, Surface
+from femprep.model import FloatArray, Surface
 from femprep.options import WallOptions
 from femprep.wall.checks import place
 
@@ -165,12 +165,13 @@ class Envelope:
         points[off[found]] = (start + (0.5 * (low + high))[:, None] * way)[found]
         return points
 
-    def _folded(self, points: FloatArray, triangles: IntArray) -> IntArray:
-        """Triangles that cross others, or whose normal is far from the body's."""
+    def folds(self, surface: Surface) -> int:
+        """Number of triangles of a settled surface that cross others, or whose normal is far from the body's."""
+        points, triangles = surface.points, surface.triangles
         way = self.with_gradients(points[triangles].mean(axis=1))[1]
         way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
         turned = np.flatnonzero(np.einsum("ij,ij->i", normals(points, triangles), way) < _UPRIGHT)
-        return np.union1d(turned, self_intersections(points, triangles).ravel())
+        return len(np.union1d(turned, self_intersections(points, triangles).ravel()))
 
     def filled(self, outline: Surface, below: float) -> Envelope:
         """The same body, its tunnels and narrow grooves filled up to a depth below an outline that bridges them, mm."""
@@ -182,7 +183,7 @@ class Envelope:
         Raises
         ------
         StageError
-            A vertex does not reach the surface, or triangles fold in a groove that is narrow beside them.
+            A vertex does not reach the surface.
         """
         triangles = surface.triangles
         edges = edge_table(triangles).nodes
@@ -204,12 +205,6 @@ class Envelope:
                 f"the surface of {surface.name!r} does not follow the body it encloses near "
                 "({:.1f}, {:.1f}, {:.1f})".format(*worst)
                 + f": {off.max():.1f} mm off; use more vertices"
-            )
-        folded = self._folded(points, triangles)
-        if len(folded):
-            raise StageError(
-                f"the surface of {surface.name!r} folds at {len(folded)} triangles in a groove of its body, "
-                f"the first near {place(points[triangles[folded[0]]].mean(axis=0))}; use more vertices"
             )
         moved = np.linalg.norm(points - surface.points, axis=1)
         info = {**surface.info, "settled": {"mean_mm": float(moved.mean()), "farthest_mm": float(moved.max())}}
