@@ -89,8 +89,8 @@ class PhaseRecord(Record):
     label_cavity_ml: float = Field(description="Voxels of the cavity below the base plane, mL.")
     label_total_ml: float = Field(description="All voxels of the cavity, mL.")
     base_offset_mm: float = Field(
-        description="How far below the centre of its last closed ring the base plane lies, so that all phases leave out "
-        "the same share of the cavity, mm."
+        description="How far below the centre of its last closed ring the base plane lies, so that all phases leave "
+        "out the same share of the cavity, mm."
     )
     displacement_mean_mm: float = Field(description="Mean displacement of the nodes from the reference phase, mm.")
     displacement_maximum_mm: float = Field(description="Greatest one, mm.")
