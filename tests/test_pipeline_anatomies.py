@@ -72,17 +72,24 @@ def test_base_points_of_ventricles_lie_in_one_plane(ventricles):
     assert np.abs(run.mesh.planes["base"].signed_distance(run.mesh.points[base])).max() <= 1e-9
 
 
-def test_ventricles_by_the_command_line_with_fibres(tmp_path):
+def test_ventricles_and_their_blood_by_the_command_line_with_fibres(tmp_path):
     image = tmp_path / "heart.nii.gz"
     fp.write_segmentation(biventricular().segmentation(spacing=(1.4, 1.4, 8.0), apex="uncapped"), image)
     out = tmp_path / "out"
     arguments = ["mesh", str(image), "-o", str(out), "--preset", "acdc", "--anatomy", "biv", "--edge-length", "4"]
-    more = ["--vertices", "900", "--rv-wall-thickness", "4", "--fibres", "--apex", "clipped"]
+    more = ["--vertices", "900", "--rv-wall-thickness", "4", "--fibres", "--apex", "clipped", "--blood-pool"]
     assert main([*arguments, *more, "--quiet"]) == 0
     record = json.loads((out / "run.json").read_text())
     assert [item["name"] for item in record["volumes"]] == ["lv cavity", "rv cavity", "lv wall and septum", "rv wall"]
     mesh = fp.read_mesh(out / "mesh.vtu")
-    assert set(mesh.facet_names) == {"endo_lv", "endo_rv", "epi", "base", "apex"}
+    assert set(mesh.facet_names) == {"endo_lv", "endo_rv", "epi", "base", "apex", "cap_lv", "cap_rv"}
+    assert set(mesh.region_names) == {"lv", "rv", "septum", "blood_lv", "blood_rv"}
+    found = regions(mesh)
+    for name in ("lv", "rv"):
+        cavity = fp.read_surface(out / "cavities" / f"{name}.vtp")
+        assert found[f"blood_{name}"] == pytest.approx(cavity.volume, rel=1e-9)
+    assert record["volumes"][2]["mesh_ml"] == pytest.approx((found["lv"] + found["septum"]) / 1000.0)
+    assert main(["check", str(out / "mesh.vtu"), "--quiet"]) == 0
     np.testing.assert_allclose(np.linalg.norm(mesh.cell_data["fiber"], axis=1), 1.0, atol=1e-6)
 
 
@@ -109,13 +116,38 @@ def test_a_whole_heart_has_its_chambers(spacing):
 
 
 @pytest.mark.slow
+def test_a_whole_heart_with_its_blood():
+    phantom = four_chambers()
+    seg = phantom.segmentation(spacing=(2.0, 2.0, 2.0))
+    wall = {"minimum_thickness": 1.5}
+    run = fp.mesh_segmentation(seg, anatomy="whole-heart", wall=wall, blood_pool=True, **COARSE)
+    assert run.quality.passed, run.quality.failures
+    found = regions(run.mesh)
+    for name in ("lv", "rv", "la", "ra"):
+        assert found[f"blood_{name}"] == pytest.approx(phantom.volume(name), rel=0.05)
+        assert found[f"blood_{name}"] == pytest.approx(cavity_volume(run.mesh, f"endo_{name}"), rel=1e-9)
+
+
+def test_blood_wants_closed_cavities():
+    seg = four_chambers().segmentation(spacing=(4.0, 4.0, 4.0))
+    with pytest.raises(OptionError, match="blood_pool needs closed cavities"):
+        fp.mesh_segmentation(seg, anatomy="whole-heart", blood_pool=True, wall={"openings": "labels"})
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["patient041_frame01", "patient021_frame13"])
 def test_ventricles_of_real_hearts(name):
     if "FEMPREP_DATA" not in os.environ:
         pytest.skip("FEMPREP_DATA is unset: no real segmentations")
     path = Path(os.environ["FEMPREP_DATA"]) / "acdc" / "training" / name.split("_")[0] / f"{name}_gt.nii.gz"
     seg = fp.read_segmentation(path, preset="acdc")
-    run = fp.mesh_segmentation(seg, anatomy="biv", preset="acdc", **COARSE)
-    assert set(run.mesh.facet_names) == {"endo_lv", "endo_rv", "epi", "base"}
-    assert set(regions(run.mesh)) == {"lv", "rv", "septum"}
+    run = fp.mesh_segmentation(seg, anatomy="biv", preset="acdc", blood_pool=True, **COARSE)
+    assert set(run.mesh.facet_names) == {"endo_lv", "endo_rv", "epi", "base", "cap_lv", "cap_rv"}
+    found = regions(run.mesh)
+    assert set(found) == {"lv", "rv", "septum", "blood_lv", "blood_rv"}
+    for name in ("lv", "rv"):
+        assert found[f"blood_{name}"] == pytest.approx(cavity_volume(run.mesh, f"endo_{name}"), rel=1e-9)
+        assert found[f"blood_{name}"] == pytest.approx(fp.cavity_surface(run.mesh, name).volume, rel=1e-9)
+    assert run.quality.validity.untagged_interface_facets == 0
+    assert run.quality.validity.misplaced_interface_facets == 0
     assert run.quality.measures["minimum_dihedral"].min >= 10.0
