@@ -74,6 +74,41 @@ def print_sequence(manifest: Any, out: Path) -> None:
     console.print(f"[bold]{escape(str(out))}[/bold]: sequence.pvd, sequence.xdmf, phases/, run.json")
 
 
+def print_methods(name: str, found: Any) -> None:
+    """Methods of fitting one object, side by side."""
+    console = Console(highlight=False)
+    columns = (
+        "mean, mm",
+        "95 %",
+        "greatest",
+        "normals, deg",
+        "in slices, mm",
+        "triangles",
+        "Q mean",
+        "Q min",
+        "sound",
+        "s",
+    )
+    table = _table(f"{name} by every method", "", *columns)
+    for item in found:
+        if item.failure is not None:
+            table.add_row(item.method, *[""] * len(columns))
+            continue
+        distances = (item.mean, item.p95, item.max, item.normals, item.in_slice)
+        table.add_row(
+            item.method,
+            *map(_number, distances),
+            str(item.triangles),
+            *map(_number, (item.q_mean, item.q_min)),
+            "yes" if item.sound else "no",
+            _number(item.seconds),
+        )
+    console.print(table)
+    for item in found:
+        if item.failure is not None:
+            console.print(f"{escape(item.method)}: {escape(item.failure)}")
+
+
 def print_quality(report: Any, console: Console | None = None, *, worst: int = 0) -> None:
     """Counts, element measures with histograms, limits and verdict of a quality report, and the worst elements."""
     console = console or Console(highlight=False)

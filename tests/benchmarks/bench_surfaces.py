@@ -15,8 +15,7 @@ from __future__ import annotations
 import argparse
 import csv
 import os
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -25,17 +24,14 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from femprep.errors import MissingDependencyError
 from femprep.geometry.topology import volume
 from femprep.image import Grid, LabelObject, make_object, read_segmentation
 from femprep.model import Surface
 from femprep.phantoms import Phantom, atrium, lv_ellipsoid, rv_bent, rv_crescent, whole_heart
-from femprep.surface import end_planes, fit_surface, label_distance, read_surface, surface_distance, surface_quality
+from femprep.surface import fit_surface, read_surface
 from femprep.surface.fit import TABLE_1
-from femprep.surface.reference import METHODS
+from femprep.surface.side_by_side import Method, MethodFigures, all_methods, measure_method
 
-#: Gives 2,500 triangles.
-VERTICES = 1252
 RODERO_LABELS = {"lv": 1, "rv": 3, "la": 5, "ra": 7}
 
 
@@ -140,44 +136,19 @@ def exact(phantom: Phantom, region: str, subdivisions: int = 6) -> Surface:
     return Surface(points, cells if volume(points, cells) > 0 else cells[:, ::-1], name="truth")
 
 
-def methods(chamber: str) -> dict[str, Callable[[LabelObject], Surface]]:
+def methods(chamber: str) -> dict[str, Method]:
     """The methods in use, the paper's at its own numbers, and femprep's own."""
-    return {
-        **METHODS,
-        "paper (M, K, V of its Table 1)": partial(fit_surface, method="paper", **TABLE_1[chamber]),
-        "femprep, even": partial(fit_surface, method="even", vertices=VERTICES),
-        "femprep, smooth": partial(fit_surface, method="smooth", vertices=VERTICES),
-    }
+    found = dict(all_methods())
+    del found["femprep, paper"]
+    return {"paper (M, K, V of its Table 1)": partial(fit_surface, method="paper", **TABLE_1[chamber]), **found}
 
 
-def measure(case: Case, method: Callable[[LabelObject], Surface]) -> dict[str, Any]:
-    """One method on one object: all figures."""
-    method(case.obj)
-    start = time.perf_counter()
-    surface = method(case.obj)
-    seconds = time.perf_counter() - start
-    distance = surface_distance(surface, case.truth, between=end_planes(case.obj))
-    quality = surface_quality(surface)
-    return {
-        "mean": distance.both.mean,
-        "p95": distance.both.p95,
-        "max": distance.both.max,
-        "normals": distance.normals.mean,
-        "in_slice": label_distance(surface, case.obj).nearest,
-        "triangles": len(surface.triangles),
-        "q_mean": quality.q.mean,
-        "q_min": quality.q.min,
-        "sound": quality.sound,
-        "seconds": seconds,
-    }
-
-
-def show(figures: dict[str, Any]) -> str:
+def show(found: MethodFigures) -> str:
     """One line of the table."""
     return (
-        f"{figures['mean']:7.3f} {figures['p95']:6.2f} {figures['max']:6.2f} {figures['normals']:8.1f} "
-        f"{figures['in_slice']:9.3f} {figures['triangles']:10d} {figures['q_mean']:6.2f}/{figures['q_min']:.2f} "
-        f"{'yes' if figures['sound'] else 'no':>6s} {figures['seconds']:8.2f}"
+        f"{found.mean:7.3f} {found.p95:6.2f} {found.max:6.2f} {found.normals:8.1f} {found.in_slice:9.3f} "
+        f"{found.triangles:10d} {found.q_mean:6.2f}/{found.q_min:.2f} {'yes' if found.sound else 'no':>6s} "
+        f"{found.seconds:8.2f}"
     )
 
 
@@ -218,13 +189,12 @@ def main() -> None:
         for name, method in methods(case.chamber).items():
             if arguments.methods and not any(name.startswith(wanted) for wanted in arguments.methods):
                 continue
-            try:
-                figures = measure(case, method)
-            except MissingDependencyError as error:
-                print(f"{name:38s} left out: {error}")
+            figures = measure_method(case.obj, case.truth, name, method)
+            if figures.failure is not None:
+                print(f"{name:38s} left out: {figures.failure}")
                 continue
             print(f"{name:38s}{show(figures)}", flush=True)
-            rows.append({"case": case.name, "method": name, **figures})
+            rows.append({"case": case.name, **figures.model_dump()})
     if arguments.csv and rows:
         with arguments.csv.open("w", newline="") as stream:
             writer = csv.DictWriter(stream, fieldnames=list(rows[0]))

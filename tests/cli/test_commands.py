@@ -9,9 +9,11 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+import trimesh
 
 import femprep as fp
 from femprep.cli import main
+from femprep.phantoms import lv_ellipsoid
 
 CUBE = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=float)
 #: The cube as four tetrahedra at its corners and a regular one between them.
@@ -101,3 +103,25 @@ def test_compare_measures_concentric_spheres(tmp_path: Path, capsys: pytest.Capt
     same = re.search(r"^distance: mean (\S+),", capsys.readouterr().out, flags=re.MULTILINE)
     assert same is not None
     assert float(same[1]) < 1e-12
+
+
+def test_compare_puts_every_method_beside_the_truth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    heart = lv_ellipsoid()
+    seg = heart.segmentation((2.0, 2.0, 8.0))
+    fp.write_segmentation(seg, tmp_path / "heart.nii.gz")
+    lv = f"lv={seg.structures['lv'][0]}"
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    points = heart.exact_surface("lv", np.asarray(ball.vertices))
+    fp.write_surface(fp.Surface(points, ball.faces), tmp_path / "truth.vtp")
+    given = [str(tmp_path / "heart.nii.gz"), str(tmp_path / "truth.vtp"), "--structure", lv, "--vertices", "400"]
+    assert main(["compare", *given, "--json"]) == 0
+    found = {row["method"]: row for row in json.loads(capsys.readouterr().out)}
+    assert {"marching cubes", "surface nets", "femprep, paper", "femprep, even", "femprep, smooth"} <= set(found)
+    fitted = {name: row for name, row in found.items() if row["failure"] is None}
+    assert all(row["seconds"] > 0.0 and row["triangles"] > 0 and row["in_slice"] < 2.0 for row in fitted.values())
+    assert found["femprep, smooth"]["sound"]
+    best = min(row["mean"] for name, row in fitted.items() if not name.startswith("femprep"))
+    assert found["femprep, smooth"]["mean"] < best
+    assert main(["compare", given[0]]) == 2
+    assert main(["compare", given[1]]) == 2
+    assert "second surface" in capsys.readouterr().err

@@ -57,7 +57,7 @@ _SHARPEST: Final = 0.2
 _SPREAD: Final = 5
 
 
-def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence) -> PatchSurface:
+def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence, softest: float = 0.0) -> PatchSurface:
     """Bend a rough mesh to the surface the labels most likely come from.
 
     Sought is the surface whose mean curvature varies least (the integral of its squared gradient) and that passes the
@@ -79,6 +79,8 @@ def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence
         Wound outward.
     evidence : Evidence
         What the labels say.
+    softest : float
+        The weight of the change of curvature against the labels, mm^4, is at least this.
 
     Returns
     -------
@@ -95,12 +97,12 @@ def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence
     part = evidence.thinned(_FACES * len(points))
 
     def first(step: Step) -> Bent:
-        return _coarse(points, triangles, part, step)
+        return _coarse(points, triangles, part, softest, step)
 
     coarse = _free_or_apart(first)
 
     def second(step: Step) -> Bent:
-        return _fine(coarse, evidence, step)
+        return _fine(coarse, evidence, softest, step)
 
     fine = _free_or_apart(second)
     return PatchSurface(fine.points, fine.triangles)
@@ -120,28 +122,30 @@ def _free_or_apart(bend: Callable[[Step], Bent]) -> Bent:
     return bend(apart) if len(self_intersections(bent.points, bent.triangles)) else bent
 
 
-def _coarse(points: FloatArray, triangles: IntArray, evidence: Evidence, step: Step) -> Bent:
+def _coarse(points: FloatArray, triangles: IntArray, evidence: Evidence, softest: float, step: Step) -> Bent:
     """The rounds on the mesh given; each way from old to new vertices goes by ``step``."""
     for stiffness in _STIFF:
         points = step(points, spread(points, triangles, _SPREAD), triangles)
-        points = step(points, points + _bend(points, triangles, evidence, stiffness, False)[0], triangles)
-    return _sparing(Bent(points, triangles, _FIRST), evidence, step, _ROUNDS[0])
+        move = _bend(points, triangles, evidence, max(stiffness, softest), False)[0]
+        points = step(points, points + move, triangles)
+    return _sparing(Bent(points, triangles, max(_FIRST, softest)), evidence, softest, step, _ROUNDS[0])
 
 
-def _fine(bent: Bent, evidence: Evidence, step: Step) -> Bent:
+def _fine(bent: Bent, evidence: Evidence, softest: float, step: Step) -> Bent:
     """The rounds on a mesh with four times as many triangles."""
     straight, curved, triangles = _split(bent.points, bent.triangles)
     points = step(straight, curved, triangles)
-    return _sparing(Bent(points, triangles, bent.stiffness), evidence, step, _ROUNDS[1])
+    return _sparing(Bent(points, triangles, bent.stiffness), evidence, softest, step, _ROUNDS[1])
 
 
-def _sparing(bent: Bent, evidence: Evidence, step: Step, rounds: int) -> Bent:
+def _sparing(bent: Bent, evidence: Evidence, softest: float, step: Step, rounds: int) -> Bent:
     """Rounds that spare sharp edges."""
     points, triangles, stiffness = bent
     for _ in range(rounds):
         points = step(points, spread(points, triangles, _SPREAD), triangles)
-        move, stiffness = _bend(points, triangles, evidence, stiffness, True)
+        move, likely = _bend(points, triangles, evidence, stiffness, True)
         points = step(points, points + move, triangles)
+        stiffness = max(float(np.clip(likely, _SOFTEST, _STIFFEST)), softest)
     return Bent(points, triangles, stiffness)
 
 
@@ -190,7 +194,7 @@ def _bend(
         return moves, stiffness
     mean = shape.mean + shape.change @ move
     chosen = _ALIKE * _determined(solver, labels) / float(mean @ (bent @ mean))
-    return moves, float(np.clip(chosen, _SOFTEST, _STIFFEST))
+    return moves, chosen
 
 
 def _determined(solver: Any, labels: Any) -> float:

@@ -18,15 +18,14 @@ _VOXELS: Final = 15000
 _FINEST, _COARSEST = 1.0, 3.0
 #: How far outside of the voxels the mesh may run, in those voxels, step by step, until it is a ball's.
 _OFFSETS: Final = (0.0, 0.7, 1.4, 2.1, 2.8, 3.5)
-#: Smoothing of the distance from the voxels' surface, in voxels; of the mesh, passes and pass band of Taubin's filter.
-_SMOOTH: Final = 1.0
+#: Smoothing of the mesh: passes and pass band of Taubin's filter.
 _PASSES: Final = 20
 _PASS_BAND: Final = 0.05
 #: Share of the mesh' area that crumbs beside the largest piece may have.
 _CRUMBS: Final = 0.05
 
 
-def outline(obj: LabelObject, axes: FloatArray, count: int) -> tuple[FloatArray, IntArray]:
+def outline(obj: LabelObject, axes: FloatArray, count: int, blur: float = 1.0) -> tuple[FloatArray, IntArray]:
     """A smooth closed mesh near an object's surface.
 
     Parameters
@@ -36,6 +35,8 @@ def outline(obj: LabelObject, axes: FloatArray, count: int) -> tuple[FloatArray,
         The image's axes, orthogonal columns.
     count : int
         Number of vertices, about.
+    blur : float
+        How much the distance from the voxels' surface is smoothed, in voxels of the grid the mesh is made on.
 
     Returns
     -------
@@ -58,7 +59,7 @@ def outline(obj: LabelObject, axes: FloatArray, count: int) -> tuple[FloatArray,
     mask = np.pad(even.mask, room)
     # In voxels, positive inside.
     depth = np.where(mask, distance_transform_edt(mask) - 0.5, 0.5 - distance_transform_edt(~mask))
-    depth = gaussian_filter(depth, _SMOOTH)
+    depth = gaussian_filter(depth, blur)
     image = pv.ImageData(dimensions=mask.shape)
     image.point_data["depth"] = depth.ravel(order="F")
     for offset in _OFFSETS:
