@@ -287,7 +287,7 @@ class VolumeOptions(StageOptions):
         description="Further runs of the mesher, with other parameters, where one fails; by quality if not given: "
         "1, 2 or 2.",
     )
-    time_limit: float = Field(600.0, gt=0, description="Longest time one run of the mesher may take, s.")
+    time_limit: float = Field(600.0, gt=0, description="Longest processor time of one run of the mesher, s.")
     memory_limit: float = Field(8.0, gt=0, description="Largest memory the mesher may need, GB.")
 
     @field_validator("sizing")

@@ -106,9 +106,18 @@ HANG = """
 """
 
 
+WORK = """
+    import os
+    open({pid!r}, "w").write(str(os.getpid()))
+    while True:
+        pass
+"""
+
+
 @linux
-def test_time_limit_ends_the_child(monkeypatch, tmp_path, temporary):
-    fake_worker(monkeypatch, tmp_path, HANG.format(pid=str(tmp_path / "pid")))
+@pytest.mark.parametrize("worker", [HANG, WORK])
+def test_time_limit_ends_the_child(monkeypatch, tmp_path, temporary, worker):
+    fake_worker(monkeypatch, tmp_path, worker.format(pid=str(tmp_path / "pid")))
     with pytest.raises(StageError, match=r"did not finish within 1 s \(option time_limit\)"):
         run(time_limit=1.0)
     assert not alive(int((tmp_path / "pid").read_text()))
