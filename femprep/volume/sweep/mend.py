@@ -17,6 +17,11 @@ from femprep.volume.sweep.nodes import judge, least_determinant, move_nodes
 
 #: Elements with a greater inverse mean ratio than this are mended.
 _BAD: Final = 2.0
+#: Where more than this share of all exceeds a lower one, as in a wavy wall, the first rounds are for these, for a good
+#: mean.
+_SHARE: Final = 0.1
+_POOR: Final = 1.6
+_FIRST: Final = 2
 #: Rings of elements around them that move along, rounds, and sweeps in each.
 _RINGS: Final = 3
 _ROUNDS: Final = 6
@@ -56,16 +61,20 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
     nodes = points.reshape(-1, 3)
     worst = np.empty((layers, len(cells)))
     judge(nodes, cells, count, layers, tuple(judged), worst)
+    limits = [_POOR] * _FIRST if np.mean(worst > _POOR) > _SHARE else []
     poor = int(np.count_nonzero(worst > _BAD))
     found = {"poor_before": poor, "poor": poor, "moved": 0, "farthest_mm": 0.0}
-    if not poor:
+    if not poor and not limits:
         return found
     start = nodes.copy()
     surfaces = (matched.inner_surface, matched.outer_surface)
     edge = float(np.linalg.norm(points[:, cells[:, 0]] - points[:, cells[:, 1]], axis=2).mean())
     for round_ in range(_ROUNDS):
+        limit = limits[round_] if round_ < len(limits) else _BAD
+        if not np.any(worst > limit):
+            break
         small = _FLAT * _SMALLER**round_ * edge**3
-        moving, simplices, kinds = _region(worst > _BAD, cells, count, judged)
+        moving, simplices, kinds = _region(worst > limit, cells, count, judged)
         side = np.select([moving < count, moving >= layers * count], [1, 2], 0)
         normals, near = np.zeros((len(moving), 3)), np.zeros(len(moving), dtype=np.int64)
         for number, surface in enumerate(surfaces, 1):
@@ -83,8 +92,6 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
             if longest < _SETTLED * edge and least > 0.0:
                 break
         judge(nodes, cells, count, layers, tuple(judged), worst)
-        if not np.any(worst > _BAD):
-            break
     moved = np.linalg.norm(nodes - start, axis=1)
     found |= {
         "poor": int(np.count_nonzero(worst > _BAD)),
