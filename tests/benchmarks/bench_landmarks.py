@@ -1,6 +1,6 @@
 """Where anatomical landmarks lie on the template: how far one vertex number wanders over phases and patients of ACDC.
 
-    python tests/benchmarks/bench_landmarks.py [--patients 100] [--method paper]
+    python tests/benchmarks/bench_landmarks.py [--patients 100] [--method smooth]
 
 Needs FEMPREP_DATA. Apex, base, four points of the base ring, middle of the septum and the insertions of the right
 ventricle are found from the labels of each map and looked up on its epicardium (LV + myocardium): the direction on the
@@ -103,7 +103,7 @@ def _exit(surface: Surface, start: FloatArray, way: FloatArray, far: float) -> F
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--patients", type=int, default=100)
-    parser.add_argument("--method", default="paper")
+    parser.add_argument("--method", default="smooth")
     parser.add_argument("--vertices", type=int, default=1500)
     parser.add_argument("--processes", type=int, default=2)
     args = parser.parse_args()
