@@ -57,7 +57,7 @@ def draw(mesh: fp.VolumeMesh, across: np.ndarray, up: np.ndarray, picture: Path)
     """Surface, cut by region, cut by quality, side by side."""
     import pyvista as pv
 
-    plotter = pv.Plotter(off_screen=True, shape=(1, 3), window_size=(1320, 500), border=False)
+    plotter = pv.Plotter(off_screen=True, shape=(1, 3), window_size=(1200, 455), border=False)
     centre = 0.5 * (mesh.points.min(axis=0) + mesh.points.max(axis=0))
     middle = mesh.points[mesh.cells["tetra"]].mean(axis=1)
     kept = (middle - centre) @ across < 0.0
@@ -94,7 +94,9 @@ def save(image: np.ndarray, picture: Path) -> None:
     """A small PNG: few colours are enough for plain surfaces."""
     from PIL import Image
 
-    Image.fromarray(image).quantize(128, dither=Image.Dither.NONE).save(picture, optimize=True)
+    Image.fromarray(image).quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
+        picture, optimize=True
+    )
 
 
 def main(

@@ -37,7 +37,7 @@ Progress = Callable[[str, float], None]
 Stages = Callable[[str], AbstractContextManager[Progress]]
 
 #: Vertices of the common epicardium over those of one cavity, by how much larger its surface is.
-_EPI_SHARE: Final = {"biv": 1.8, "whole-heart": 2.5}
+_EPI_SHARE: Final = {"biv": 1.8, "whole-heart": 4.5}
 #: Rounding of the joint of both ventricles by the wall thickness of the right one, and of what is added to reach the
 #: least thickness.
 _ROUNDING, _LEAST_ROUNDING = 3.0, 0.5
