@@ -18,7 +18,8 @@ COMMANDS: Final = {
     "check": "Judge a mesh: element quality, orientation, boundary, tags.",
     "convert": "Write a mesh in another format.",
     "bullseye": "Draw a field of a mesh as a bull's eye of the 17 AHA segments.",
-    "compare": "Distances between two surfaces, in space and in the slices of an image.",
+    "compare": "Distances between two surfaces, in space and in the slices of an image; or every method on one label "
+    "map.",
     "demo": "Mesh a phantom left ventricle, the whole way, in about a minute.",
     "schema": "Write the JSON Schemas of the options, of run.json (of a run and of a sequence) and of quality.json.",
 }

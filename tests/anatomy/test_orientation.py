@@ -63,6 +63,13 @@ def test_axes_point_to_base_and_right_ventricle():
 def test_the_smooth_surface_does_not_depend_on_it():
     _, seg = stacked(80.0, 0.0)
     one, other = (fp.fit_surface(s.object("lv"), vertices=300) for s in (seg, orient(seg)))
+    np.testing.assert_array_equal(one.shape.surface.points, other.shape.surface.points)
+    assert one.volume == pytest.approx(other.volume, rel=1e-4)
+
+
+def test_the_harmonic_surface_does_not_depend_on_it():
+    _, seg = stacked(80.0, 0.0)
+    one, other = (fp.fit_surface(s.object("lv"), vertices=300, method="paper") for s in (seg, orient(seg)))
     directions = fp.fit_surface(seg.object("lv"), vertices=100).directions
     np.testing.assert_allclose(one.shape(directions), other.shape(directions), atol=1e-12)
 

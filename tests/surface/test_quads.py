@@ -77,7 +77,8 @@ def test_the_command_line_writes_quadrilaterals_that_are_read_back(tmp_path):
     assert read.cells.shape[1] == 4
     direct = fp.fit_surface(fp.orient(seg).object("lv"), cells="quad", vertices=300)
     np.testing.assert_array_equal(read.cells, direct.cells)
-    np.testing.assert_allclose(read.points, direct.points, atol=1e-3)  # NIfTI's affine is in single precision
+    # NIfTI's affine is in single precision; how far vertices slide until they are even depends on it a little more.
+    np.testing.assert_allclose(read.points, direct.points, atol=1e-2)
     assert surface_quality(read).sound
 
 
