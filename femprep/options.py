@@ -84,7 +84,7 @@ class MeshTargets(NamedTuple):
 
 #: Targets by the name of a quality; measured figures stand in the README.
 QUALITY: dict[str, MeshTargets] = {
-    "fast": MeshTargets(10.0, 0.80, 50.0, 0.1, 1, 15.0),
+    "fast": MeshTargets(10.0, 0.80, 50.0, 0.1, 1, 20.0),
     "good": MeshTargets(15.0, 0.85, 10.0, 0.05, 2, 25.0),
     "best": MeshTargets(20.0, 0.87, 6.0, 0.05, 2, 30.0),
 }
