@@ -154,7 +154,9 @@ def test_regions_that_are_not_their_bodies_are_told(filled, coarse_wall):
     filling = Filling(coarse_wall, fp.fill_cavities(coarse_wall))
     cells, region = filled.cells["tetra"], np.array(filled.region)
     check_cavities(filled.points, cells, region, filling, 0.02)
-    region[np.flatnonzero(region == REGION_TAGS["blood_lv"])[:1]] = REGION_TAGS["lv"]
+    # An element amid the blood: one at the endocardium would only move that.
+    amid = ~np.isin(cells, np.unique(cells[region == REGION_TAGS["lv"]])).any(axis=1)
+    region[np.flatnonzero(amid)[:1]] = REGION_TAGS["lv"]
     with pytest.raises(StageError, match="the boundary of region"):
         check_cavities(filled.points, cells, region, filling, 0.02)
     region[region == REGION_TAGS["blood_lv"]] = REGION_TAGS["lv"]
