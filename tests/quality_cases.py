@@ -4,9 +4,8 @@
     FEMPREP_DATA=... python tests/quality_cases.py biv       those with such a word in their name alone
 
 A figure may fall below its baseline by its tolerance: little for the sweep, whose meshes follow the surfaces fitted
-before them and repeat byte for byte, more for fTetWild, no two of whose meshes are equal: its baselines are the least of
-several runs. Renew after a change that is
-meant to change meshes, and look at every figure that falls.
+before them and repeat byte for byte, more for fTetWild, no two of whose meshes are equal: its baselines are the least
+of several runs. Renew after a change that is meant to change meshes, and look at every figure that falls.
 """
 
 from __future__ import annotations
