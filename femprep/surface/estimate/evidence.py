@@ -68,9 +68,9 @@ class Evidence:
         axes : (3, 3) array
             The image's axes, orthogonal columns.
         boundary : BoundaryPoints, optional
-            Face midpoints in place of the object's own. Those that were put elsewhere lie there, no better known than
-            the faces they were: an extrapolated apex is a guess, and its steps must not be followed. The voxel centres
-            move with them.
+            Face midpoints in place of the object's own. Those that were put elsewhere are meant to lie there, but are
+            known less well than to a pixel: an extrapolated apex has steps, which must not be followed. The voxel
+            centres move with them.
         """
         boundary = boundary_points(obj) if boundary is None else boundary
         half = 0.5 * boundary.spacing[:, None] * boundary.normal
@@ -89,9 +89,9 @@ class Evidence:
         return cls(
             (boundary.points + np.where(own[:, None], moved, 0.0) - middle) @ axes,
             np.asarray(boundary.axis),
-            np.asarray(boundary.spacing),
-            np.asarray(boundary.axis) == obj.stack_axis,
-            end,
+            np.where(own, boundary.spacing, np.sqrt(obj.grid.spacing.min() * boundary.spacing)),
+            own & (np.asarray(boundary.axis) == obj.stack_axis),
+            own & end,
             (centres - middle) @ axes,
             outside,
         )
