@@ -1,4 +1,4 @@
-"""Command line options made from the fields of options.py, so that help, range and default stand once."""
+"""Command line options made from the fields of femprep.options, so that help, range and default stand once."""
 
 from __future__ import annotations
 

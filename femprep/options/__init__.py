@@ -1,0 +1,39 @@
+"""Every option and default of every stage, once. Schemas, command line and Python calls are all made from here.
+
+A stage takes ``options=None, **changes``: :func:`choose` merges the changes into the stage's defaults and turns what
+pydantic finds wrong into one line.
+"""
+
+from __future__ import annotations
+
+from femprep.options.base import Policy, StageOptions, choose
+from femprep.options.check import MESHER_LIMITS, PURPOSE_LIMITS, CheckOptions
+from femprep.options.export import ExportOptions
+from femprep.options.fibres import FibreOptions
+from femprep.options.image import ImageOptions
+from femprep.options.presets import PRESETS
+from femprep.options.run import Options
+from femprep.options.surface import SurfaceOptions
+from femprep.options.sweep import SweepOptions
+from femprep.options.volume import QUALITY, MeshTargets, VolumeOptions
+from femprep.options.wall import WallOptions
+
+__all__ = [
+    "MESHER_LIMITS",
+    "PRESETS",
+    "PURPOSE_LIMITS",
+    "QUALITY",
+    "CheckOptions",
+    "ExportOptions",
+    "FibreOptions",
+    "ImageOptions",
+    "MeshTargets",
+    "Options",
+    "Policy",
+    "StageOptions",
+    "SurfaceOptions",
+    "SweepOptions",
+    "VolumeOptions",
+    "WallOptions",
+    "choose",
+]

@@ -1,0 +1,35 @@
+"""Options of writing a mesh for a solver."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from femprep.options.base import StageOptions
+
+
+class ExportOptions(StageOptions):
+    """Writing the mesh for a solver."""
+
+    length_unit: Literal["mm", "cm", "m"] = Field(
+        "mm",
+        description="Unit of length in the files of solvers; femprep's own files stay in mm, openCARP's are in "
+        "micrometres.",
+    )
+    step: Literal["none", "inflation"] = Field(
+        "none",
+        description="Analysis written into the deck where the format holds one: "
+        "none, or passive inflation with the base fixed.",
+    )
+    material: Literal["linear", "neo-hookean", "orthotropic"] = Field(
+        "linear",
+        description="Material of the step: linear elastic, neo-Hookean (large deformations, pressure follows the "
+        "wall), or linear elastic and stiffer along the fibres, which the mesh must have.",
+    )
+    young_modulus: float = Field(30.0, gt=0, description="Young's modulus of the material of the step, kPa.")
+    poisson_ratio: float = Field(0.4, gt=-1, lt=0.5, description="Poisson's ratio of the material of the step.")
+    fibre_stiffness: float = Field(
+        3.0, ge=1, description="How many times stiffer the orthotropic material is along the fibres than across."
+    )
+    pressure: float = Field(1.0, description="Pressure on the endocardium in the step, kPa.")

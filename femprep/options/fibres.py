@@ -1,0 +1,40 @@
+"""Options of fibres and sheets."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from femprep.options.base import StageOptions
+
+
+class FibreOptions(StageOptions):
+    """Fibre and sheet directions; all angles in degrees, their signs drawn in femprep/anatomy/fibres.py."""
+
+    endo_angle: float = Field(60.0, ge=-90, le=90, description="Helix angle at the endocardium, degrees.")
+    epi_angle: float = Field(-60.0, ge=-90, le=90, description="Helix angle at the epicardium, degrees.")
+    rv_endo_angle: float | None = Field(
+        None, ge=-90, le=90, description="Helix angle at the RV endocardium, degrees; as the LV's where not given."
+    )
+    rv_epi_angle: float | None = Field(
+        None, ge=-90, le=90, description="Helix angle at the RV epicardium, degrees; as the LV's where not given."
+    )
+    endo_sheet_angle: float = Field(
+        0.0, ge=-180, le=180, description="Sheet angle at the endocardium, degrees from the transmural direction."
+    )
+    epi_sheet_angle: float = Field(
+        0.0, ge=-180, le=180, description="Sheet angle at the epicardium, degrees from the transmural direction."
+    )
+    rule: Literal["linear", "bayer"] = Field(
+        "linear",
+        description="Interpolate frames and then rotate them by an angle linear in depth, "
+        "or rotate first and then interpolate, as Bayer et al. 2012 print it.",
+    )
+    depth: Literal["distance", "laplace"] = Field(
+        "distance", description="Depth in the wall by distance, or the harmonic field itself as in Bayer et al. 2012."
+    )
+    mirrored: Literal["auto", "yes", "no"] = Field(
+        "auto", description="Whether the heart is a mirror image, whose fibres are mirrored: found, or said."
+    )
+    nodes: bool = Field(False, description="Fibres at the nodes too, beside those of the elements.")

@@ -1,0 +1,20 @@
+"""Options of reading a label map."""
+
+from __future__ import annotations
+
+from pydantic import Field, PositiveFloat
+
+from femprep.options.base import Policy, StageOptions
+
+
+class ImageOptions(StageOptions):
+    """Reading a label map and choosing its structures."""
+
+    policy: Policy = Field("repair", description="What to do with pieces, voids and holes: mend and report, or refuse.")
+    spacing: tuple[PositiveFloat, PositiveFloat, PositiveFloat] | None = Field(
+        None, description="Voxel sizes in mm that replace the file's, for a file that carries none."
+    )
+    minimum_voxels: int = Field(8, ge=1, description="Smallest number of voxels an object may have.")
+    correct_shifts: bool = Field(
+        False, description="Estimate breath-hold shifts of the slices from the labels and move the slices back."
+    )

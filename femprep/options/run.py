@@ -1,0 +1,104 @@
+"""All options of one run: the groups of its stages, and what does not go together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from femprep.options.base import StageOptions
+from femprep.options.check import CheckOptions
+from femprep.options.export import ExportOptions
+from femprep.options.fibres import FibreOptions
+from femprep.options.image import ImageOptions
+from femprep.options.presets import PRESETS
+from femprep.options.surface import SurfaceOptions
+from femprep.options.sweep import SweepOptions
+from femprep.options.volume import VolumeOptions
+from femprep.options.wall import WallOptions
+
+
+class Options(StageOptions):
+    """All options of one run."""
+
+    anatomy: Literal["lv", "biv", "whole-heart"] = Field(
+        "lv", description="Which part of the heart is meshed: left ventricle, both ventricles, or all four chambers."
+    )
+    preset: str | None = Field(None, description="Structures of a known data set: acdc, rodero.")
+    structures: dict[str, tuple[int, ...]] = Field(
+        default_factory=dict, description="Label numbers by structure name (lv, myo, rv, ...)."
+    )
+    blood_pool: bool = Field(
+        False,
+        description="Mesh the blood in the cavities together with the wall: regions blood_lv, blood_rv..., facets "
+        "cap_lv, cap_rv... over their openings.",
+    )
+    flip: bool = Field(False, description="Mirror the label map first, for a heart that was stored mirrored.")
+    formats: tuple[str, ...] = Field((), description="Further file formats of the mesh beside mesh.vtu.")
+    image: ImageOptions = ImageOptions()
+    surface: SurfaceOptions = SurfaceOptions()
+    wall: WallOptions = WallOptions()
+    volume: VolumeOptions = VolumeOptions()
+    sweep: SweepOptions = SweepOptions()
+    check: CheckOptions = CheckOptions()
+    fibres: FibreOptions | None = Field(
+        None, description="Ventricular coordinates, AHA segments and fibres on the mesh; none where left out."
+    )
+    export: ExportOptions = ExportOptions()
+
+    @field_validator("preset")
+    @classmethod
+    def _known_preset(cls, value: str | None) -> str | None:
+        if value is not None and value not in PRESETS:
+            raise ValueError(f"expected one of {', '.join(sorted(PRESETS))}")
+        return value
+
+    @field_validator("structures", mode="before")
+    @classmethod
+    def _one_or_many(cls, value: Any) -> Any:
+        if not isinstance(value, Mapping):
+            return value
+        return {name: (labels,) if isinstance(labels, int) else labels for name, labels in value.items()}
+
+    @model_validator(mode="after")
+    def _one_cavity_is_swept(self) -> Options:
+        if self.volume.mesher == "sweep" and self.anatomy != "lv":
+            raise ValueError(
+                f"mesher 'sweep' fills the wall between two surfaces: anatomy lv, not {self.anatomy}; use tetwild"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _blood_is_for_tetwild(self) -> Options:
+        if self.blood_pool and self.volume.mesher == "sweep":
+            raise ValueError("mesher 'sweep' fills the wall alone; blood_pool needs tetwild")
+        if self.blood_pool and (self.wall.openings != "closed" or self.wall.valves):
+            raise ValueError("blood_pool needs closed cavities; leave openings and valves of the wall out")
+        if self.blood_pool and self.export.step != "none":
+            raise ValueError(
+                f"step {self.export.step!r} is for a wall alone: the deck has one material, which blood has not; leave "
+                "blood_pool or the step out"
+            )
+        return self
+
+    @property
+    def limits(self) -> CheckOptions:
+        """Limits of the check: those given, else those of the purpose, of the mesher, the defaults."""
+        return self.check.resolved(self.volume.mesher)
+
+    @property
+    def layers(self) -> SweepOptions:
+        """Options of the sweep with edge length, order and layers of the volume mesh, unless they have their own."""
+        asked = {
+            "edge_length": self.volume.edge_length,
+            "order": self.volume.order,
+            "layers": self.volume.elements_through_wall,
+        }
+        own = self.sweep.model_fields_set
+        return self.sweep.model_copy(update={name: value for name, value in asked.items() if name not in own})
+
+    @property
+    def labels(self) -> dict[str, tuple[int, ...]]:
+        """Label numbers by structure: the preset's, with those given by hand in their place."""
+        return {**(PRESETS[self.preset] if self.preset else {}), **self.structures}
