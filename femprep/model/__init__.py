@@ -1,0 +1,34 @@
+"""The nouns of femprep: Plane, Surface, Wall, BloodPools, VolumeMesh, and the one table of tag numbers.
+
+All are frozen dataclasses over read-only arrays. Lengths are mm, coordinates LPS (as ITK has them), points
+``(n, 3)`` float64, cells int64, tags int32. Surface cells are wound outward, volume cells are positive.
+A changed copy comes from ``dataclasses.replace`` or a ``with_...`` method.
+"""
+
+from __future__ import annotations
+
+from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly
+from femprep.model.plane import Plane
+from femprep.model.surface import SphereMap, Surface, split_quads
+from femprep.model.tags import FACET_TAGS, REGION_TAGS, endo_tags, is_blood, tag_name
+from femprep.model.volume_mesh import VolumeMesh
+from femprep.model.wall import BloodPools, Wall
+
+__all__ = [
+    "FACET_TAGS",
+    "REGION_TAGS",
+    "BloodPools",
+    "FloatArray",
+    "IntArray",
+    "Plane",
+    "SphereMap",
+    "Surface",
+    "TagArray",
+    "VolumeMesh",
+    "Wall",
+    "endo_tags",
+    "is_blood",
+    "readonly",
+    "split_quads",
+    "tag_name",
+]

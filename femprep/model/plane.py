@@ -1,0 +1,47 @@
+"""A plane that cuts a surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import InputError
+from femprep.model.arrays import FloatArray, readonly
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """A plane that cuts a surface; its normal points to the side that is cut away.
+
+    Attributes
+    ----------
+    point : (3,) array
+        A point of the plane, mm LPS.
+    normal : (3,) array
+        Unit normal (normalised here).
+    source : str
+        Where it comes from, for the run's record: ``"labels"``, ``"given"``...
+    """
+
+    point: FloatArray
+    normal: FloatArray
+    source: str = "given"
+
+    def __post_init__(self) -> None:
+        normal = np.asarray(self.normal, dtype=float)
+        length = float(np.linalg.norm(normal))
+        if not np.isfinite(length) or length == 0.0:
+            raise InputError(f"plane normal {normal.tolist()} has no direction; give a finite, non-zero vector")
+        object.__setattr__(self, "point", readonly(self.point, np.float64, (3,), "plane point"))
+        object.__setattr__(self, "normal", readonly(normal / length, np.float64, (3,), "plane normal"))
+
+    @property
+    def offset(self) -> float:
+        """The plane is the set of points x with ``normal . x = offset``, mm."""
+        return float(self.normal @ self.point)
+
+    def signed_distance(self, points: npt.ArrayLike) -> FloatArray:
+        """Distance of points ``(n, 3)`` from the plane, mm, positive on the side that is cut away."""
+        return np.asarray((np.asarray(points, dtype=float) - self.point) @ self.normal, dtype=np.float64)

@@ -1,0 +1,69 @@
+"""Numbers and names of the regions of a mesh and of its facets: the one table of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+#: Numbers of volume regions. No number names two things: regions lie below 100, facets above.
+REGION_TAGS: Final[Mapping[str, int]] = MappingProxyType(
+    {
+        "lv": 1,
+        "rv": 2,
+        "septum": 3,
+        "la": 4,
+        "ra": 5,
+        "aorta": 6,
+        "pulmonary_artery": 7,
+        "blood_lv": 11,
+        "blood_rv": 12,
+        "blood_la": 13,
+        "blood_ra": 14,
+    }
+)
+
+#: Numbers of boundary and interface facets.
+FACET_TAGS: Final[Mapping[str, int]] = MappingProxyType(
+    {
+        "endo": 101,
+        "epi": 102,
+        "base": 103,
+        "apex": 104,
+        "endo_lv": 111,
+        "endo_rv": 112,
+        "endo_la": 113,
+        "endo_ra": 114,
+        "mitral": 121,
+        "tricuspid": 122,
+        "aortic": 123,
+        "pulmonary": 124,
+        "veins": 125,
+        "cap_lv": 131,
+        "cap_rv": 132,
+        "cap_la": 133,
+        "cap_ra": 134,
+    }
+)
+
+
+def tag_name(number: int) -> str:
+    """Name of a region or facet tag; ``"tag_<number>"`` for a number that is not in the tables."""
+    for table in (REGION_TAGS, FACET_TAGS):
+        for name, value in table.items():
+            if value == number:
+                return name
+    return f"tag_{number}"
+
+
+def is_blood(region: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    """Whether numbers of regions are those of blood."""
+    return np.asarray(np.isin(region, [number for name, number in REGION_TAGS.items() if name.startswith("blood_")]))
+
+
+def endo_tags() -> list[int]:
+    """Numbers of all endocardia."""
+    return [number for name, number in FACET_TAGS.items() if name == "endo" or name.startswith("endo_")]

@@ -1,0 +1,109 @@
+"""A volume mesh with tagged regions and tagged boundary facets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from femprep.errors import InputError
+from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly, readonly_table
+from femprep.model.plane import Plane
+from femprep.model.tags import tag_name
+
+
+@dataclass(frozen=True, eq=False)
+class VolumeMesh:
+    """A volume mesh with tagged regions and tagged boundary facets.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        mm LPS.
+    cells : mapping of str to (k, p) array
+        Elements by meshio type name (``"tetra"``, ``"wedge"``, ``"hexahedron"``, ``"tetra10"``...), one block a
+        type, in VTK's node order, positive.
+    region : (n_cells,) array
+        Numbers of ``REGION_TAGS``, over all blocks in their order.
+    facets : mapping of str to (f, q) array
+        Tagged boundary (and interface) facets: ``"triangle"``, ``"quad"``, ``"triangle6"``, ``"quad8"``, wound outward.
+    facet_tag : (n_facets,) array
+        Numbers of ``FACET_TAGS``, over all blocks in their order.
+    cell_data, point_data, facet_data : mapping of str to array
+        Further values, first axis n_cells, n, n_facets.
+    planes : mapping of str to Plane
+        Planes the facets of that name lie in.
+    info : mapping
+        How it was made. JSON-ready.
+    """
+
+    points: FloatArray
+    cells: Mapping[str, IntArray]
+    region: TagArray
+    facets: Mapping[str, IntArray] = field(default_factory=dict)
+    facet_tag: TagArray = field(default_factory=lambda: np.empty(0, dtype=np.int32))
+    cell_data: Mapping[str, Any] = field(default_factory=dict)
+    point_data: Mapping[str, Any] = field(default_factory=dict)
+    facet_data: Mapping[str, Any] = field(default_factory=dict)
+    planes: Mapping[str, Plane] = field(default_factory=dict)
+    info: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "points", readonly(self.points, np.float64, (None, 3), "points"))
+        for name in ("cells", "facets"):
+            blocks = {
+                key: readonly(value, np.int64, (None, None), f"{name} {key!r}")
+                for key, value in getattr(self, name).items()
+            }
+            for key, value in blocks.items():
+                if value.size and (value.min() < 0 or value.max() >= len(self.points)):
+                    raise InputError(
+                        f"{name} {key!r} name point {value.max()}, but there are {len(self.points)} points"
+                    )
+            put(self, name, MappingProxyType(blocks))
+        put(self, "region", readonly(self.region, np.int32, (self.n_cells,), "region"))
+        put(self, "facet_tag", readonly(self.facet_tag, np.int32, (self.n_facets,), "facet_tag"))
+        put(self, "cell_data", readonly_table(self.cell_data, self.n_cells, "cell data"))
+        put(self, "point_data", readonly_table(self.point_data, len(self.points), "point data"))
+        put(self, "facet_data", readonly_table(self.facet_data, self.n_facets, "facet data"))
+        put(self, "planes", MappingProxyType(dict(self.planes)))
+        put(self, "info", MappingProxyType(dict(self.info)))
+
+    @property
+    def n_cells(self) -> int:
+        """Number of elements of all types."""
+        return sum(len(block) for block in self.cells.values())
+
+    @property
+    def n_facets(self) -> int:
+        """Number of tagged facets of all types."""
+        return sum(len(block) for block in self.facets.values())
+
+    @property
+    def region_names(self) -> dict[str, int]:
+        """Tags of the regions that occur, by name, in order of their numbers."""
+        return {tag_name(int(t)): int(t) for t in np.unique(self.region)}
+
+    @property
+    def facet_names(self) -> dict[str, int]:
+        """Tags of the facets that occur, by name, in order of their numbers."""
+        return {tag_name(int(t)): int(t) for t in np.unique(self.facet_tag)}
+
+    def with_data(
+        self,
+        *,
+        cell: Mapping[str, Any] | None = None,
+        point: Mapping[str, Any] | None = None,
+        facet: Mapping[str, Any] | None = None,
+    ) -> VolumeMesh:
+        """Copy with further cell, point and facet data; a name that exists is replaced."""
+        return replace(
+            self,
+            cell_data={**self.cell_data, **(cell or {})},
+            point_data={**self.point_data, **(point or {})},
+            facet_data={**self.facet_data, **(facet or {})},
+        )
