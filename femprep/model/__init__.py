@@ -7,7 +7,7 @@ A changed copy comes from ``dataclasses.replace`` or a ``with_...`` method.
 
 from __future__ import annotations
 
-from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly
+from femprep.model.arrays import BoolArray, FloatArray, IntArray, TagArray, readonly
 from femprep.model.plane import Plane
 from femprep.model.surface import SphereMap, Surface, split_quads
 from femprep.model.tags import FACET_TAGS, REGION_TAGS, endo_tags, is_blood, tag_name
@@ -18,6 +18,7 @@ __all__ = [
     "FACET_TAGS",
     "REGION_TAGS",
     "BloodPools",
+    "BoolArray",
     "FloatArray",
     "IntArray",
     "Plane",

@@ -14,6 +14,7 @@ from femprep.errors import InputError
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 TagArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
 
 
 def readonly(array: npt.ArrayLike, dtype: npt.DTypeLike, shape: tuple[int | None, ...], what: str) -> Any:

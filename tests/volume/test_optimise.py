@@ -6,8 +6,7 @@ from femprep.geometry.closest import closest_points
 from femprep.model import FACET_TAGS, Plane, Wall
 from femprep.volume.constraints import constrain
 from femprep.volume.measures import element_measures
-from femprep.volume.optimise import POOR, optimise, tet_quality
-from femprep.volume.stars import REGULAR_SINE
+from femprep.volume.optimise import POOR, REGULAR_SINE, optimise, tet_quality
 
 BASE = FACET_TAGS["base"]
 

@@ -1,16 +1,4 @@
-"""Tetrahedra whose worst elements are poor in, the same tetrahedra with points moved out; tags and topology stay.
-
-The quality of a tetrahedron here is the lesser of its mean ratio and its smallest sine of a dihedral angle (over the
-regular tetrahedron's, so that it is small both for sharp and for blunt angles); it is negative where the tetrahedron
-is inverted. First every point moves to where the mean of the mean ratio around it is better and no element poor;
-then every point of a poor element searches for the place where the worst of its elements is best [1]_. Points inside
-move in all directions, on a surface along it, on a rim along the rim. Deterministic.
-
-References
-----------
-.. [1] Freitag & Ollivier-Gooch, Tetrahedral mesh improvement using swapping and smoothing, Int. J. Numer. Meth. Eng.
-   40(21), 1997. doi:10.1002/(SICI)1097-0207(19971115)40:21<3979::AID-NME251>3.0.CO;2-9
-"""
+"""The passes that improve a mesh: boundary points onto the wall, the mean quality up, the worst elements mended."""
 
 from __future__ import annotations
 
@@ -18,14 +6,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
+from femprep.model import FloatArray, IntArray
 from femprep.volume.constraints import Constraints
-from femprep.volume.stars import REGULAR_SINE as REGULAR_SINE
-from femprep.volume.stars import coloured, qualities, relax, search, stars, try_places
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from femprep.volume.optimise.quality import REGULAR_SINE, qualities
+from femprep.volume.optimise.relax import relax
+from femprep.volume.optimise.search import search, try_places
+from femprep.volume.optimise.stars import coloured, stars
 
 #: Elements below this quality are improved: an angle of 25 degrees or a mean ratio of 0.45.
 POOR: Final = float(np.sin(np.radians(25.0)) / REGULAR_SINE)
@@ -63,7 +50,7 @@ class Outcome:
 
 
 def tet_quality(points: FloatArray, tets: IntArray) -> FloatArray:
-    """Lesser of mean ratio and smallest sine of each tetrahedron, as described above, ``(m,)``."""
+    """Lesser of mean ratio and smallest sine of each tetrahedron, as the package describes it, ``(m,)``."""
     out = np.empty(len(tets))
     qualities(np.ascontiguousarray(points, dtype=np.float64), np.ascontiguousarray(tets, dtype=np.int64), out)
     return out

@@ -1,0 +1,190 @@
+"""Points moved along the gradient of the mean ratio around them: what raises the mean quality."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numba
+import numpy as np
+
+from femprep.compiled import compiled
+from femprep.model import BoolArray, FloatArray, IntArray
+from femprep.volume.optimise.quality import all_reach, worst_around
+from femprep.volume.optimise.stars import FIRST_STEP, SURFACE_STEP, mark_star
+
+#: How often the step along a gradient is halved, and how many such steps one visit takes.
+_BACKTRACKS: Final = 4
+_ASCENTS: Final = 2
+#: Two thirds of a float's exponent offset, as its bits have it, and what makes the error of the first guess least.
+_THIRD: Final = np.int64(0x2A9F7893782DA1CE)
+#: Points one thread takes at a time.
+_CHUNK: Final = 32
+
+
+@compiled(part=True)
+def _cube_root(x: float) -> float:
+    """Cube root of a positive number, to 1e-14: a third of its exponent, then two of Halley's steps."""
+    number = np.float64(x)
+    bits = np.int64(number.view(np.int64) // 3 + _THIRD)
+    root = bits.view(np.float64)
+    for _ in range(2):
+        cube = root * root * root
+        root *= (cube + 2.0 * x) / (2.0 * cube + x)
+    return root
+
+
+@compiled()
+def _gather(p: FloatArray, t: IntArray, start: IntArray, around: IntArray, v: int, star: FloatArray) -> float:
+    """What the mean ratio of each element around a point depends on as the point moves; their mean edge length there.
+
+    A row holds, with the point as origin and a, b, c the other corners: the vector N and the number k of six volumes
+    ``k - N.x``, the vector m and the number q of the sum of squared edges ``3 x.x - 2 m.x + q``.
+    """
+    length = 0.0
+    for k in range(start[v], start[v + 1]):
+        i = around[k]
+        # The other corners so that the point sees them as the first corner of an element sees the rest.
+        if t[i, 0] == v:
+            a, b, c = t[i, 1], t[i, 2], t[i, 3]
+        elif t[i, 1] == v:
+            a, b, c = t[i, 0], t[i, 3], t[i, 2]
+        elif t[i, 2] == v:
+            a, b, c = t[i, 3], t[i, 0], t[i, 1]
+        else:
+            a, b, c = t[i, 2], t[i, 1], t[i, 0]
+        ax, ay, az = p[a, 0] - p[v, 0], p[a, 1] - p[v, 1], p[a, 2] - p[v, 2]
+        bx, by, bz = p[b, 0] - p[v, 0], p[b, 1] - p[v, 1], p[b, 2] - p[v, 2]
+        cx, cy, cz = p[c, 0] - p[v, 0], p[c, 1] - p[v, 1], p[c, 2] - p[v, 2]
+        ux, uy, uz, wx, wy, wz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+        nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
+        aa, bb, cc = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz
+        far = ux * ux + uy * uy + uz * uz + wx * wx + wy * wy + wz * wz
+        far += (cx - bx) ** 2 + (cy - by) ** 2 + (cz - bz) ** 2
+        row = star[k - start[v]]
+        row[0], row[1], row[2], row[3] = nx, ny, nz, nx * ax + ny * ay + nz * az
+        row[4], row[5], row[6], row[7] = ax + bx + cx, ay + by + cy, az + bz + cz, aa + bb + cc + far
+        length += np.sqrt(aa) + np.sqrt(bb) + np.sqrt(cc)
+    return float(length / (3.0 * (start[v + 1] - start[v])))
+
+
+@compiled()
+def _mean_at(star: FloatArray, count: int, x: float, y: float, z: float) -> float:
+    """Sum of the mean ratios of a star with its point at x, y, z; minus infinity if an element is inverted."""
+    total = 0.0
+    for k in range(count):
+        six = star[k, 3] - star[k, 0] * x - star[k, 1] * y - star[k, 2] * z
+        if six <= 0.0:
+            return -np.inf
+        edges = 3.0 * (x * x + y * y + z * z) + star[k, 7]
+        edges -= 2.0 * (star[k, 4] * x + star[k, 5] * y + star[k, 6] * z)
+        total += 12.0 * _cube_root(0.25 * six * six) / edges
+    return total
+
+
+@compiled()
+def _gradient(star: FloatArray, count: int, x: float, y: float, z: float, out: FloatArray) -> None:
+    """Gradient of that sum, at a place where no element is inverted."""
+    out[:] = 0.0
+    for k in range(count):
+        six = star[k, 3] - star[k, 0] * x - star[k, 1] * y - star[k, 2] * z
+        edges = 3.0 * (x * x + y * y + z * z) + star[k, 7]
+        edges -= 2.0 * (star[k, 4] * x + star[k, 5] * y + star[k, 6] * z)
+        ratio = 12.0 * _cube_root(0.25 * six * six) / edges
+        by_volume, by_edges = 2.0 / 3.0 * ratio / six, 2.0 * ratio / edges
+        out[0] -= by_volume * star[k, 0] + by_edges * (3.0 * x - star[k, 4])
+        out[1] -= by_volume * star[k, 1] + by_edges * (3.0 * y - star[k, 5])
+        out[2] -= by_volume * star[k, 2] + by_edges * (3.0 * z - star[k, 6])
+
+
+@compiled()
+def _project(vector: FloatArray, freedom: int, basis: FloatArray) -> float:
+    """Leave of a vector what points in the free directions, with length 1; its length before."""
+    if freedom < 3:
+        x, y, z = vector[0], vector[1], vector[2]
+        vector[:] = 0.0
+        for k in range(freedom):
+            along = x * basis[k, 0] + y * basis[k, 1] + z * basis[k, 2]
+            for axis in range(3):
+                vector[axis] += along * basis[k, axis]
+    size = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+    if size > 0.0:
+        for axis in range(3):
+            vector[axis] /= size
+    return float(size)
+
+
+@compiled()
+def _ascend(
+    p: FloatArray,
+    t: IntArray,
+    start: IntArray,
+    around: IntArray,
+    v: int,
+    freedom: int,
+    basis: FloatArray,
+    poor: float,
+    star: FloatArray,
+    slope: FloatArray,
+) -> bool:
+    """Move one point along the gradient of the mean ratio around it, no element becoming poor, or poorer if it is."""
+    count = start[v + 1] - start[v]
+    size = (FIRST_STEP if freedom == 3 else SURFACE_STEP) * _gather(p, t, start, around, v, star)
+    best = _mean_at(star, count, 0.0, 0.0, 0.0)
+    if best == -np.inf:  # an inverted element has no gradient; the search for the worst element mends it
+        return False
+    hx, hy, hz = p[v, 0], p[v, 1], p[v, 2]
+    x, y, z, before = 0.0, 0.0, 0.0, np.inf
+    moved = False
+    for _ in range(_ASCENTS):
+        _gradient(star, count, x, y, z, slope)
+        if _project(slope, freedom, basis) == 0.0:
+            break
+        better = False
+        for _ in range(_BACKTRACKS):
+            nx, ny, nz = x + size * slope[0], y + size * slope[1], z + size * slope[2]
+            value = _mean_at(star, count, nx, ny, nz)
+            if value > best:
+                p[v, 0], p[v, 1], p[v, 2] = hx + nx, hy + ny, hz + nz
+                sound = all_reach(p, t, start, around, v, poor)
+                if not sound:
+                    after = worst_around(p, t, start, around, v, -np.inf)
+                    if before == np.inf:
+                        p[v, 0], p[v, 1], p[v, 2] = hx, hy, hz
+                        before = worst_around(p, t, start, around, v, -np.inf)
+                    sound = after >= min(poor, before)
+                if sound:
+                    x, y, z, best, better = nx, ny, nz, value, True
+                    break
+            size *= 0.5
+        if not better:
+            break
+        moved = True
+    p[v, 0], p[v, 1], p[v, 2] = hx + x, hy + y, hz + z
+    return moved
+
+
+@compiled(parallel=True)
+def relax(
+    p: FloatArray,
+    t: IntArray,
+    start: IntArray,
+    around: IntArray,
+    order: IntArray,
+    first: IntArray,
+    freedom: IntArray,
+    basis: FloatArray,
+    poor: float,
+    fresh: BoolArray,
+) -> None:
+    """Move each point once to a better mean ratio around it, colour by colour."""
+    largest = 0
+    for v in range(len(p)):
+        largest = max(largest, start[v + 1] - start[v])
+    for c in range(len(first) - 1):
+        chunks = (first[c + 1] - first[c] + _CHUNK - 1) // _CHUNK
+        for chunk in numba.prange(chunks):
+            star, slope = np.empty((largest, 8)), np.empty(3)
+            for n in range(first[c] + chunk * _CHUNK, min(first[c] + (chunk + 1) * _CHUNK, first[c + 1])):
+                v = order[n]
+                if freedom[v] > 0 and _ascend(p, t, start, around, v, freedom[v], basis[v], poor, star, slope):
+                    mark_star(t, start, around, v, fresh)
