@@ -3,68 +3,35 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.errors import StageError
-from femprep.geometry.topology import edge_table, euler_characteristic, pieces, pinched_vertices
-from femprep.geometry.tree import curve_order
 from femprep.geometry.triangles import areas
-from femprep.model import REGION_TAGS, BloodPools, VolumeMesh, Wall
+from femprep.model import BloodPools, VolumeMesh, Wall
 from femprep.options import VolumeOptions, choose
-from femprep.volume.blood import Filling, check_cavities, find_facets
-from femprep.volume.constraints import constrain
+from femprep.volume.attempts import Attempt, attempts
+from femprep.volume.blood import Filling
+from femprep.volume.finish import Candidate, finish
 from femprep.volume.guard import Run, run_tetwild
-from femprep.volume.measures import element_measures, element_volumes
-from femprep.volume.optimise import REGULAR_SINE, optimise
 from femprep.volume.rehearsal import meanwhile, rehearse
 from femprep.volume.sizing import Sizing, SizingField, sizing_field
 from femprep.volume.smooth import quadratic_tetrahedra
-from femprep.volume.tagging import tag_facets
 from femprep.volume.transmural import elements_through_wall
 from femprep.volume.validate import Estimate, check_edge_length, check_sizing, check_wall
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 Progress = Callable[[str, float], None]
 
 _log = logging.getLogger(__name__)
 
 #: Share of the progress that belongs to the mesher.
-_MESHER_SHARE = 0.9
-#: How the outcome of a run is told whose mesh is sound but poorer than asked.
-_MISSED = "below what was asked"
-#: Lowest stop energy of a run: with 5 fTetWild may not come to an end.
-_LOWEST_ENERGY = 6.0
-#: An edge that is longer than this share of the wall's mean thickness, and the mean of the mean ratio that then needs
-#: the lowest stop energy (edges of 6 mm, wall of 9 mm: 0.855 with an energy of 10 or 8, 0.873 with 6).
-_COARSE, _BOUND = 0.5, 0.85
-#: Largest relative difference between the volumes of mesh and wall.
-_VOLUME_LIMIT = 0.02
+_MESHER_SHARE: Final = 0.9
 #: Least share of endocardial nodes with as many elements through the wall as asked for.
-_THROUGH_SHARE = 0.95
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """Parameters of one run: envelope in mm and stop energy."""
-
-    envelope: float
-    stop_energy: float
-
-
-@dataclass(frozen=True)
-class _Candidate:
-    mesh: VolumeMesh
-    smallest_dihedral: float
-    mean_ratio: float
-    reached: bool
+_THROUGH_SHARE: Final = 0.95
 
 
 def tetrahedralize(
@@ -137,35 +104,7 @@ def tetrahedralize(
             *(need.elements, need.seconds, settings.time_limit),
         )
     report = progress or (lambda stage, fraction: None)
-    record: list[dict[str, Any]] = []
-    best: _Candidate | None = None
-    shortest = settings.edge_length if field is None else max(field.finest, 0.4 * field.coarsest)
-    thickness = 2.0 * wall.volume / float(areas(wall.points, wall.triangles).sum())
-    for attempt in attempts(settings, lambda: record[-1]["outcome"], shortest, thickness):
-        entry: dict[str, Any] = {"envelope_mm": attempt.envelope, "stop_energy": attempt.stop_energy}
-        record.append(entry)
-        try:
-            with meanwhile(rehearse(need.elements)):
-                run = _mesh(filling, settings, attempt, field, need, report)
-            entry.update(
-                seconds=run.seconds,
-                processor_seconds=run.processor_seconds,
-                peak_bytes=run.peak_bytes,
-                elements=len(run.cells),
-            )
-            candidate = _finish(run, filling, settings, attempt)
-        except StageError as error:
-            entry["outcome"] = str(error)
-            _log.warning("attempt %d failed: %s", len(record), error)
-            continue
-        entry["outcome"] = "reached" if candidate.reached else _missed(candidate)
-        if best is None or (candidate.reached, candidate.smallest_dihedral) > (best.reached, best.smallest_dihedral):
-            best = candidate
-        if candidate.reached:
-            break
-        _log.warning("attempt %d: %s", len(record), entry["outcome"])
-    if best is None:
-        raise StageError(f"no mesh after {len(record)} attempt(s), the last: {record[-1]['outcome']}")
+    best, record = _best_of_runs(filling, settings, field, need, report)
     report("volume", 1.0)
     info = {
         "mesher": f"fTetWild through pytetwild {_version('pytetwild')}",
@@ -182,34 +121,46 @@ def tetrahedralize(
     return quadratic_tetrahedra(mesh, wall) if settings.order == 2 else mesh
 
 
-def attempts(
-    options: VolumeOptions, outcome: Callable[[], str], edge_length: float | None = None, thickness: float = np.inf
-) -> Iterator[Attempt]:
-    """Parameters of the runs: those asked for, then others, by the outcome of the run before.
+def _best_of_runs(
+    filling: Filling, options: VolumeOptions, field: SizingField | None, need: Estimate, report: Progress
+) -> tuple[Candidate, list[dict[str, Any]]]:
+    """The best mesh of as many runs as it takes, and a record of each.
 
-    After a time limit everything is looser. Where the quality was missed the stop energy is the lowest: a little less
-    gains little, and a tighter envelope would only keep more of the wall's small triangles; what it misses no run
-    reaches. After a crash or a wrong mesh both are tighter. Where an edge takes more than half of the wall's mean
-    ``thickness``, most elements are bound by its surfaces and a good mean ratio needs the lowest stop energy from the
-    first run on.
+    Raises
+    ------
+    StageError
+        No run gave a sound mesh.
     """
-    targets = options.targets
-    edge = edge_length or options.edge_length
-    envelope = options.envelope or targets.envelope * edge
-    energy = targets.stop_energy
-    if options.stop_energy is None and edge > _COARSE * thickness and targets.mean_ratio >= _BOUND:
-        energy = min(energy, _LOWEST_ENERGY)
-    yield Attempt(envelope, energy)
-    for _ in range(targets.retries):
-        if "time_limit" in outcome():
-            envelope, energy = 1.5 * envelope, 2.0 * energy
-        elif _MISSED in outcome():
-            if energy <= _LOWEST_ENERGY:
-                return
-            energy = _LOWEST_ENERGY
-        else:
-            energy, envelope = min(energy, max(_LOWEST_ENERGY, energy - 2.0)), envelope / 1.5
-        yield Attempt(envelope, energy)
+    record: list[dict[str, Any]] = []
+    best: Candidate | None = None
+    shortest = options.edge_length if field is None else max(field.finest, 0.4 * field.coarsest)
+    thickness = 2.0 * filling.wall.volume / float(areas(filling.wall.points, filling.wall.triangles).sum())
+    for attempt in attempts(options, lambda: record[-1]["outcome"], shortest, thickness):
+        entry: dict[str, Any] = {"envelope_mm": attempt.envelope, "stop_energy": attempt.stop_energy}
+        record.append(entry)
+        try:
+            with meanwhile(rehearse(need.elements)):
+                run = _mesh(filling, options, attempt, field, need, report)
+            entry.update(
+                seconds=run.seconds,
+                processor_seconds=run.processor_seconds,
+                peak_bytes=run.peak_bytes,
+                elements=len(run.cells),
+            )
+            candidate = finish(run, filling, options, attempt)
+        except StageError as error:
+            entry["outcome"] = str(error)
+            _log.warning("attempt %d failed: %s", len(record), error)
+            continue
+        entry["outcome"] = candidate.outcome
+        if best is None or (candidate.reached, candidate.smallest_dihedral) > (best.reached, best.smallest_dihedral):
+            best = candidate
+        if candidate.reached:
+            break
+        _log.warning("attempt %d: %s", len(record), entry["outcome"])
+    if best is None:
+        raise StageError(f"no mesh after {len(record)} attempt(s), the last: {record[-1]['outcome']}")
+    return best, record
 
 
 def _mesh(
@@ -239,81 +190,6 @@ def _mesh(
     )
 
 
-def _finish(run: Run, filling: Filling, options: VolumeOptions, attempt: Attempt) -> _Candidate:
-    """Check, tag, put in place and improve what the mesher gave.
-
-    Raises
-    ------
-    StageError
-        The mesh is wrong.
-    """
-    kept = filling.regions(run.points, run.cells) > 0 if filling.cavities else slice(None)
-    points, cells = _used(run.points, run.cells[kept])
-    region, outer = filling.regions(points, cells), filling.outer
-    _check_volumes(points, cells, outer)
-    facets = find_facets(cells, region)
-    boundary = facets.interface == 0
-    with ThreadPoolExecutor(1) as pool:  # two threads, which numpy lets work side by side
-        sound = pool.submit(_check_boundary, facets.nodes[boundary], outer)
-        try:
-            merged = filling.interface_tags(facets.interface)
-            merged[boundary] = tag_facets(points, facets.nodes[boundary], outer, attempt.envelope)
-            constraints = constrain(len(points), facets.nodes, merged, filling.sheets)
-        finally:  # what is wrong with the boundary is told rather than that it cannot be tagged
-            sound.result()
-    if filling.cavities:
-        check_cavities(points, cells, region, filling, 2.0 * _VOLUME_LIMIT)
-    before = points.copy()
-    if options.optimise:
-        poor = float(np.sin(np.radians(options.targets.poor_angle)) / REGULAR_SINE)
-        outcome = optimise(points, cells, constraints, poor=poor)
-        points = outcome.points
-        moved = {
-            "sweeps": outcome.sweeps,
-            "poor_elements_before": outcome.poor_before,
-            "poor_elements_after": outcome.poor_after,
-            "greatest_distance_from_wall_mm": outcome.off_wall,
-        }
-    else:
-        points = points.copy()
-        constraints.flatten(points)
-        moved = {}
-    measures = element_measures(points, cells, "tetra")
-    inverted = measures["volume"] <= 0
-    if inverted.any():
-        worst = points[cells[np.argmin(measures["volume"])]].mean(axis=0)
-        raise StageError(
-            f"{int(inverted.sum())} elements are inverted once points lie on the planes, the worst near "
-            f"x y z = {' '.join(f'{v:.1f}' for v in worst)}; choose a smaller edge_length or envelope"
-        )
-    found = {name: float(measures["volume"][region == REGION_TAGS[name]].sum()) for name in filling.volumes}
-    difference = {name: found[name] / wanted - 1.0 for name, wanted in filling.volumes.items()}
-    for name, value in difference.items():
-        if abs(value) > _VOLUME_LIMIT:
-            what = "wall" if name == "lv" else name
-            raise StageError(
-                f"the mesh has {found[name]:.4g} mm3 of {what}, {filling.volumes[name]:.4g} mm3 are to be filled: a "
-                f"difference of {100 * value:.2f} %, more than {100 * _VOLUME_LIMIT:g} %; "
-                "choose a smaller edge_length or envelope"
-            )
-    step = np.linalg.norm(points - before, axis=1)
-    info = {
-        "envelope_mm": attempt.envelope,
-        "stop_energy": attempt.stop_energy,
-        "volume_mm3": found.pop("lv"),
-        "volume_difference_to_wall": difference["lv"],
-        **({"blood_mm3": found} if found else {}),
-        "moved_points": int((step > 0).sum()),
-        "greatest_move_mm": float(step.max()),
-        **moved,
-    }
-    tag = filling.tags(merged, facets, region)
-    mesh = VolumeMesh(points, {"tetra": cells}, region, {"triangle": facets.nodes}, tag, info=info)
-    smallest, mean = float(measures["minimum_dihedral"].min()), float(measures["mean_ratio"].mean())
-    reached = smallest >= options.targets.minimum_dihedral and mean >= options.targets.mean_ratio
-    return _Candidate(mesh, smallest, mean, reached)
-
-
 def _through(mesh: VolumeMesh, asked: int) -> dict[str, Any]:
     """Elements through the wall: asked for and measured; a note where too few nodes have as many."""
     count = elements_through_wall(mesh)
@@ -333,57 +209,6 @@ def _through(mesh: VolumeMesh, asked: int) -> dict[str, Any]:
     )
     _log.warning(line)
     return {"elements_through_wall": found, "notes": [line]}
-
-
-def _used(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
-    """Points in use alone, and the cells that name them; what is near in space near in memory, which is quicker."""
-    if len(cells) == 0:
-        raise StageError("the mesher gave no elements; choose a smaller edge_length or envelope")
-    if not np.isfinite(points).all() or cells.min() < 0 or cells.max() >= len(points):
-        raise StageError("the mesher gave points that are not finite or not there; choose another edge_length")
-    used = np.zeros(len(points), dtype=np.bool_)
-    used[cells] = True
-    kept = np.flatnonzero(used)
-    kept = kept[curve_order(points[kept])]
-    number = np.empty(len(points), dtype=np.int64)
-    number[kept] = np.arange(len(kept))
-    cells = number[cells]
-    return points[kept], cells[np.argsort(cells.min(axis=1), kind="stable")]
-
-
-def _check_volumes(points: FloatArray, cells: IntArray, wall: Wall) -> None:
-    """Make sure that no element is inverted and that they fill the wall, nothing else."""
-    volumes = element_volumes(points, cells, "tetra")
-    if (volumes <= 0).any():
-        raise StageError(f"the mesher gave {int((volumes <= 0).sum())} inverted elements; choose another edge_length")
-    difference = float(volumes.sum() / wall.volume - 1.0)
-    if abs(difference) > 2.0 * _VOLUME_LIMIT:
-        raise StageError(
-            f"the mesher made {volumes.sum():.4g} mm3 of a wall of {wall.volume:.4g} mm3"
-            + ("; it filled a cavity" if difference > 0 else "; it lost part of it")
-            + "; choose a smaller edge_length or envelope"
-        )
-
-
-def _check_boundary(facets: IntArray, wall: Wall) -> None:
-    """Make sure that the boundary facets bound the same kind of body as the wall."""
-    table = edge_table(facets)
-    if (table.count != 2).any() or (table.forward != 1).any() or len(pinched_vertices(facets)):
-        raise StageError("the boundary of the mesh is no closed 2-manifold; choose a smaller edge_length or envelope")
-    shells, expected = int(pieces(facets).max()) + 1, int(pieces(wall.triangles).max()) + 1
-    euler, wanted = euler_characteristic(facets), euler_characteristic(wall.triangles)
-    if shells != expected or euler != wanted:
-        raise StageError(
-            f"the boundary of the mesh has {shells} shell(s) and Euler characteristic {euler}, the wall's {expected} "
-            f"and {wanted}; choose a smaller edge_length or envelope"
-        )
-
-
-def _missed(candidate: _Candidate) -> str:
-    return (
-        f"smallest dihedral angle {candidate.smallest_dihedral:.1f} degrees, mean of the mean ratio "
-        f"{candidate.mean_ratio:.3f}: {_MISSED}"
-    )
 
 
 def _version(package: str) -> str:

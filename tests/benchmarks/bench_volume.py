@@ -25,9 +25,10 @@ from femprep.geometry.triangles import triangle_quality
 from femprep.model import Plane, Surface, Wall
 from femprep.options import VolumeOptions
 from femprep.template import charge_template
+from femprep.volume.attempts import attempts
 from femprep.volume.guard import run_tetwild
 from femprep.volume.measures import element_measures
-from femprep.volume.tetrahedra import attempts, tetrahedralize
+from femprep.volume.tetrahedra import tetrahedralize
 from femprep.volume.validate import mean_thickness
 from femprep.wall import build_wall
 

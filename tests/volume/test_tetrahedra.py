@@ -12,10 +12,10 @@ from femprep.errors import StageError
 from femprep.geometry.topology import euler_characteristic, is_manifold
 from femprep.model import FACET_TAGS, REGION_TAGS, Plane, Wall
 from femprep.options import VolumeOptions
-from femprep.volume import check, tetrahedra, tetrahedralize
+from femprep.volume import check, finish, tetrahedra, tetrahedralize
+from femprep.volume.attempts import attempts
 from femprep.volume.guard import Run
 from femprep.volume.measures import element_measures
-from femprep.volume.tetrahedra import attempts
 
 
 def holds(mesh, wall, volume: float = 0.01) -> None:
@@ -292,11 +292,11 @@ def test_a_boundary_that_is_wrong_is_told_before_tags_that_cannot_be(coarse_wall
     def fail(*_):
         raise StageError("no tags")
 
-    monkeypatch.setattr(tetrahedra, "tag_facets", fail)
+    monkeypatch.setattr(finish, "tag_facets", fail)
     mesher(result(coarse_mesh))
     with pytest.raises(StageError, match="no tags"):
         tetrahedralize(coarse_wall, edge_length=6.0)
-    monkeypatch.setattr(tetrahedra, "pinched_vertices", lambda facets: facets[0])
+    monkeypatch.setattr(finish, "pinched_vertices", lambda facets: facets[0])
     with pytest.raises(StageError, match="no closed 2-manifold"):
         tetrahedralize(coarse_wall, edge_length=6.0)
 
