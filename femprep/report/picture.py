@@ -13,17 +13,26 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from femprep.elements import ELEMENTS, FACET_CORNERS, boundary_faces, set_numbers
-from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
+from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
 
 logger = logging.getLogger(__name__)
 
 #: A rendering that takes longer is given up, s.
 TIME_LIMIT = 60.0
+
+#: Width and height of the picture, pixels; colours of the tags (ColorBrewer's Set2), of the cut and of edges.
+_SIZE: Final = (1200, 600)
+_TAG_COLOURS: Final = (
+    *((102, 194, 165), (252, 141, 98), (141, 160, 203), (231, 138, 195)),
+    *((166, 216, 84), (255, 217, 47), (229, 196, 148), (179, 179, 179)),
+)
+_CUT_COLOUR: Final = (0.88, 0.63, 0.59)
+_EDGE_COLOUR: Final = (0.27, 0.27, 0.27)
 
 
 def start_painter() -> subprocess.Popen[bytes]:
@@ -87,7 +96,7 @@ def _scene(mesh: VolumeMesh) -> dict[str, Any]:
     centre = 0.5 * (low + high)
     side = (mesh.points - centre) @ view
     cut = [*_cut(mesh, side), *(block[(side[block] < 0.0).any(axis=1)] for block in facets)]
-    eye = centre + 3.0 * 0.62 * float(np.linalg.norm(high - low)) * (view + 0.45 * up)
+    eye = centre + 2.5 * 0.62 * float(np.linalg.norm(high - low)) * (view + 0.45 * up)
     parts = {"facets": facets, "cut": cut}
     arrays = {f"{name}_{key}": value for name, part in parts.items() for key, value in _polygons(mesh.points, part)}
     return {**arrays, "tag": mesh.facet_tag, "camera": np.stack([eye, centre, up])}
@@ -124,37 +133,84 @@ def _polygons(points: FloatArray, blocks: list[np.ndarray]) -> Iterator[tuple[st
 
 def main() -> None:
     """Load VTK, practise on a tetrahedron, wait for two lines that name the scene and the picture, and draw."""
-    import pyvista as pv
-
     # The first picture compiles VTK's shaders, which takes longer than to draw any other.
-    practice = pv.PolyData(np.eye(4, 3), np.array([(3, *face) for face in ELEMENTS["tetra"].faces]).ravel())
-    practice.cell_data["facet_tag"] = np.arange(4)
-    _draw(practice, practice, [(9.0, 9.0, 9.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)], None)
+    corners = np.array([(3, *face) for face in ELEMENTS["tetra"].faces]).ravel()
+    practice = _polydata(np.eye(4, 3), corners), _polydata(np.eye(4, 3), corners, np.arange(4))
+    _draw(practice, [(9.0, 9.0, 9.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)], None)
     scene, png = (sys.stdin.readline().rstrip("\n") for _ in range(2))
     if not png:
         return
     with np.load(scene) as arrays:
-        facets = pv.PolyData(arrays["facets_points"], arrays["facets_polygons"])
-        facets.cell_data["facet_tag"] = arrays["tag"]
-        cut = pv.PolyData(arrays["cut_points"], arrays["cut_polygons"])
+        facets = _polydata(arrays["facets_points"], arrays["facets_polygons"], arrays["tag"])
+        cut = _polydata(arrays["cut_points"], arrays["cut_polygons"])
         camera = arrays["camera"].tolist()
-    _draw(facets, cut, camera, Path(png))
+    _draw((facets, cut), camera, Path(png))
 
 
-def _draw(facets: Any, cut: Any, camera: list[Any], png: Path | None) -> None:
-    """Draw two surfaces side by side, the first coloured by its tags, into a file or for nothing."""
-    import pyvista as pv
+def _polydata(points: FloatArray, polygons: IntArray, tag: IntArray | None = None) -> Any:
+    """VTK polygons, coloured by their tags where there are any."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 
-    plotter = pv.Plotter(off_screen=True, shape=(1, 2), window_size=(1200, 600), border=False)
-    edges = {"show_edges": True, "line_width": 0.4, "edge_color": "#444444"}
-    plotter.subplot(0, 0)
-    plotter.add_mesh(facets, scalars="facet_tag", cmap="Set2", ambient=0.35, **edges, show_scalar_bar=False)
-    plotter.camera_position = camera
-    plotter.subplot(0, 1)
-    plotter.add_mesh(cut, color="#e0a096", ambient=0.35, **edges)
-    plotter.camera_position = camera
-    plotter.screenshot(png)
-    plotter.close()
+    places, cells, mesh = vtkPoints(), vtkCellArray(), vtkPolyData()
+    places.SetData(numpy_to_vtk(np.ascontiguousarray(points), deep=True))
+    cells.ImportLegacyFormat(numpy_to_vtkIdTypeArray(np.ascontiguousarray(polygons, dtype=np.int64), deep=True))
+    mesh.SetPoints(places)
+    mesh.SetPolys(cells)
+    if tag is not None:
+        _, rank = np.unique(tag, return_inverse=True)
+        colours = np.array(_TAG_COLOURS, dtype=np.uint8)[rank.ravel() % len(_TAG_COLOURS)]
+        mesh.GetCellData().SetScalars(numpy_to_vtk(colours, deep=True))
+    return mesh
+
+
+def _draw(meshes: tuple[Any, Any], camera: list[Any], png: Path | None) -> None:
+    """Draw two surfaces side by side, into a file or for nothing."""
+    # The parts of VTK that are needed and no others: all of it takes a second longer to load.
+    import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
+    from vtkmodules.vtkIOImage import vtkPNGWriter
+    from vtkmodules.vtkRenderingCore import (
+        vtkActor,
+        vtkLightKit,
+        vtkPolyDataMapper,
+        vtkRenderer,
+        vtkRenderWindow,
+        vtkWindowToImageFilter,
+    )
+
+    window = vtkRenderWindow()
+    window.SetOffScreenRendering(True)
+    window.SetSize(*_SIZE)
+    for number, mesh in enumerate(meshes):
+        mapper, actor, renderer, lights = vtkPolyDataMapper(), vtkActor(), vtkRenderer(), vtkLightKit()
+        mapper.SetInputData(mesh)
+        actor.SetMapper(mapper)
+        look = actor.GetProperty()
+        look.SetColor(*_CUT_COLOUR)
+        look.SetAmbient(0.35)
+        look.SetInterpolationToFlat()
+        look.SetEdgeVisibility(True)
+        look.SetEdgeColor(*_EDGE_COLOUR)
+        look.SetLineWidth(0.4)
+        renderer.SetBackground(1.0, 1.0, 1.0)
+        renderer.SetViewport(0.5 * number, 0.0, 0.5 * number + 0.5, 1.0)
+        renderer.AddActor(actor)
+        lights.AddLightsToRenderer(renderer)
+        view = renderer.GetActiveCamera()
+        view.SetPosition(*camera[0])
+        view.SetFocalPoint(*camera[1])
+        view.SetViewUp(*camera[2])
+        renderer.ResetCameraClippingRange()
+        window.AddRenderer(renderer)
+    window.Render()
+    if png is not None:
+        shot, writer = vtkWindowToImageFilter(), vtkPNGWriter()
+        shot.SetInput(window)
+        writer.SetInputConnection(shot.GetOutputPort())
+        writer.SetFileName(str(png))
+        writer.Write()
+    window.Finalize()
 
 
 if __name__ == "__main__":

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from femprep.geometry.polygons import decimated
 from femprep.geometry.topology import euler_characteristic, is_closed
 from femprep.geometry.triangles import areas
 from femprep.model import FloatArray, IntArray
@@ -16,11 +15,7 @@ def coarser(points: FloatArray, cells: IntArray, count: int) -> tuple[FloatArray
     """
     if len(points) <= 1.5 * count:
         return points, cells
-    import pyvista as pv
-
-    faces = np.column_stack([np.full(len(cells), 3), cells])
-    mesh = pv.PolyData(points, faces.ravel()).decimate(1.0 - count / len(points), volume_preservation=True)
-    shape = np.asarray(mesh.points, dtype=np.float64), mesh.regular_faces.astype(np.int64)
+    shape = decimated(points, cells, 1.0 - count / len(points))
     if not is_closed(shape[1]) or euler_characteristic(shape[1]) != 2 or areas(*shape).min() <= 0.0:
         return points, cells
     return shape

@@ -20,15 +20,19 @@ def scatter(disk: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatAr
     StageError
         A place lies outside of those given.
     """
-    from scipy.interpolate import LinearNDInterpolator
+    from scipy.spatial import Delaunay
 
-    result = np.asarray(LinearNDInterpolator(disk, values)(wanted))
-    if not np.all(np.isfinite(result)):
+    mesh = Delaunay(disk)
+    found = mesh.find_simplex(wanted)
+    if (found < 0).any():
         raise StageError(
-            f"{int((~np.isfinite(result)).any(axis=1).sum())} of {len(wanted)} vertices of the cup find no place on a "
-            "surface; the base plane cuts it too near its end"
+            f"{np.count_nonzero(found < 0)} of {len(wanted)} vertices of the cup find no place on a surface; the base "
+            "plane cuts it too near its end"
         )
-    return result
+    to_shares = mesh.transform[found]
+    first = np.einsum("nij,nj->ni", to_shares[:, :2], wanted - to_shares[:, 2])
+    shares = np.column_stack([first, 1.0 - first.sum(axis=1)])
+    return np.asarray(np.einsum("ni,nij->nj", shares, values[mesh.simplices[found]]))
 
 
 def refine(coarse: Cup, values: FloatArray, fine: Cup) -> FloatArray:

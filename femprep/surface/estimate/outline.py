@@ -7,7 +7,9 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import StageError
-from femprep.geometry.topology import euler_characteristic, is_closed, volume
+from femprep.geometry.polygons import isosurface, taubin
+from femprep.geometry.topology import euler_characteristic, is_closed, pieces, volume
+from femprep.geometry.triangles import areas
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
 from femprep.model import FloatArray, IntArray
@@ -50,7 +52,6 @@ def outline(obj: LabelObject, axes: FloatArray, count: int, blur: float = 1.0) -
     StageError
         The mesh is not a ball's at any distance from the voxels that was tried.
     """
-    import pyvista as pv
     from scipy.ndimage import distance_transform_edt, gaussian_filter
 
     voxel = float(np.clip((obj.volume / _VOXELS) ** (1.0 / 3.0), _FINEST, _COARSEST))
@@ -60,16 +61,13 @@ def outline(obj: LabelObject, axes: FloatArray, count: int, blur: float = 1.0) -
     # In voxels, positive inside.
     depth = np.where(mask, distance_transform_edt(mask) - 0.5, 0.5 - distance_transform_edt(~mask))
     depth = gaussian_filter(depth, blur)
-    image = pv.ImageData(dimensions=mask.shape)
-    image.point_data["depth"] = depth.ravel(order="F")
     for offset in _OFFSETS:
-        mesh = image.contour([-offset], method="flying_edges")
-        whole = mesh.area
-        mesh = mesh.extract_largest()
-        if mesh.area < (1.0 - _CRUMBS) * whole:
+        index, cells = isosurface(depth, -offset)
+        piece = pieces(cells)
+        area = np.bincount(piece, areas(index, cells))
+        if area.max() < (1.0 - _CRUMBS) * area.sum():
             continue
-        mesh = mesh.smooth_taubin(n_iter=_PASSES, pass_band=_PASS_BAND)
-        cells = np.asarray(mesh.regular_faces, dtype=np.int64)
+        cells = cells[piece == np.argmax(area)]
         if is_closed(cells) and euler_characteristic(cells) == 2:
             break
     else:
@@ -77,6 +75,8 @@ def outline(obj: LabelObject, axes: FloatArray, count: int, blur: float = 1.0) -
             f"object {obj.name!r} has tunnels too wide to be closed by {_OFFSETS[-1] * voxel:.1f} mm around its voxels"
         )
     # Still as indices, so that a turned image gives the same mesh to the last digit.
-    index, cells = coarser(np.asarray(mesh.points, dtype=np.float64), cells, count)
+    used, cells = np.unique(cells, return_inverse=True)
+    cells = cells.reshape(-1, 3)
+    index, cells = coarser(taubin(index[used], cells, _PASSES, _PASS_BAND), cells, count)
     points = (even.grid.to_world(index - room) - obj.barycentre) @ axes
     return points, cells if volume(points, cells) > 0.0 else np.ascontiguousarray(cells[:, ::-1])
