@@ -49,7 +49,7 @@ def taubin(points: FloatArray, triangles: IntArray, passes: int, pass_band: floa
 
 
 def decimated(points: FloatArray, triangles: IntArray, share: float) -> tuple[FloatArray, IntArray]:
-    """A mesh with this share of its triangles collapsed where that moves it least (quadric errors); keeps its volume."""
+    """A mesh with this share of its triangles collapsed where that moves it least (quadric errors), its volume kept."""
     from vtkmodules.vtkFiltersCore import vtkQuadricDecimation
 
     thinner = vtkQuadricDecimation()
