@@ -48,68 +48,76 @@ def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
     return go
 
 
-def refused(outcome: tuple[int, str], *words: str) -> None:
+def refusal(outcome: tuple[int, str]) -> str:
+    """The one line a run was refused with."""
     status, error = outcome
     lines = [line for line in error.splitlines() if line.strip()]
     assert status == 2, error
     assert len(lines) == 1, error
     assert lines[0].startswith("femprep: error: ")
-    for word in words:
-        assert word in lines[0]
+    return lines[0]
 
 
 def test_missing_file(run: Run, tmp_path: Path) -> None:
-    refused(run(tmp_path / "none.nii.gz"), "none.nii.gz")
+    assert "none.nii.gz" in refusal(run(tmp_path / "none.nii.gz"))
 
 
 def test_damaged_file(run: Run, tmp_path: Path) -> None:
     whole = write(tmp_path / "whole.nii.gz", heart())
     cut = tmp_path / "cut.nii.gz"
     cut.write_bytes(whole.read_bytes()[:200])
-    refused(run(cut), "cut.nii.gz")
+    assert "cut.nii.gz" in refusal(run(cut))
     text = tmp_path / "text.nii"
     text.write_text("this is no image")
-    refused(run(text), "text.nii")
+    assert "text.nii" in refusal(run(text))
     short = tmp_path / "short.nii"
     short.write_bytes(gzip.decompress(whole.read_bytes())[:5000])
-    refused(run(short), "short.nii")
+    assert "short.nii" in refusal(run(short))
 
 
 def test_unknown_format_of_image(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "a.docx"
     path.write_bytes(b"PK")
-    refused(run(path), "a.docx")
+    assert "a.docx" in refusal(run(path))
 
 
 def test_two_and_four_dimensions(run: Run, tmp_path: Path) -> None:
-    refused(run(write(tmp_path / "flat.mha", heart()[3])), "flat.mha", "2")
-    refused(run(write(tmp_path / "series.nii", np.stack([heart(), heart()]), (1.5, 1.5, 8.0, 1.0))), "series.nii", "4")
+    line = refusal(run(write(tmp_path / "flat.mha", heart()[3])))
+    assert "flat.mha" in line
+    assert "2" in line
+    line = refusal(run(write(tmp_path / "series.nii", np.stack([heart(), heart()]), (1.5, 1.5, 8.0, 1.0))))
+    assert "series.nii" in line
+    assert "4" in line
 
 
 def test_labels_that_are_no_integers(run: Run, tmp_path: Path) -> None:
-    refused(run(write(tmp_path / "soft.nii", heart().astype(np.float32) * 0.5)), "integer")
+    assert "integer" in refusal(run(write(tmp_path / "soft.nii", heart().astype(np.float32) * 0.5)))
 
 
 def test_absent_label(run: Run, tmp_path: Path) -> None:
     labels = heart()
     labels[labels == 3] = 2
-    refused(run(write(tmp_path / "a.nii", labels)), "lv", "3")
-    refused(run(write(tmp_path / "b.nii", heart()), "--structure", "lv=9", "--structure", "myo=2", preset=False), "9")
+    line = refusal(run(write(tmp_path / "a.nii", labels)))
+    assert "lv" in line
+    assert "3" in line
+    assert "9" in refusal(
+        run(write(tmp_path / "b.nii", heart()), "--structure", "lv=9", "--structure", "myo=2", preset=False)
+    )
 
 
 def test_structure_that_is_not_named(run: Run, tmp_path: Path) -> None:
-    refused(run(write(tmp_path / "a.nii", heart()), "--structure", "lv=3", preset=False), "myo")
-    refused(run(write(tmp_path / "a.nii", heart()), preset=False), "preset")
+    assert "myo" in refusal(run(write(tmp_path / "a.nii", heart()), "--structure", "lv=3", preset=False))
+    assert "preset" in refusal(run(write(tmp_path / "a.nii", heart()), preset=False))
 
 
 def test_object_of_a_few_voxels_or_one_slice(run: Run, tmp_path: Path) -> None:
     labels = heart()
     labels[labels == 3] = 2
     labels[3, 24, 24] = 3
-    refused(run(write(tmp_path / "speck.nii", labels)), "voxel")
+    assert "voxel" in refusal(run(write(tmp_path / "speck.nii", labels)))
     labels = heart()
     labels[:3] = labels[4:] = 0
-    refused(run(write(tmp_path / "slice.nii", labels)), "slice")
+    assert "slice" in refusal(run(write(tmp_path / "slice.nii", labels)))
 
 
 def test_endocardium_not_inside_epicardium(run: Run, tmp_path: Path) -> None:
@@ -118,24 +126,30 @@ def test_endocardium_not_inside_epicardium(run: Run, tmp_path: Path) -> None:
     k, j, i = np.mgrid[:8, :48, :48]
     beside[(np.hypot(j - 14, i - 14) < 8) & (k > 0) & (k < 7)] = 3
     beside[(np.hypot(j - 34, i - 34) < 8) & (k > 0) & (k < 7)] = 2
-    refused(run(write(tmp_path / "beside.nii", beside)))
+    path = write(tmp_path / "beside.nii", beside)
+    assert "both ends" in refusal(run(path))
+    assert "myocardium closes around the cavity in none" in refusal(run(path, "--basal-end", "last"))
 
 
 @pytest.mark.parametrize("edge", ["-1", "0", "nan", "0.001", "60"])
 def test_edge_length(run: Run, tmp_path: Path, edge: str) -> None:
-    refused(run(write(tmp_path / "a.nii", heart()), "--edge-length", edge), "edge")
+    assert "edge" in refusal(run(write(tmp_path / "a.nii", heart()), "--edge-length", edge))
 
 
 def test_unknown_format_and_option(run: Run, tmp_path: Path) -> None:
     path = write(tmp_path / "a.nii", heart())
-    refused(run(path, "--format", "ansys"), "ansys", "abaqus")
+    line = refusal(run(path, "--format", "ansys"))
+    assert "ansys" in line
+    assert "abaqus" in line
     config = tmp_path / "a.toml"
     config.write_text("[volume]\nedge_lenght = 2.0\n")
-    refused(run(path, "--config", str(config)), "edge_lenght")
-    refused(run(path, "--apex", "open"), "apex", "open")
+    assert "edge_lenght" in refusal(run(path, "--config", str(config)))
+    line = refusal(run(path, "--apex", "open"))
+    assert "apex" in line
+    assert "open" in line
 
 
 def test_output_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = write(tmp_path / "a.nii", heart())
     status = main(["mesh", str(path), "-o", "/proc/out", "--preset", "acdc"])
-    refused((status, capsys.readouterr().err), "/proc/out")
+    assert "/proc/out" in refusal((status, capsys.readouterr().err))

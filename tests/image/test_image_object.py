@@ -153,7 +153,8 @@ def test_input_is_not_changed_and_results_are_read_only():
 
 
 def test_reports_are_json():
-    json.dumps(dict(segmentation(heart()).object("lv").report))
+    report = dict(segmentation(heart()).object("lv").report)
+    assert json.loads(json.dumps(report)) == report
 
 
 def test_label_object_refuses_thin_padding():

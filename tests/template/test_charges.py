@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from faults import faults
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -21,28 +22,32 @@ from femprep.template.charges import relax
 from femprep.template.sphere import Template, fibonacci, triangulate
 
 
-def check(template: Template, vertices: int) -> None:
+def faults_of_sphere(template: Template, vertices: int) -> list[str]:
+    """What a template is not that a sphere of so many vertices is: of its size and radius, closed, wound outward."""
     d, t = template.directions, template.cells
-    assert d.shape == (vertices, 3)
-    assert t.shape == (2 * vertices - 4, 3)
-    assert np.abs(np.linalg.norm(d, axis=1) - 1.0).max() < 1e-14
-    assert is_closed(t)
-    assert is_consistently_wound(t)
-    assert euler_characteristic(t) == 2
     a, b, c = (d[t[:, k]] for k in range(3))
-    assert np.all(np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) > 0.0)
+    off = np.abs(np.linalg.norm(d, axis=1) - 1.0).max()
+    return faults(
+        (d.shape == (vertices, 3), f"directions of shape {d.shape}"),
+        (t.shape == (2 * vertices - 4, 3), f"cells of shape {t.shape}"),
+        (off < 1e-14, f"a vertex {off} off the sphere"),
+        (is_closed(t), "not closed"),
+        (is_consistently_wound(t), "not consistently wound"),
+        (euler_characteristic(t) == 2, f"Euler characteristic {euler_characteristic(t)}"),
+        (np.all(np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) > 0.0), "a triangle wound inward"),
+    )
 
 
 @settings(deadline=None, max_examples=25)
 @given(st.integers(12, 300))
 def test_any_number_of_vertices(vertices: int) -> None:
-    check(charge_template(vertices), vertices)
+    assert faults_of_sphere(charge_template(vertices), vertices) == []
 
 
 @pytest.mark.parametrize("vertices", [748, 1500, 2472])
 def test_sizes_of_the_paper_are_even(vertices: int) -> None:
     template = charge_template(vertices)
-    check(template, vertices)
+    assert faults_of_sphere(template, vertices) == []
     quality = triangle_quality(template.directions, template.cells)
     # The paper's own spheres reach a mean of 0.93 to 0.95.
     assert quality.mean() > 0.985
@@ -52,7 +57,7 @@ def test_sizes_of_the_paper_are_even(vertices: int) -> None:
 @pytest.mark.parametrize("vertices", [3001])
 def test_cut_off_force_is_as_even(vertices: int) -> None:
     template = charge_template(vertices)
-    check(template, vertices)
+    assert faults_of_sphere(template, vertices) == []
     quality = triangle_quality(template.directions, template.cells)
     assert quality.mean() > 0.985
     assert quality.min() > 0.7
@@ -62,7 +67,7 @@ def test_cut_off_force_is_as_even(vertices: int) -> None:
 @pytest.mark.parametrize("vertices", [8000, 20_000])
 def test_largest_templates(vertices: int) -> None:
     template = charge_template(vertices)
-    check(template, vertices)
+    assert faults_of_sphere(template, vertices) == []
     assert triangle_quality(template.directions, template.cells).mean() > 0.985
 
 

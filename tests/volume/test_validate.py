@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -45,69 +46,83 @@ def test_sound_walls_pass(wall):
     assert shells().volume > 0
 
 
-def refused(wall: Wall, match: str) -> None:
-    with pytest.raises(InputError, match=match) as error:
+def refusal(wall: Wall) -> str:
+    """The one line a wall is refused with."""
+    with pytest.raises(InputError) as error:
         tetrahedralize(wall)
     assert "\n" not in str(error.value)
+    return str(error.value)
 
 
 def test_empty_wall():
-    refused(Wall(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0)), "no triangles")
+    assert "no triangles" in refusal(Wall(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0)))
 
 
 def test_point_that_is_not_finite(wall):
     points = wall.points.copy()
     points[7, 1] = np.nan
-    refused(replace(wall, points=points), r"point 7 of the wall is \[.*nan.*\]; every coordinate must be finite")
+    assert re.search(
+        r"point 7 of the wall is \[.*nan.*\]; every coordinate must be finite", refusal(replace(wall, points=points))
+    )
 
 
 @pytest.mark.parametrize("index", [-1, 10_000])
 def test_index_out_of_range(wall, index):
     triangles = wall.triangles.copy()
     triangles[5, 2] = index
-    refused(replace(wall, triangles=triangles), rf"triangle 5 of the wall names points \[.*{index}\], but there are")
+    assert re.search(
+        rf"triangle 5 of the wall names points \[.*{index}\], but there are",
+        refusal(replace(wall, triangles=triangles)),
+    )
 
 
 def test_open_wall(wall):
-    refused(
-        replace(wall, triangles=wall.triangles[1:], facet_tag=wall.facet_tag[1:]), r"is open at 3 edges, .* close it"
+    assert re.search(
+        r"is open at 3 edges, .* close it",
+        refusal(replace(wall, triangles=wall.triangles[1:], facet_tag=wall.facet_tag[1:])),
     )
 
 
 def test_flipped_triangle(wall):
     triangles = wall.triangles.copy()
     triangles[30] = triangles[30, ::-1]
-    refused(replace(wall, triangles=triangles), "not consistently wound at 3 edges")
+    assert "not consistently wound at 3 edges" in refusal(replace(wall, triangles=triangles))
 
 
 def test_doubled_triangle_branches(wall):
     triangles = np.concatenate([wall.triangles, wall.triangles[:1]])
-    refused(replace(wall, triangles=triangles, facet_tag=np.append(wall.facet_tag, 101)), "branches at 3 edges")
+    assert "branches at 3 edges" in refusal(
+        replace(wall, triangles=triangles, facet_tag=np.append(wall.facet_tag, 101))
+    )
 
 
 def test_triangle_without_area(wall):
     points = wall.points.copy()
     points[wall.triangles[40, 0]] = points[wall.triangles[40, 1]]
-    refused(replace(wall, points=points), r"2 triangles of the wall without area, the first is \d+ \(near x y z")
+    assert re.search(
+        r"2 triangles of the wall without area, the first is \d+ \(near x y z", refusal(replace(wall, points=points))
+    )
 
 
 def test_whole_wall_inside_out(wall):
-    refused(replace(wall, triangles=wall.triangles[:, ::-1]), "is wound inside out: its volume is -")
+    assert "is wound inside out: its volume is -" in refusal(replace(wall, triangles=wall.triangles[:, ::-1]))
 
 
 def test_inverted_inner_shell_would_fill_the_cavity():
-    wall = shells(inner_inward=False)
-    refused(wall, r"lies inside another one and bounds a cavity, but its volume is \d.*would be filled")
+    line = refusal(shells(inner_inward=False))
+    assert re.search(r"lies inside another one and bounds a cavity, but its volume is \d.*would be filled", line)
 
 
 def test_inverted_outer_shell():
-    refused(shells(inner_inward=True, outer_inward=True), "wound inside out")
+    assert "wound inside out" in refusal(shells(inner_inward=True, outer_inward=True))
 
 
 def test_wall_that_crosses_itself(wall):
     points = wall.points.copy()
     points[0, 2] -= 20.0  # the endocardial apex through the epicardium
-    refused(replace(wall, points=points), r"crosses itself at \d+ pairs of triangles, the first \d+ and \d+")
+    assert re.search(
+        r"crosses itself at \d+ pairs of triangles, the first \d+ and \d+", refusal(replace(wall, points=points))
+    )
 
 
 def test_sheets_that_touch_in_a_point():
@@ -124,23 +139,24 @@ def test_sheets_that_touch_in_a_point():
         np.tile(a.facet_tag, 2),
         np.tile(a.template, 2),
     )
-    refused(both, r"touches itself at 1 point")
+    assert "touches itself at 1 point" in refusal(both)
 
 
 def test_wall_without_tags(wall):
     tags = wall.facet_tag.copy()
     tags[3] = 0
-    refused(replace(wall, facet_tag=tags), "1 triangle of the wall without a tag, the first is 3")
+    assert "1 triangle of the wall without a tag, the first is 3" in refusal(replace(wall, facet_tag=tags))
 
 
 def test_facets_off_their_plane(wall):
     plane = Plane(np.array([0, 0, 10.5]), np.array([0, 0, 1.0]))
-    refused(replace(wall, planes={"base": plane}), "tagged 'base' lies 0.5 mm off their plane")
+    assert "tagged 'base' lies 0.5 mm off their plane" in refusal(replace(wall, planes={"base": plane}))
 
 
 def test_plane_without_facets(wall):
     plane = Plane(np.array([0, 0, -30.0]), np.array([0, 0, -1.0]))
-    refused(replace(wall, planes={**wall.planes, "apex": plane}), "plane 'apex' but no facets tagged 'apex'")
+    line = refusal(replace(wall, planes={**wall.planes, "apex": plane}))
+    assert "plane 'apex' but no facets tagged 'apex'" in line
 
 
 def test_mean_thickness_of_a_thin_shell_is_its_thickness():

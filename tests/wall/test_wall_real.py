@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from faults import faults
 
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.topology import is_manifold
@@ -47,34 +48,42 @@ def make(data, case: str, apex: str = "closed"):
     return seg, build_wall(epi=epi, endo={"lv": endo}, base=find_base(seg), apex=plane)
 
 
-def judge(seg: Segmentation, wall) -> None:
-    assert is_manifold(wall.triangles)
-    assert triangle_quality(wall.points, wall.triangles).min() >= 0.2
-    assert wall.info["volumes_mm3"]["lv"] == pytest.approx(labelled_volume(seg, wall.planes["base"]), rel=0.03)
-    assert wall.info["thickness"]["minimum_mm"] >= 1.0
+def faults_of_wall(seg: Segmentation, wall) -> list[str]:
+    """What a wall made from labels is not that it has to be."""
+    quality = triangle_quality(wall.points, wall.triangles).min()
+    volume, wanted = wall.info["volumes_mm3"]["lv"], labelled_volume(seg, wall.planes["base"])
+    thickness = wall.info["thickness"]["minimum_mm"]
     base = wall.triangles[wall.facet_tag == FACET_TAGS["base"]]
-    assert np.abs(wall.planes["base"].signed_distance(wall.points[base].reshape(-1, 3))).max() < 1e-9
+    off = np.abs(wall.planes["base"].signed_distance(wall.points[base].reshape(-1, 3))).max()
+    found = faults(
+        (is_manifold(wall.triangles), "no manifold"),
+        (quality >= 0.2, f"least quality {quality:.3f}"),
+        (volume == pytest.approx(wanted, rel=0.03), f"cavity of {volume:.0f} mm3, {wanted:.0f} mm3 in the labels"),
+        (thickness >= 1.0, f"least thickness {thickness:.2f} mm"),
+        (off < 1e-9, f"a facet of the base {off:g} mm off its plane"),
+    )
     if wall.info["apex"]["extrapolated"]:
         # Around the apex the wall is about as thick as it was said to be made.
         endo = wall.points[np.unique(wall.triangles[wall.facet_tag == FACET_TAGS["endo"]])]
         depth = wall.planes["base"].signed_distance(endo)
         apex = endo[depth < depth.min() + 2.0]
         epi = ClosestFinder(wall.points, wall.triangles[wall.facet_tag == FACET_TAGS["epi"]])
-        wanted = wall.info["apex"]["extrapolated_mm"]
-        assert np.median(epi(apex).distance) == pytest.approx(wanted, rel=0.35)
+        made, said = np.median(epi(apex).distance), wall.info["apex"]["extrapolated_mm"]
+        found += faults((made == pytest.approx(said, rel=0.35), f"apex {made:.1f} mm thick, said to be {said:.1f} mm"))
+    return found
 
 
 @pytest.mark.data
 @pytest.mark.parametrize("case", FEW)
 def test_a_wall_from_labels(data, case):
-    judge(*make(data, case))
+    assert faults_of_wall(*make(data, case)) == []
 
 
 @pytest.mark.data
 @pytest.mark.slow
 @pytest.mark.parametrize("case", MANY)
 def test_many_walls_from_labels(data, case):
-    judge(*make(data, case))
+    assert faults_of_wall(*make(data, case)) == []
 
 
 @pytest.mark.data
