@@ -24,3 +24,8 @@ def option(group: type[StageOptions], field: str, *names: str, panel: str, defau
     return typer.Option(
         *(names or (f"--{field.replace('_', '-')}",)), help=text, metavar=metavar, rich_help_panel=panel
     )
+
+
+def given(**values: Any) -> dict[str, Any]:
+    """The values that were given: an option that was not is ``None`` and leaves its default."""
+    return {name: value for name, value in values.items() if value is not None}

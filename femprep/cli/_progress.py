@@ -15,18 +15,19 @@ def bars(quiet: bool) -> Iterator[Progress | None]:
         yield None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
 
     console = Console(stderr=True)
     columns = (TextColumn("{task.description:<16}"), BarColumn(bar_width=30), TimeElapsedColumn())
-    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+    with Bars(*columns, console=console, disable=not console.is_terminal) as drawn:
         tasks = {}
 
         def report(stage: str, fraction: float) -> None:
             if stage not in tasks:
-                tasks[stage] = progress.add_task(stage, total=1.0)
+                tasks[stage] = drawn.add_task(stage, total=1.0)
             # A negative fraction is a sign of life from a backend that tells no progress.
             if fraction >= 0.0:
-                progress.update(tasks[stage], completed=fraction)
+                drawn.update(tasks[stage], completed=fraction)
 
         yield report

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from femprep.cli._fields import option
+from femprep.cli._fields import given, option
 from femprep.options import CheckOptions, choose
 
 LIMITS = "Limits"
@@ -38,19 +38,19 @@ def check(
     from femprep.export import read_mesh
     from femprep.volume import check as judge
 
-    asked = {
-        "purpose": purpose,
-        "minimum_dihedral": minimum_dihedral,
-        "maximum_dihedral": maximum_dihedral,
-        "minimum_scaled_jacobian": minimum_scaled_jacobian,
-        "minimum_mean_ratio": minimum_mean_ratio,
-        "mean_of_mean_ratio": mean_of_mean_ratio,
-        "minimum_time_step": minimum_time_step,
-        "wave_speed": wave_speed,
-        "space_constant": space_constant,
-        "worst": worst,
-    }
-    options = choose(CheckOptions, None, {name: value for name, value in asked.items() if value is not None})
+    values = given(
+        purpose=purpose,
+        minimum_dihedral=minimum_dihedral,
+        maximum_dihedral=maximum_dihedral,
+        minimum_scaled_jacobian=minimum_scaled_jacobian,
+        minimum_mean_ratio=minimum_mean_ratio,
+        mean_of_mean_ratio=mean_of_mean_ratio,
+        minimum_time_step=minimum_time_step,
+        wave_speed=wave_speed,
+        space_constant=space_constant,
+        worst=worst,
+    )
+    options = choose(CheckOptions, None, values)
     report = judge(read_mesh(mesh), options=options)
     if html is not None:
         from femprep.report.quality_page import write_quality_page

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from femprep.cli._fields import option
+from femprep.cli._fields import given, option
 from femprep.options import ExportOptions, choose
 
 DECK = "Deck"
@@ -34,16 +34,16 @@ def convert(
     """
     from femprep.export import read_mesh, write_mesh
 
-    given = {
-        "length_unit": length_unit,
-        "step": step,
-        "material": material,
-        "young_modulus": young_modulus,
-        "poisson_ratio": poisson_ratio,
-        "fibre_stiffness": fibre_stiffness,
-        "pressure": pressure,
-    }
-    options = choose(ExportOptions, None, {name: value for name, value in given.items() if value is not None})
+    values = given(
+        length_unit=length_unit,
+        step=step,
+        material=material,
+        young_modulus=young_modulus,
+        poisson_ratio=poisson_ratio,
+        fibre_stiffness=fibre_stiffness,
+        pressure=pressure,
+    )
+    options = choose(ExportOptions, None, values)
     paths = write_mesh(read_mesh(mesh), out, format=format, options=options)
     if not quiet:
         for path in paths:

@@ -7,6 +7,21 @@ from typing import Annotated, Any
 
 import typer
 
+from femprep.cli._arguments import (
+    INPUT,
+    OUTPUT,
+    Config,
+    ControlPoints,
+    CorrectShifts,
+    Method,
+    Out,
+    Policy,
+    Preset,
+    Quiet,
+    Singularities,
+    Spacing,
+    Vertices,
+)
 from femprep.cli._configuration import parse_structures, read_options
 from femprep.cli._fields import option
 from femprep.errors import OptionError
@@ -15,16 +30,13 @@ from femprep.options import (
     CheckOptions,
     ExportOptions,
     FibreOptions,
-    ImageOptions,
     Options,
-    SurfaceOptions,
     SweepOptions,
     VolumeOptions,
     WallOptions,
 )
 
-INPUT, SURFACES, WALL = "Input", "Surfaces", "Wall"
-VOLUME, FIBRES, OUTPUT = "Volume mesh", "Fibres", "Output"
+WALL, VOLUME, FIBRES = "Wall", "Volume mesh", "Fibres"
 
 
 def mesh(
@@ -34,9 +46,9 @@ def mesh(
             metavar="SEG...", help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd; several are phases, see --sequence."
         ),
     ],
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to make.", rich_help_panel=OUTPUT)],
+    out: Out,
     anatomy: Annotated[str | None, option(Options, "anatomy", panel=INPUT)] = None,
-    preset: Annotated[str | None, option(Options, "preset", panel=INPUT)] = None,
+    preset: Preset = None,
     structure: Annotated[
         list[str] | None,
         typer.Option(
@@ -44,11 +56,9 @@ def mesh(
             rich_help_panel=INPUT,
         ),
     ] = None,
-    policy: Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)] = None,
-    spacing: Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT)] = None,
-    correct_shifts: Annotated[
-        bool | None, option(ImageOptions, "correct_shifts", "--correct-shifts", panel=INPUT)
-    ] = None,
+    policy: Policy = None,
+    spacing: Spacing = None,
+    correct_shifts: CorrectShifts = None,
     flip: Annotated[bool | None, option(Options, "flip", "--flip", panel=INPUT)] = None,
     sequence: Annotated[
         bool,
@@ -66,17 +76,11 @@ def mesh(
             rich_help_panel=VOLUME,
         ),
     ] = None,
-    config: Annotated[
-        Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)
-    ] = None,
-    method: Annotated[str | None, option(SurfaceOptions, "method", panel=SURFACES)] = None,
-    vertices: Annotated[int | None, option(SurfaceOptions, "vertices", panel=SURFACES)] = None,
-    singularities: Annotated[
-        int | None, option(SurfaceOptions, "singularities", panel=SURFACES, default="from the object")
-    ] = None,
-    control_points: Annotated[
-        int | None, option(SurfaceOptions, "control_points", panel=SURFACES, default="from the object")
-    ] = None,
+    config: Config = None,
+    method: Method = None,
+    vertices: Vertices = None,
+    singularities: Singularities = None,
+    control_points: ControlPoints = None,
     apex: Annotated[str | None, option(WallOptions, "apex", panel=WALL)] = None,
     basal_end: Annotated[str | None, option(WallOptions, "basal_end", panel=WALL)] = None,
     base_offset: Annotated[float | None, option(WallOptions, "base_offset", panel=WALL)] = None,
@@ -110,9 +114,7 @@ def mesh(
     ] = None,
     length_unit: Annotated[str | None, option(ExportOptions, "length_unit", panel=OUTPUT)] = None,
     step: Annotated[str | None, option(ExportOptions, "step", panel=OUTPUT)] = None,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", "-q", help="Print nothing but errors.", rich_help_panel=OUTPUT)
-    ] = False,
+    quiet: Quiet = False,
     json: Annotated[
         bool, typer.Option("--json", help="Print run and quality records as JSON.", rich_help_panel=OUTPUT)
     ] = False,

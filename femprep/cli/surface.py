@@ -7,17 +7,31 @@ from typing import Annotated
 
 import typer
 
+from femprep.cli._arguments import (
+    INPUT,
+    OUTPUT,
+    SURFACES,
+    Config,
+    ControlPoints,
+    CorrectShifts,
+    Method,
+    Out,
+    Policy,
+    Preset,
+    Quiet,
+    Singularities,
+    Spacing,
+    Vertices,
+)
 from femprep.cli._configuration import parse_objects, parse_structures, read_options
 from femprep.cli._fields import option
-from femprep.options import ImageOptions, Options, SurfaceOptions
-
-INPUT, SURFACES, OUTPUT = "Input", "Surfaces", "Output"
+from femprep.options import SurfaceOptions
 
 
 def surface(
     segmentation: Annotated[Path, typer.Argument(metavar="SEG", help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd.")],
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to make.", rich_help_panel=OUTPUT)],
-    preset: Annotated[str | None, option(Options, "preset", panel=INPUT)] = None,
+    out: Out,
+    preset: Preset = None,
     structure: Annotated[
         list[str] | None, typer.Option(help="NAME=LABEL[,LABEL...], repeatable.", rich_help_panel=INPUT)
     ] = None,
@@ -30,28 +44,18 @@ def surface(
             rich_help_panel=SURFACES,
         ),
     ] = None,
-    policy: Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)] = None,
-    spacing: Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT)] = None,
-    correct_shifts: Annotated[
-        bool | None, option(ImageOptions, "correct_shifts", "--correct-shifts", panel=INPUT)
-    ] = None,
-    config: Annotated[
-        Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)
-    ] = None,
-    vertices: Annotated[int | None, option(SurfaceOptions, "vertices", panel=SURFACES)] = None,
+    policy: Policy = None,
+    spacing: Spacing = None,
+    correct_shifts: CorrectShifts = None,
+    config: Config = None,
+    vertices: Vertices = None,
     cells: Annotated[str | None, option(SurfaceOptions, "cells", panel=SURFACES)] = None,
-    method: Annotated[str | None, option(SurfaceOptions, "method", panel=SURFACES)] = None,
+    method: Method = None,
     connectivity: Annotated[str | None, option(SurfaceOptions, "connectivity", panel=SURFACES)] = None,
     curvature_sizing: Annotated[float | None, option(SurfaceOptions, "curvature_sizing", panel=SURFACES)] = None,
-    singularities: Annotated[
-        int | None, option(SurfaceOptions, "singularities", panel=SURFACES, default="from the object")
-    ] = None,
-    control_points: Annotated[
-        int | None, option(SurfaceOptions, "control_points", panel=SURFACES, default="from the object")
-    ] = None,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", "-q", help="Print nothing but errors.", rich_help_panel=OUTPUT)
-    ] = False,
+    singularities: Singularities = None,
+    control_points: ControlPoints = None,
+    quiet: Quiet = False,
     json: Annotated[bool, typer.Option("--json", help="Print the run record as JSON.", rich_help_panel=OUTPUT)] = False,
 ) -> int:
     """Fit closed, smooth surfaces of a chosen number of vertices.
