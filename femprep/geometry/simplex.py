@@ -21,21 +21,28 @@ from femprep.compiled import compiled
 
 #: What an inverted simplex counts where determinants are not regularised.
 INVERTED = 1e30
+#: Edges of a simplex by their nodes, in the order of the weights; the upright one runs from node 0 to node 3.
+_EDGES = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
+_UPRIGHT = 2
 
 
 @compiled(part=True)
-def determinant(x: Any, i: int, j: int, k: int, m: int) -> float:
-    """Determinant of the edges from node i to j, k and m: six volumes."""
+def sides_and_normal(x: Any, i: int, j: int, k: int) -> Any:
+    """Edges from node i to j and to k, and their cross product: twice the area, along the triangle's normal."""
     ax = x[j, 0] - x[i, 0]
     ay = x[j, 1] - x[i, 1]
     az = x[j, 2] - x[i, 2]
     bx = x[k, 0] - x[i, 0]
     by = x[k, 1] - x[i, 1]
     bz = x[k, 2] - x[i, 2]
-    cx = x[m, 0] - x[i, 0]
-    cy = x[m, 1] - x[i, 1]
-    cz = x[m, 2] - x[i, 2]
-    volume: float = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+    return (ax, ay, az), (bx, by, bz), (ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
+
+
+@compiled(part=True)
+def determinant(x: Any, i: int, j: int, k: int, m: int) -> float:
+    """Determinant of the edges from node i to j, k and m: six volumes."""
+    _, _, (nx, ny, nz) = sides_and_normal(x, i, k, m)
+    volume: float = (x[j, 0] - x[i, 0]) * nx + (x[j, 1] - x[i, 1]) * ny + (x[j, 2] - x[i, 2]) * nz
     return volume
 
 
@@ -43,21 +50,16 @@ def determinant(x: Any, i: int, j: int, k: int, m: int) -> float:
 def shape(x: Any, row: Any, weights: Any, scale: float, upright: float, delta: float) -> float:
     """Cubed inverse mean ratio of a simplex, at least 1: rational, and what is worst counts most."""
     size = 0.0
-    e = 0
-    for a in range(3):
-        for b in range(a + 1, 4):
-            w = weights[e]
-            if e == 2:
-                w *= upright
-            e += 1
-            if w == 0.0:
-                continue
-            p = row[a]
-            q = row[b]
-            dx = x[p, 0] - x[q, 0]
-            dy = x[p, 1] - x[q, 1]
-            dz = x[p, 2] - x[q, 2]
-            size += w * (dx * dx + dy * dy + dz * dz)
+    for e in range(6):
+        w = weights[e] * upright if e == _UPRIGHT else weights[e]
+        if w == 0.0:
+            continue
+        p = row[_EDGES[e, 0]]
+        q = row[_EDGES[e, 1]]
+        dx = x[p, 0] - x[q, 0]
+        dy = x[p, 1] - x[q, 1]
+        dz = x[p, 2] - x[q, 2]
+        size += w * (dx * dx + dy * dy + dz * dz)
     det = scale * np.sqrt(upright) * determinant(x, row[0], row[1], row[2], row[3])
     if delta > 0.0:
         det = 0.5 * (det + np.sqrt(det * det + 4.0 * delta * delta))
@@ -91,21 +93,18 @@ def add_slopes(
     size = 0.0
     bend = 0.0
     gs[:] = 0.0
-    e = 0
-    for a in range(3):
-        for b in range(a + 1, 4):
-            w = weights[e]
-            if e == 2:
-                w *= upright
-            e += 1
-            if w == 0.0:
-                continue
-            gap = m[a] - m[b]
-            bend += 2.0 * w * gap * gap
-            for k in range(3):
-                d = x[row[a], k] - x[row[b], k]
-                size += w * d * d
-                gs[k] += 2.0 * w * gap * d
+    for e in range(6):
+        w = weights[e] * upright if e == _UPRIGHT else weights[e]
+        if w == 0.0:
+            continue
+        a = _EDGES[e, 0]
+        b = _EDGES[e, 1]
+        gap = m[a] - m[b]
+        bend += 2.0 * w * gap * gap
+        for k in range(3):
+            d = x[row[a], k] - x[row[b], k]
+            size += w * d * d
+            gs[k] += 2.0 * w * gap * d
     factor = scale * np.sqrt(upright)
     # Normals of the faces opposite to the nodes 1, 2, 3; that of node 0 is minus their sum.
     for k in range(3):

@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.compiled import compiled
+from femprep.geometry.simplex import sides_and_normal
 from femprep.geometry.triangles import area_vectors, corners
 from femprep.model import FloatArray, IntArray
 
@@ -165,15 +166,7 @@ def _measure(
         i = cells[t, 0]
         j = cells[t, 1]
         k = cells[t, 2]
-        ax = points[j, 0] - points[i, 0]
-        ay = points[j, 1] - points[i, 1]
-        az = points[j, 2] - points[i, 2]
-        bx = points[k, 0] - points[i, 0]
-        by = points[k, 1] - points[i, 1]
-        bz = points[k, 2] - points[i, 2]
-        cx = ay * bz - az * by
-        cy = az * bx - ax * bz
-        cz = ax * by - ay * bx
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = sides_and_normal(points, i, j, k)
         nx = normals[i, 0] + normals[j, 0] + normals[k, 0]
         ny = normals[i, 1] + normals[j, 1] + normals[k, 1]
         nz = normals[i, 2] + normals[j, 2] + normals[k, 2]

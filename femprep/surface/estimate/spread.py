@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.compiled import compiled
+from femprep.geometry.simplex import sides_and_normal
 from femprep.model import FloatArray, IntArray
 
 #: Share of the way to the middle of its neighbours that a vertex goes in one pass.
@@ -32,15 +33,7 @@ def _spread(points: Any, triangles: Any, passes: int, pace: float) -> None:
         normal[:] = 0.0
         for t in range(len(triangles)):
             i, j, k = triangles[t]
-            ax = points[j, 0] - points[i, 0]
-            ay = points[j, 1] - points[i, 1]
-            az = points[j, 2] - points[i, 2]
-            bx = points[k, 0] - points[i, 0]
-            by = points[k, 1] - points[i, 1]
-            bz = points[k, 2] - points[i, 2]
-            nx = ay * bz - az * by
-            ny = az * bx - ax * bz
-            nz = ax * by - ay * bx
+            _, _, (nx, ny, nz) = sides_and_normal(points, i, j, k)
             area = np.sqrt(nx * nx + ny * ny + nz * nz)
             for v in (i, j, k):
                 size[v] += area
