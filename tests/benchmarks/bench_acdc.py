@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rows import keep, shown
 
 #: Maps that the data's own description calls awkward, and the clean ones it begins with.
 CHOSEN = (
@@ -205,19 +206,13 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     with ProcessPoolExecutor(given.jobs) as pool:
         for result in pool.map(work, jobs):
             results.append(result)
-            print(
-                " ".join(f"{k}={v:.4g}" if isinstance(v, float) else f"{k}={v}" for k, v in result.items()), flush=True
-            )
+            print(shown(result), flush=True)
     print()
     summary(results)
     if given.what == "surfaces":
         against_asked(results)
     if given.csv:
-        names = list(dict.fromkeys(key for row in results for key in row))
-        with given.csv.open("w", newline="") as stream:
-            writer = csv.DictWriter(stream, names)
-            writer.writeheader()
-            writer.writerows(results)
+        keep(results, given.csv)
     return results
 
 

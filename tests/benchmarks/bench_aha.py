@@ -10,7 +10,6 @@ own triangles in place of fTetWild: their quality does not matter here, their pl
 from __future__ import annotations
 
 import argparse
-import csv
 import os
 import time
 from collections import Counter
@@ -19,6 +18,7 @@ from typing import Any
 
 import numpy as np
 from bench_acdc import cases
+from rows import keep, shown
 
 import femprep as fp
 from femprep.model import REGION_TAGS, VolumeMesh, Wall
@@ -117,14 +117,11 @@ def main() -> list[dict[str, Any]]:
     for case in cases(data)[given.first :][: given.count]:
         row = one(case["id"], data / "acdc" / case["file"], given.vertices)
         rows.append(row)
-        print(" ".join(f"{k}={v:.4g}" if isinstance(v, float) else f"{k}={v}" for k, v in row.items()), flush=True)
+        print(shown(row), flush=True)
     print()
     summary(rows)
     if given.csv:
-        with given.csv.open("w", newline="") as stream:
-            writer = csv.DictWriter(stream, list(dict.fromkeys(key for row in rows for key in row)))
-            writer.writeheader()
-            writer.writerows(rows)
+        keep(rows, given.csv)
     return rows
 
 

@@ -9,16 +9,18 @@ Needs FEMPREP_DATA. A line per case in CSV goes to --csv as it is done; the summ
 from __future__ import annotations
 
 import argparse
-import csv
 import os
 import time
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from itertools import chain, zip_longest
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from bench_acdc import cases, summary
+from rows import keep, shown
 
 #: Facet tags a mesh of each anatomy must have, and its regions.
 TAGS = {
@@ -63,6 +65,30 @@ def measure(run: Any, anatomy: str) -> dict[str, Any]:
     }
 
 
+@contextmanager
+def outcome_told(row: dict[str, Any]) -> Iterator[None]:
+    """Note in a row how its block ended: done, refused or failed, and why."""
+    import femprep as fp
+
+    try:
+        yield
+        row["outcome"] = "done" if row["checks"] == "passed" else "done, check failed: " + row["checks"]
+    except fp.FemprepError as error:
+        row["outcome"] = f"refused: {error}" if error.exit_status == 2 else f"failed: {error}"
+
+
+def meshed(row: dict[str, Any], path: str, anatomy: str, preset: str, changes: dict[str, Any]) -> tuple[Any, Any]:
+    """A label map and its run, with processor time and figures noted in the row."""
+    import femprep as fp
+
+    start = time.process_time()
+    seg = fp.read_segmentation(path, preset=preset)
+    run = fp.mesh_segmentation(seg, anatomy=anatomy, preset=preset, **changes)
+    row["processor_seconds"] = time.process_time() - start
+    row.update(measure(run, anatomy))
+    return seg, run
+
+
 def one_biv(name: str, path: str, changes: dict[str, Any]) -> dict[str, Any]:
     """Mesh both ventricles of one map; measure them."""
     import femprep as fp
@@ -70,12 +96,8 @@ def one_biv(name: str, path: str, changes: dict[str, Any]) -> dict[str, Any]:
     from femprep.volume.measures import centroids, element_volumes
 
     row: dict[str, Any] = {"case": name}
-    try:
-        start = time.process_time()
-        seg = fp.read_segmentation(path, preset="acdc")
-        run = fp.mesh_segmentation(seg, anatomy="biv", preset="acdc", **changes)
-        row["processor_seconds"] = time.process_time() - start
-        row.update(measure(run, "biv"))
+    with outcome_told(row):
+        seg, run = meshed(row, path, "biv", "acdc", changes)
         base = run.mesh.planes["base"]
         row["base_source"] = base.source
         for side in ("lv", "rv"):
@@ -92,9 +114,6 @@ def one_biv(name: str, path: str, changes: dict[str, Any]) -> dict[str, Any]:
         row["lv_and_septum_percent"] = 100.0 * (float(volume[left].sum()) / muscle - 1.0)
         for region, tag in names.items():
             row[f"{region}_ml"] = float(volume[run.mesh.region == tag].sum()) / 1000.0
-        row["outcome"] = "done" if row["checks"] == "passed" else "done, check failed: " + row["checks"]
-    except fp.FemprepError as error:
-        row["outcome"] = f"refused: {error}" if error.exit_status == 2 else f"failed: {error}"
     return row
 
 
@@ -104,12 +123,8 @@ def one_heart(name: str, path: str, out: Path | None, changes: dict[str, Any]) -
     from femprep.report.volumes import cavity_volume
 
     row: dict[str, Any] = {"case": name}
-    try:
-        start = time.process_time()
-        seg = fp.read_segmentation(path, preset="rodero")
-        run = fp.mesh_segmentation(seg, anatomy="whole-heart", preset="rodero", **changes)
-        row["processor_seconds"] = time.process_time() - start
-        row.update(measure(run, "whole-heart"))
+    with outcome_told(row):
+        seg, run = meshed(row, path, "whole-heart", "rodero", changes)
         if out is not None:
             fp.write_run(run, out / name.replace(" ", "_"), source=path)
         for record in run.wall.info["repaired"]:
@@ -118,9 +133,6 @@ def one_heart(name: str, path: str, out: Path | None, changes: dict[str, Any]) -
         for side in ("lv", "rv", "la", "ra"):
             voxels = seg.object(side).volume
             row[f"{side}_cavity_percent"] = 100.0 * (cavity_volume(run.mesh, f"endo_{side}") / voxels - 1.0)
-        row["outcome"] = "done" if row["checks"] == "passed" else "done, check failed: " + row["checks"]
-    except fp.FemprepError as error:
-        row["outcome"] = f"refused: {error}" if error.exit_status == 2 else f"failed: {error}"
     return row
 
 
@@ -158,16 +170,9 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     with ProcessPoolExecutor(given.jobs) as pool:
         for future in as_completed([pool.submit(*job) for job in jobs]):
             results.append(future.result())
-            print(
-                " ".join(f"{k}={v:.4g}" if isinstance(v, float) else f"{k}={v}" for k, v in results[-1].items()),
-                flush=True,
-            )
+            print(shown(results[-1]), flush=True)
             if given.csv:
-                names = list(dict.fromkeys(key for row in results for key in row))
-                with given.csv.open("w", newline="") as stream:
-                    writer = csv.DictWriter(stream, names)
-                    writer.writeheader()
-                    writer.writerows(results)
+                keep(results, given.csv)
     print()
     summary(sorted(results, key=len, reverse=True))
     return results

@@ -13,7 +13,6 @@ compiled. --csv keeps all figures.
 from __future__ import annotations
 
 import argparse
-import csv
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -23,6 +22,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
+from rows import keep
 
 from femprep.geometry.topology import volume
 from femprep.image import Grid, LabelObject, make_object, read_segmentation
@@ -196,10 +196,7 @@ def main() -> None:
             print(f"{name:38s}{show(figures)}", flush=True)
             rows.append({"case": case.name, **figures.model_dump()})
     if arguments.csv and rows:
-        with arguments.csv.open("w", newline="") as stream:
-            writer = csv.DictWriter(stream, fieldnames=list(rows[0]))
-            writer.writeheader()
-            writer.writerows(rows)
+        keep(rows, arguments.csv)
 
 
 if __name__ == "__main__":
