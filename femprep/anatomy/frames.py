@@ -9,11 +9,8 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
-from femprep.model import FloatArray
-
-BoolArray = npt.NDArray[np.bool_]
+from femprep.model import BoolArray, FloatArray
 
 #: Below this fraction of its length, what is left of a vector after a projection has no direction.
 _DEGENERATE: Final = 1e-6

@@ -17,12 +17,11 @@ from femprep.anatomy.axes import USUAL_RV, VentricularAxes, hand, rv_drift
 from femprep.anatomy.frames import normalise
 from femprep.errors import InputError
 from femprep.image.slices import relative_slope
-from femprep.model import FloatArray
+from femprep.model import BoolArray, FloatArray
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
 
-BoolArray = npt.NDArray[np.bool_]
 LevelArray = npt.NDArray[np.int64]
 
 #: Voxels whose largest size is at least this many times the smallest make a stack of slices.

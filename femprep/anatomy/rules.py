@@ -17,16 +17,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.anatomy.fem import LinearElements
 from femprep.anatomy.fields import WallFields
 from femprep.anatomy.frames import bislerp, make_frames, rotate
 from femprep.anatomy.shapes import shape_functions
-from femprep.model import FloatArray
+from femprep.model import BoolArray, FloatArray
 from femprep.options import FibreOptions
-
-BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,12 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.elements import ELEMENTS, FACET_CORNERS
 from femprep.errors import InputError
 from femprep.geometry.topology import pieces
 from femprep.geometry.triangles import areas
-from femprep.model import VolumeMesh, is_blood, tag_name
+from femprep.model import FloatArray, IntArray, VolumeMesh, is_blood, tag_name
 from femprep.options import CheckOptions, choose
 from femprep.volume.limits import judge
 from femprep.volume.measures import MEASURES, centroids, element_measures
@@ -28,9 +27,6 @@ from femprep.volume.report import (
 )
 from femprep.volume.transmural import elements_through_wall, mesh_edges
 from femprep.volume.validity import FaceTable, face_table, used_points, validity
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 #: Measures whose worst elements are listed; the smallest value is the worst.
 _LISTED = ("scaled_jacobian", "mean_ratio", "minimum_dihedral", "characteristic_length")

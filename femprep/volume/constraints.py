@@ -11,12 +11,7 @@ import numpy.typing as npt
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.topology import edge_table
 from femprep.geometry.triangles import normals
-from femprep.model import FACET_TAGS, Plane, Wall
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-TagArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
+from femprep.model import FACET_TAGS, BoolArray, FloatArray, IntArray, Plane, TagArray, Wall
 
 
 @dataclass(frozen=True)

@@ -30,9 +30,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import MissingDependencyError, ResourceError, StageError
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from femprep.model import FloatArray, IntArray
 
 _log = logging.getLogger(__name__)
 

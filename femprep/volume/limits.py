@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from typing import Final, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from femprep.model import FloatArray
 from femprep.options import CheckOptions
 from femprep.volume.report import FacetRecord, LimitRecord, Validity
 from femprep.volume.shapes import family
-
-FloatArray = npt.NDArray[np.float64]
 
 #: Counts that have to be zero, and how a failure is told.
 _FAULTS: Final[Mapping[str, str]] = {

@@ -14,11 +14,9 @@ import numpy.typing as npt
 
 from femprep.elements import ELEMENTS
 from femprep.errors import InputError
+from femprep.model import FloatArray
 from femprep.volume.shapes import family, samples
 from femprep.volume.straight import tetra_measures, tetra_volumes
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 #: What each measure is, and its unit; radius and aspect ratio are those of tetrahedra alone.
 MEASURES: Final[Mapping[str, str]] = {

@@ -14,8 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.elements import ELEMENTS
-
-FloatArray = npt.NDArray[np.float64]
+from femprep.model import FloatArray
 
 _TET = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=float)
 _WEDGE = np.array([(0, 0, -1), (1, 0, -1), (0, 1, -1), (0, 0, 1), (1, 0, 1), (0, 1, 1)], dtype=float)

@@ -17,11 +17,8 @@ import numpy.typing as npt
 
 from femprep.errors import FileError, InputError
 from femprep.geometry.closest import ClosestFinder
-from femprep.model import Wall, tag_name
+from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 #: A field of edge lengths: a function of points ``(n, 3)``, or points ``(k, 3)`` and the length at each ``(k,)``, mm.
 Sizing = Callable[[FloatArray], npt.ArrayLike] | tuple[npt.ArrayLike, npt.ArrayLike]

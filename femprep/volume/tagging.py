@@ -11,12 +11,7 @@ from femprep.errors import StageError
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.topology import edge_table, pieces
 from femprep.geometry.triangles import areas, normals
-from femprep.model import FACET_TAGS, Wall, tag_name
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-TagArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
+from femprep.model import FACET_TAGS, BoolArray, FloatArray, IntArray, TagArray, Wall, tag_name
 
 #: How much a normal at a right angle counts, in envelopes of distance: at a rim both surfaces are near.
 _NORMAL_WEIGHT: Final = 3.0

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.elements import ELEMENTS, FACET_CORNERS
-from femprep.model import VolumeMesh, is_blood, tag_name
+from femprep.model import IntArray, VolumeMesh, is_blood, tag_name
 from femprep.rows import distinct_pairs
-
-IntArray = npt.NDArray[np.int64]
 
 
 def elements_through_wall(mesh: VolumeMesh, edges: IntArray | None = None) -> IntArray:

@@ -12,12 +12,8 @@ from femprep.elements import FACET_CORNERS, element_faces
 from femprep.errors import InputError
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.facets import facet_triangles
-from femprep.model import REGION_TAGS, Surface, VolumeMesh, is_blood
+from femprep.model import REGION_TAGS, FloatArray, IntArray, Surface, TagArray, VolumeMesh, is_blood
 from femprep.volume.measures import centroids
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-TagArray = npt.NDArray[np.int32]
 
 #: An element with at least this many faces to one other region joins it: interfaces become smoother.
 _SURROUNDED: Final = 3

@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import distance_transform_edt
 
 from femprep.errors import InputError
 from femprep.image.boundary import BoundaryPoints, boundary_points
-from femprep.model import FloatArray, Surface
+from femprep.model import BoolArray, FloatArray, Surface
 from femprep.options import WallOptions, choose
 from femprep.wall.landmarks import read_stack
 
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-BoolArray = npt.NDArray[np.bool_]
 
 #: Slices with cavity at the apical end in which the thickness of the wall is measured.
 _MEASURED = 2

@@ -9,8 +9,8 @@ import numpy as np
 
 from femprep.geometry.topology import border_edges, edge_table
 from femprep.geometry.triangles import area_vectors, areas, normals, triangle_quality
-from femprep.model import FloatArray, IntArray, SphereMap
-from femprep.wall.sheet import BoolArray, Sheet, reach
+from femprep.model import BoolArray, FloatArray, IntArray, SphereMap
+from femprep.wall.sheet import Sheet, reach
 
 #: Rings of vertices around the rim that may move; triangles below this Q, with the ring around them, may move too.
 _RINGS, _POOR = 3, 0.5

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.image.slices import relative_slope
-from femprep.model import FloatArray, Plane
+from femprep.model import BoolArray, FloatArray, Plane
 from femprep.options import WallOptions, choose
 
 if TYPE_CHECKING:
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 _STEPS_IN, _BARE = 2, 0.1
 
 logger = logging.getLogger(__name__)
-
-BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

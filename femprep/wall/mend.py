@@ -15,10 +15,10 @@ from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.intersection import self_intersections
 from femprep.geometry.topology import edge_table, fold_angles
 from femprep.geometry.triangles import triangle_quality
-from femprep.model import FloatArray
+from femprep.model import BoolArray, FloatArray
 from femprep.wall.improve import improve
 from femprep.wall.sampled import SampledMap
-from femprep.wall.sheet import BoolArray, Sheet
+from femprep.wall.sheet import Sheet
 
 logger = logging.getLogger(__name__)
 

@@ -12,8 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from femprep.errors import StageError
-from femprep.model import FloatArray, IntArray
-from femprep.wall.sheet import BoolArray
+from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.wall.solid import triangulate_rings
 
 #: Added points keep this share of the local spacing from the rings and from each other.

@@ -8,12 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from femprep.model import FloatArray, IntArray, Plane, SphereMap
+from femprep.model import BoolArray, FloatArray, IntArray, Plane, SphereMap
 from femprep.wall.sampled import SampledMap
-
-BoolArray = npt.NDArray[np.bool_]
 
 #: Newton steps of the way to a plane, how near it may end on the smooth surface (the rest is projected), and the least
 #: sine of the angle between plane and surface, mm.
