@@ -9,9 +9,10 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from femprep import __version__
+from femprep.model.record import Record
 from femprep.options import Options
 
 #: Libraries whose version can change a result.
@@ -19,12 +20,6 @@ LIBRARIES = (
     *("numpy", "scipy", "numba", "trimesh", "manifold3d", "pytetwild", "meshio", "pyvista", "vtk"),
     *("SimpleITK", "h5py", "pydantic"),
 )
-
-
-class Record(BaseModel):
-    """Base of all records: no unknown names."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class InputRecord(Record):

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from femprep.geometry.topology import is_consistently_wound, is_manifold
 from femprep.image import Segmentation
 from femprep.model import Plane, Surface
+from femprep.model.record import Record
 from femprep.surface.distance import SAMPLES, NormalDeviation, Spread, surface_distance
 from femprep.surface.inslice import InSliceDistance, in_slice_distance
 from femprep.surface.quality import SurfaceQuality, surface_quality
 from femprep.surface.section import grid_planes
 
 
-class VolumeDifference(BaseModel):
+class VolumeDifference(Record):
     """Enclosed volumes of two closed surfaces."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     a: float = Field(description="mm3.")
     b: float = Field(description="mm3.")
@@ -26,10 +25,8 @@ class VolumeDifference(BaseModel):
     difference_percent: float = Field(description="a - b, % of b.")
 
 
-class Comparison(BaseModel):
+class Comparison(Record):
     """How two surfaces differ; lengths in mm, angles in degrees."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     distance: Spread = Field(description="Both directions with equal weight.")
     a_to_b: Spread

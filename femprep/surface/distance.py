@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from femprep.errors import InputError
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.triangles import normals
 from femprep.model import Plane, Surface
+from femprep.model.record import Record
 from femprep.surface.sampling import sample_surface
 
 FloatArray = npt.NDArray[np.float64]
@@ -22,10 +23,8 @@ BoolArray = npt.NDArray[np.bool_]
 SAMPLES = 50_000
 
 
-class Spread(BaseModel):
+class Spread(Record):
     """Distribution of distances, mm."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     mean: float = Field(description="Mean, mm.")
     rms: float = Field(description="Root of the mean square, mm.")
@@ -33,19 +32,15 @@ class Spread(BaseModel):
     max: float = Field(description="Greatest, mm; over both directions the Hausdorff distance.")
 
 
-class NormalDeviation(BaseModel):
+class NormalDeviation(Record):
     """Angle between the normal of a surface and that of the other at the closest point, degrees."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     mean: float = Field(description="Mean over both surfaces, degrees.")
     p95: float = Field(description="95 % of the area deviates by less than this, degrees.")
 
 
-class SurfaceDistance(BaseModel):
+class SurfaceDistance(Record):
     """Distance of two surfaces in space."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     both: Spread = Field(description="Both directions with equal weight; its mean is the symmetric mean distance.")
     a_to_b: Spread = Field(description="From points of a to the nearest point of b.")

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from scipy.spatial import cKDTree
 
 from femprep.errors import InputError
 from femprep.image import LabelObject
 from femprep.model import Plane, Surface
+from femprep.model.record import Record
 from femprep.surface.section import label_contours, plane_sections
 
 FloatArray = npt.NDArray[np.float64]
@@ -22,10 +23,8 @@ BoolArray = npt.NDArray[np.bool_]
 STEP = 0.1
 
 
-class InSliceDistance(BaseModel):
+class InSliceDistance(Record):
     """In-slice distance of two surfaces: pairs of points that are each other's nearest in the cross-sections."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     mean: float = Field(description="Mean over the slices of each slice's mean, mm.")
     std: float = Field(description="Standard deviation over the slices of each slice's mean, mm.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from femprep.geometry.intersection import self_intersections
 from femprep.geometry.topology import (
@@ -24,14 +24,13 @@ from femprep.geometry.triangles import (
     triangle_quality,
 )
 from femprep.model import FloatArray, Surface
+from femprep.model.record import Record
 
 __all__ = ["Distribution", "SurfaceQuality", "quad_quality", "scaled_jacobian", "surface_quality", "triangle_quality"]
 
 
-class Distribution(BaseModel):
+class Distribution(Record):
     """Mean, spread and extremes of a measure over the cells."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     mean: float
     std: float
@@ -53,10 +52,8 @@ class Distribution(BaseModel):
         )
 
 
-class SurfaceQuality(BaseModel):
+class SurfaceQuality(Record):
     """How good a surface is, and whether it can bound a volume."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     vertices: int
     cells: int = Field(description="Number of triangles or quadrilaterals.")

@@ -8,11 +8,12 @@ from functools import partial
 from types import MappingProxyType
 from typing import Final
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from femprep.errors import FemprepError, MissingDependencyError
 from femprep.image import LabelObject
 from femprep.model import Surface
+from femprep.model.record import Record
 from femprep.surface.distance import surface_distance
 from femprep.surface.fit import fit_surface
 from femprep.surface.inslice import label_distance
@@ -26,10 +27,8 @@ VERTICES: Final = 1252
 Method = Callable[[LabelObject], Surface]
 
 
-class MethodFigures(BaseModel):
+class MethodFigures(Record):
     """What one method made of an object."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     method: str
     mean: float | None = Field(None, description="Symmetric mean distance to the true surface, mm; None without one.")

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, computed_field
+from pydantic import Field, computed_field
 
 from femprep.errors import QualityError
+from femprep.model.record import Record
 from femprep.options import CheckOptions
 
 
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Histogram(_Record):
+class Histogram(Record):
     """Counts between edges: ``counts[i]`` values lie from ``edges[i]`` to ``edges[i + 1]``."""
 
     edges: tuple[float, ...]
     counts: tuple[int, ...]
 
 
-class Statistics(_Record):
+class Statistics(Record):
     """Distribution of one measure over elements."""
 
     unit: str = Field(description="Unit of the measure, or what 1 means.")
@@ -35,7 +32,7 @@ class Statistics(_Record):
     histogram: Histogram
 
 
-class RegionRecord(_Record):
+class RegionRecord(Record):
     """Elements of one region tag."""
 
     tag: int
@@ -43,7 +40,7 @@ class RegionRecord(_Record):
     volume: float = Field(description="mm3")
 
 
-class FacetRecord(_Record):
+class FacetRecord(Record):
     """Facets of one facet tag."""
 
     tag: int
@@ -53,7 +50,7 @@ class FacetRecord(_Record):
     off_plane: float | None = Field(None, description="Greatest distance of their points from their plane, mm.")
 
 
-class WorstElement(_Record):
+class WorstElement(Record):
     """One of the worst elements by one measure."""
 
     measure: str
@@ -64,7 +61,7 @@ class WorstElement(_Record):
     centroid: tuple[float, float, float] = Field(description="Mean of its corners, mm LPS.")
 
 
-class Validity(_Record):
+class Validity(Record):
     """What makes a mesh unfit whatever its element shapes."""
 
     inverted_elements: int = Field(description="Elements whose Jacobian is not positive at a corner or inside.")
@@ -93,7 +90,7 @@ class Validity(_Record):
     )
 
 
-class LimitRecord(_Record):
+class LimitRecord(Record):
     """One limit, what was found, and whether it is met."""
 
     name: str
@@ -103,7 +100,7 @@ class LimitRecord(_Record):
     passed: bool
 
 
-class QualityReport(_Record):
+class QualityReport(Record):
     """Quality and validity of a mesh, against limits."""
 
     n_points: int
