@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from femprep.errors import OptionError, StageError
-from femprep.model import FACET_TAGS, REGION_TAGS, IntArray, VolumeMesh
+from femprep.model import FACET_TAGS, REGION_TAGS, FloatArray, IntArray, VolumeMesh
 from femprep.options import SweepOptions, choose
 from femprep.template.layers import graded, layer_depths
 from femprep.template.matched import MatchedSurfaces
@@ -73,10 +73,7 @@ def sweep(
             f"{'triangles' if corners == 3 else 'quadrilaterals'}; choose tetra or {shape}"
         )
     layers = chosen.layers or matched.layers
-    if chosen.grading is None:
-        depth = layer_depths(layers, matched.growth)
-    else:
-        depth = np.repeat(graded(layers, chosen.grading)[:, None], count, axis=1)
+    depth = _depths(layers, matched, chosen.grading)
     points = matched.inner + depth[..., None] * (matched.outer - matched.inner)
     # The ends exactly, whatever rounding makes of them.
     points[-1] = matched.outer
@@ -89,13 +86,7 @@ def sweep(
     points = points.reshape(-1, 3)
     name, cells, facets, tags = _connect(cup.cells, count, layers, cup.base, cup.apex, chosen.element)
     tell("volume", 0.5)
-    least = least_corner(points, cells, name)
-    if least.min() <= 0.0:
-        worst = points[cells[int(np.argmin(least))]].mean(axis=0)
-        raise StageError(
-            f"{int(np.count_nonzero(least <= 0.0))} of {len(cells)} {name} elements are inverted, the worst near "
-            f"{np.round(worst, 1).tolist()} (mm LPS); try a longer edge length, or the mesher tetwild"
-        )
+    _check_positive(points, cells, name)
     number = np.arange((layers + 1) * count)
     info: dict[str, Any] = {
         "mesher": "sweep",
@@ -128,6 +119,24 @@ def sweep(
         mesh = quadratic(mesh, matched, depth.ravel())
     tell("volume", 1.0)
     return mesh
+
+
+def _depths(layers: int, matched: MatchedSurfaces, grading: float | None) -> FloatArray:
+    """Depth of each node, 0 inside to 1 outside, ``(layers + 1, V)``; by the width of elements where not graded."""
+    if grading is None:
+        return layer_depths(layers, matched.growth)
+    return np.repeat(graded(layers, grading)[:, None], len(matched.cup.disk), axis=1)
+
+
+def _check_positive(points: FloatArray, cells: IntArray, name: str) -> None:
+    """Make sure that no element of this type is inverted."""
+    least = least_corner(points, cells, name)
+    if least.min() <= 0.0:
+        worst = points[cells[int(np.argmin(least))]].mean(axis=0)
+        raise StageError(
+            f"{int(np.count_nonzero(least <= 0.0))} of {len(cells)} {name} elements are inverted, the worst near "
+            f"{np.round(worst, 1).tolist()} (mm LPS); try a longer edge length, or the mesher tetwild"
+        )
 
 
 def _connect(
