@@ -44,8 +44,9 @@ _THICK: Final = 3.0
 _INNER, _SHRINK, _TRIES = 0.85, 0.85, 4
 #: How far from its plane the tissue of an opening is looked for, at which steps, how far a hole reaches beyond it, mm.
 _REACH, _STEP, _BEYOND = 15.0, 0.25, 0.5
-#: Least distance of a hole from surfaces it does not open, mm.
-_CLEAR = 1.0
+#: Least distance of a hole from surfaces it does not open, mm, and why an opening without such a hole is not cut.
+_CLEAR: Final = 1.0
+_BLOCKED: Final = "there is no straight way from the cavity through its wall that keeps clear of other surfaces"
 
 
 @dataclass(frozen=True)
@@ -215,7 +216,7 @@ def open_wall(wall: Wall, openings: list[Opening]) -> Wall:
             "opening_radius_mm": round(opening.radius, 3),
         }
         if ends is None:
-            line = f"the {opening.name} opening near {place(opening.plane.point)} is not cut: {_WHY}"
+            line = f"the {opening.name} opening near {place(opening.plane.point)} is not cut: {_BLOCKED}"
             if opening.plane.source == "given":
                 raise InputError(line)
             logger.warning(line)
@@ -226,9 +227,6 @@ def open_wall(wall: Wall, openings: list[Opening]) -> Wall:
         records.append(record)
     opened = drill(wall, holes) if holes else wall
     return replace(opened, info={**wall.info, "openings": records})
-
-
-_WHY: Final = "there is no straight way from the cavity through its wall that keeps clear of other surfaces"
 
 
 def _fit(opening: Opening, sheets: Mapping[str, ClosestFinder]) -> tuple[float, tuple[float, float] | None]:
