@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.errors import InputError, OptionError, ResourceError
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.intersection import self_intersections
 from femprep.geometry.topology import edge_table, pieces, pinched_vertices, volume
 from femprep.geometry.triangles import areas, edge_lengths
-from femprep.model import Wall, tag_name
+from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
 from femprep.volume.sizing import SizingField
 
@@ -160,7 +159,7 @@ def _tags(wall: Wall) -> dict[str, int]:
     return {tag_name(int(t)): int(t) for t in np.unique(wall.facet_tag)}
 
 
-def _check_topology(points: npt.NDArray[np.float64], triangles: npt.NDArray[np.int64]) -> None:
+def _check_topology(points: FloatArray, triangles: IntArray) -> None:
     table = edge_table(triangles)
     for wrong, what, remedy in (
         (table.count == 1, "is open", "close it"),
@@ -180,7 +179,7 @@ def _check_topology(points: npt.NDArray[np.float64], triangles: npt.NDArray[np.i
         )
 
 
-def _check_shells(points: npt.NDArray[np.float64], triangles: npt.NDArray[np.int64]) -> None:
+def _check_shells(points: FloatArray, triangles: IntArray) -> None:
     """Outer shells enclose tissue, shells inside them are cavities and are wound the other way round."""
     label = pieces(triangles)
     shells = [triangles[label == k] for k in range(int(label.max()) + 1)]
@@ -234,5 +233,5 @@ def _count(number: int, what: str) -> str:
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
-def _near(corners: npt.NDArray[np.float64]) -> str:
+def _near(corners: FloatArray) -> str:
     return "(near x y z = " + " ".join(f"{value:.1f}" for value in corners.mean(axis=0)) + ")"
