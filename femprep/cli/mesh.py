@@ -7,21 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from femprep.cli._arguments import (
-    INPUT,
-    OUTPUT,
-    Config,
-    ControlPoints,
-    CorrectShifts,
-    Method,
-    Out,
-    Policy,
-    Preset,
-    Quiet,
-    Singularities,
-    Spacing,
-    Vertices,
-)
+from femprep.cli import _arguments as shared
+from femprep.cli._arguments import INPUT, OUTPUT
 from femprep.cli._configuration import parse_structures, read_options
 from femprep.cli._fields import option
 from femprep.errors import OptionError
@@ -46,9 +33,9 @@ def mesh(
             metavar="SEG...", help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd; several are phases, see --sequence."
         ),
     ],
-    out: Out,
+    out: shared.Out,
     anatomy: Annotated[str | None, option(Options, "anatomy", panel=INPUT)] = None,
-    preset: Preset = None,
+    preset: shared.Preset = None,
     structure: Annotated[
         list[str] | None,
         typer.Option(
@@ -56,9 +43,9 @@ def mesh(
             rich_help_panel=INPUT,
         ),
     ] = None,
-    policy: Policy = None,
-    spacing: Spacing = None,
-    correct_shifts: CorrectShifts = None,
+    policy: shared.Policy = None,
+    spacing: shared.Spacing = None,
+    correct_shifts: shared.CorrectShifts = None,
     flip: Annotated[bool | None, option(Options, "flip", "--flip", panel=INPUT)] = None,
     sequence: Annotated[
         bool,
@@ -76,11 +63,11 @@ def mesh(
             rich_help_panel=VOLUME,
         ),
     ] = None,
-    config: Config = None,
-    method: Method = None,
-    vertices: Vertices = None,
-    singularities: Singularities = None,
-    control_points: ControlPoints = None,
+    config: shared.Config = None,
+    method: shared.Method = None,
+    vertices: shared.Vertices = None,
+    singularities: shared.Singularities = None,
+    control_points: shared.ControlPoints = None,
     apex: Annotated[str | None, option(WallOptions, "apex", panel=WALL)] = None,
     basal_end: Annotated[str | None, option(WallOptions, "basal_end", panel=WALL)] = None,
     base_offset: Annotated[float | None, option(WallOptions, "base_offset", panel=WALL)] = None,
@@ -114,7 +101,7 @@ def mesh(
     ] = None,
     length_unit: Annotated[str | None, option(ExportOptions, "length_unit", panel=OUTPUT)] = None,
     step: Annotated[str | None, option(ExportOptions, "step", panel=OUTPUT)] = None,
-    quiet: Quiet = False,
+    quiet: shared.Quiet = False,
     json: Annotated[
         bool, typer.Option("--json", help="Print run and quality records as JSON.", rich_help_panel=OUTPUT)
     ] = False,

@@ -7,22 +7,8 @@ from typing import Annotated
 
 import typer
 
-from femprep.cli._arguments import (
-    INPUT,
-    OUTPUT,
-    SURFACES,
-    Config,
-    ControlPoints,
-    CorrectShifts,
-    Method,
-    Out,
-    Policy,
-    Preset,
-    Quiet,
-    Singularities,
-    Spacing,
-    Vertices,
-)
+from femprep.cli import _arguments as shared
+from femprep.cli._arguments import INPUT, OUTPUT, SURFACES
 from femprep.cli._configuration import parse_objects, parse_structures, read_options
 from femprep.cli._fields import option
 from femprep.options import SurfaceOptions
@@ -30,8 +16,8 @@ from femprep.options import SurfaceOptions
 
 def surface(
     segmentation: Annotated[Path, typer.Argument(metavar="SEG", help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd.")],
-    out: Out,
-    preset: Preset = None,
+    out: shared.Out,
+    preset: shared.Preset = None,
     structure: Annotated[
         list[str] | None, typer.Option(help="NAME=LABEL[,LABEL...], repeatable.", rich_help_panel=INPUT)
     ] = None,
@@ -44,18 +30,18 @@ def surface(
             rich_help_panel=SURFACES,
         ),
     ] = None,
-    policy: Policy = None,
-    spacing: Spacing = None,
-    correct_shifts: CorrectShifts = None,
-    config: Config = None,
-    vertices: Vertices = None,
+    policy: shared.Policy = None,
+    spacing: shared.Spacing = None,
+    correct_shifts: shared.CorrectShifts = None,
+    config: shared.Config = None,
+    vertices: shared.Vertices = None,
     cells: Annotated[str | None, option(SurfaceOptions, "cells", panel=SURFACES)] = None,
-    method: Method = None,
+    method: shared.Method = None,
     connectivity: Annotated[str | None, option(SurfaceOptions, "connectivity", panel=SURFACES)] = None,
     curvature_sizing: Annotated[float | None, option(SurfaceOptions, "curvature_sizing", panel=SURFACES)] = None,
-    singularities: Singularities = None,
-    control_points: ControlPoints = None,
-    quiet: Quiet = False,
+    singularities: shared.Singularities = None,
+    control_points: shared.ControlPoints = None,
+    quiet: shared.Quiet = False,
     json: Annotated[bool, typer.Option("--json", help="Print the run record as JSON.", rich_help_panel=OUTPUT)] = False,
 ) -> int:
     """Fit closed, smooth surfaces of a chosen number of vertices.
