@@ -59,10 +59,10 @@ def on_sphere(points: FloatArray) -> Place:
 class OnPatches:
     """A surface of patches; remembers near which of its vertices each point lies."""
 
-    def __init__(self, surface: PatchSurface) -> None:
+    def __init__(self, surface: PatchSurface, near: IntArray | None = None) -> None:
         self._surface = surface
         self._bend = surface.bend()
-        self._near: IntArray | None = None
+        self._near = near
 
     def __call__(self, points: FloatArray) -> Place:
         """Points put onto the surface."""

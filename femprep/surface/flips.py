@@ -56,6 +56,8 @@ def flip_edges(
         free &= (degree[a] > _DEGREE) & (degree[b] > _DEGREE)
         now = _measure(points, normals, cells, area, size)
         edges = np.flatnonzero(free)
+        if not len(edges):
+            break
         first, second = np.stack([a, d, c], axis=1)[edges], np.stack([d, b, c], axis=1)[edges]
         then = _measure(points, normals, first, area, size) + _measure(points, normals, second, area, size)
         before = (now[one] + now[two])[edges]

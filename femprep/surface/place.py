@@ -198,7 +198,13 @@ class Chart:
         return _carry(points, self.points, self.sphere, self.cells)
 
 
-def slide_evenly(points: FloatArray, cells: IntArray, goal: Goal, connectivity: Connectivity = "template") -> Slid:
+def slide_evenly(
+    points: FloatArray,
+    cells: IntArray,
+    goal: Goal,
+    connectivity: Connectivity = "template",
+    near: IntArray | None = None,
+) -> Slid:
     """Slide a template that lies on a smooth surface along it until its cells are even.
 
     Parameters
@@ -209,18 +215,20 @@ def slide_evenly(points: FloatArray, cells: IntArray, goal: Goal, connectivity: 
         As for :func:`place_evenly`.
     goal : Goal
         The surface.
+    near : (V,) array, optional
+        The surface's vertex nearest to each, where sides of a thin body could be mistaken for each other.
     """
     if connectivity != "free" or cells.shape[1] != 3:
-        kept = _kept(points, cells, goal)
+        kept = _kept(points, cells, goal, near)
         if connectivity == "template" or cells.shape[1] != 3 or _enough(kept, goal):
             return kept
         if kept.folded == 0:
             points = kept.points
-    return _free(points, cells, goal)
+    return _free(points, cells, goal, near)
 
 
-def _kept(points: FloatArray, cells: IntArray, goal: Goal) -> Slid:
-    domain = OnPatches(goal.surface)
+def _kept(points: FloatArray, cells: IntArray, goal: Goal, near: IntArray | None) -> Slid:
+    domain = OnPatches(goal.surface, near)
     domain(points)
     solve = smoother(cells, len(points))
     place, steps = descend(points, domain, goal.cells(cells, domain.near), solve, _SIZE, _STEPS)
@@ -230,8 +238,8 @@ def _kept(points: FloatArray, cells: IntArray, goal: Goal) -> Slid:
     return _slid(place, cells, steps, 0)
 
 
-def _free(points: FloatArray, cells: IntArray, goal: Goal) -> Slid:
-    domain = OnPatches(goal.surface)
+def _free(points: FloatArray, cells: IntArray, goal: Goal, near: IntArray | None) -> Slid:
+    domain = OnPatches(goal.surface, near)
     place = domain(points)
     steps = flips = 0
     for size in _SIZES:
@@ -283,6 +291,12 @@ def _enough(slid: Slid, goal: Goal) -> bool:
         and float(quality.min()) >= _ENOUGH[1]
         and volume(slid.points, slid.cells) >= (1.0 - _CUT) * whole
     )
+
+
+def sphere_turned(points: FloatArray, cells: IntArray, directions: FloatArray) -> FloatArray:
+    """Places ``(n, 3)`` of a closed mesh on the sphere, turned so that each lies in its direction from the middle."""
+    sphere = sphere_map(points, cells)
+    return np.asarray(sphere @ _turn(sphere, _wanted(points, directions, None), areas(points, cells), cells).T)
 
 
 def _wanted(points: FloatArray, directions: FloatArray, start: FloatArray | None) -> FloatArray:

@@ -11,12 +11,12 @@ import numpy as np
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.intersection import self_intersections
 from femprep.geometry.patches import PatchSurface
-from femprep.geometry.topology import edge_table
 from femprep.model import FloatArray, IntArray
 from femprep.surface.estimate.curvature import Curvature
 from femprep.surface.estimate.evidence import Evidence
 from femprep.surface.estimate.sheets import apart
 from femprep.surface.estimate.spread import spread
+from femprep.surface.quartered import quartered
 
 #: Old vertices, new ones and triangles to where the vertices go.
 Step = Callable[[FloatArray, FloatArray, IntArray], FloatArray]
@@ -57,7 +57,9 @@ _SHARPEST: Final = 0.2
 _SPREAD: Final = 5
 
 
-def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence, softest: float = 0.0) -> PatchSurface:
+def estimate_surface(
+    points: FloatArray, triangles: IntArray, evidence: Evidence, softest: float = 0.0, rounds: int = _ROUNDS[1]
+) -> PatchSurface:
     """Bend a rough mesh to the surface the labels most likely come from.
 
     Sought is the surface whose mean curvature varies least (the integral of its squared gradient) and that passes the
@@ -81,6 +83,8 @@ def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence
         What the labels say.
     softest : float
         The weight of the change of curvature against the labels, mm^4, is at least this.
+    rounds : int
+        Rounds in the end, on a mesh with four times as many triangles. Narrow horns take more than usual.
 
     Returns
     -------
@@ -102,7 +106,7 @@ def estimate_surface(points: FloatArray, triangles: IntArray, evidence: Evidence
     coarse = _free_or_apart(first)
 
     def second(step: Step) -> Bent:
-        return _fine(coarse, evidence, softest, step)
+        return _fine(coarse, evidence, softest, step, rounds)
 
     fine = _free_or_apart(second)
     return PatchSurface(fine.points, fine.triangles)
@@ -131,11 +135,11 @@ def _coarse(points: FloatArray, triangles: IntArray, evidence: Evidence, softest
     return _sparing(Bent(points, triangles, max(_FIRST, softest)), evidence, softest, step, _ROUNDS[0])
 
 
-def _fine(bent: Bent, evidence: Evidence, softest: float, step: Step) -> Bent:
+def _fine(bent: Bent, evidence: Evidence, softest: float, step: Step, rounds: int) -> Bent:
     """The rounds on a mesh with four times as many triangles."""
-    straight, curved, triangles = _split(bent.points, bent.triangles)
+    straight, curved, triangles = quartered(bent.points, bent.triangles)
     points = step(straight, curved, triangles)
-    return _sparing(Bent(points, triangles, bent.stiffness), evidence, softest, step, _ROUNDS[1])
+    return _sparing(Bent(points, triangles, bent.stiffness), evidence, softest, step, rounds)
 
 
 def _sparing(bent: Bent, evidence: Evidence, softest: float, step: Step, rounds: int) -> Bent:
@@ -147,19 +151,6 @@ def _sparing(bent: Bent, evidence: Evidence, softest: float, step: Step, rounds:
         points = step(points, points + move, triangles)
         stiffness = max(float(np.clip(likely, _SOFTEST, _STIFFEST)), softest)
     return Bent(points, triangles, stiffness)
-
-
-def _split(points: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Each triangle cut into four at the middles of its sides: vertices with these as they are, and with these moved
-    to the smooth surface through the others; the triangles."""
-    table = edge_table(triangles)
-    middle = points[table.nodes].mean(axis=1)
-    curved = PatchSurface(points, triangles).project(middle, table.nodes[:, 0])[0]
-    a, b, c = triangles.T
-    p, q, r = len(points) + table.of_cell.T
-    parts = [(a, p, r), (p, b, q), (r, q, c), (p, q, r)]
-    cells = np.concatenate([np.stack(part, axis=1) for part in parts])
-    return np.concatenate([points, middle]), np.concatenate([points, curved]), cells
 
 
 def _bend(

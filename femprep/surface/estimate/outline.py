@@ -28,7 +28,14 @@ _CRUMBS: Final = 0.05
 
 
 def outline(obj: LabelObject, axes: FloatArray, count: int, blur: float = 1.0) -> tuple[FloatArray, IntArray]:
-    """A smooth closed mesh near an object's surface.
+    """A smooth closed mesh near an object's surface, see :func:`outlines`."""
+    return outlines(obj, axes, count, blur)[1]
+
+
+def outlines(
+    obj: LabelObject, axes: FloatArray, count: int, blur: float = 1.0
+) -> tuple[tuple[FloatArray, IntArray], tuple[FloatArray, IntArray]]:
+    """A smooth closed mesh near an object's surface, as fine as the grid it is made on, and a coarser one of it.
 
     Parameters
     ----------
@@ -36,16 +43,14 @@ def outline(obj: LabelObject, axes: FloatArray, count: int, blur: float = 1.0) -
     axes : (3, 3) array
         The image's axes, orthogonal columns.
     count : int
-        Number of vertices, about.
+        Number of vertices of the coarser one, about.
     blur : float
         How much the distance from the voxels' surface is smoothed, in voxels of the grid the mesh is made on.
 
     Returns
     -------
-    points : (n, 3) array
-        Vertices in coordinates along the axes from the object's barycentre, mm.
-    triangles : (m, 3) array
-        Wound outward.
+    fine, coarse : tuple of (n, 3) and (m, 3) array
+        Vertices in coordinates along the axes from the object's barycentre, mm, and triangles, wound outward.
 
     Raises
     ------
@@ -74,9 +79,12 @@ def outline(obj: LabelObject, axes: FloatArray, count: int, blur: float = 1.0) -
         raise StageError(
             f"object {obj.name!r} has tunnels too wide to be closed by {_OFFSETS[-1] * voxel:.1f} mm around its voxels"
         )
-    # Still as indices, so that a turned image gives the same mesh to the last digit.
     used, cells = np.unique(cells, return_inverse=True)
-    cells = cells.reshape(-1, 3)
-    index, cells = coarser(taubin(index[used], cells, _PASSES, _PASS_BAND), cells, count)
-    points = (even.grid.to_world(index - room) - obj.barycentre) @ axes
-    return points, cells if volume(points, cells) > 0.0 else np.ascontiguousarray(cells[:, ::-1])
+    fine = taubin(index[used], cells.reshape(-1, 3), _PASSES, _PASS_BAND), cells.reshape(-1, 3)
+
+    def along(index: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
+        points = (even.grid.to_world(index - room) - obj.barycentre) @ axes
+        return points, cells if volume(points, cells) > 0.0 else np.ascontiguousarray(cells[:, ::-1])
+
+    # Thinned while still indices, so that a turned image gives the same mesh to the last digit.
+    return along(*fine), along(*coarser(*fine, count))
