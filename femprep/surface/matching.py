@@ -3,34 +3,43 @@
 Equal numbers of vertices are not a map. Here both surfaces are seen from the long axis: every point lies on a ray from
 it, level with the base in the upper part, spreading from a centre in the apex, and a ray meets both surfaces. That
 gives a cup on each, with rims in the planes. Then the vertices slide along their surfaces to where the elements between
-them are best, on a coarse cup first and on finer ones from there.
+them are best, on a coarse cup first and on finer ones from there. Where the surfaces bend too sharply for any elements
+between them, as at the ledge that a shifted slice leaves, they are softened, and that is told.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
+from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.patches import PatchSurface
 from femprep.model import Plane, Surface
 from femprep.options import SweepOptions, choose
 from femprep.surface.apart import push_apart
 from femprep.surface.axial import Axial
+from femprep.surface.cups import Cups
 from femprep.surface.patches import patches_of
-from femprep.surface.refine import refine, scatter
 from femprep.surface.relax import Relaxation
-from femprep.surface.resolution import HEIGHT, coarser, corners_of, make_cup, resolution
+from femprep.surface.resolution import coarser, corners_of, make_cup, resolution
+from femprep.surface.soften import soften
 from femprep.template.matched import MatchedSurfaces
 
 _log = logging.getLogger(__name__)
 
-#: Sweeps: on the coarsest cup, between, and on the finest.
-_SWEEPS: Final = (40, 12, 6)
 #: A layer is at least this share of an edge high: where the wall is thinner, the epicardium is pushed outwards.
 _THIN: Final = 0.2
+#: Where columns have a greater inverse mean ratio than this, surfaces are softened within so many edges of them, so
+#: often at most.
+_BENT: Final = 3.4
+_REACH: Final = 3.0
+_TRIES: Final = 6
 
 
 def match_surfaces(
@@ -60,7 +69,8 @@ def match_surfaces(
     Returns
     -------
     MatchedSurfaces
-        ``info`` tells the resolution, thickness (mm), how far the epicardium was pushed, the sweeps made.
+        ``info`` tells the resolution, thickness (mm), how far the epicardium was pushed and surfaces were softened, the
+        sweeps made.
 
     Raises
     ------
@@ -75,40 +85,31 @@ def match_surfaces(
     corners = corners_of(chosen)
     axial = Axial.of(endo, base, apex, np.asarray(chosen.toward or (1.0, 0.0, 0.0)))
     columns, rows, layers = resolution(axial, endo, epi, chosen, corners, apex is not None)
-    inside, outside = patches_of(endo), patches_of(epi)
-    least = max(chosen.minimum_thickness, _THIN * chosen.edge_length * layers)
-    pushed, push = push_apart(
-        Surface(inside.points, inside.triangles, name=endo.name),
-        Surface(outside.points, outside.triangles, name=epi.name),
-        base,
-        least,
-        chosen.maximum_push,
-    )
-    if push["vertices"]:
-        outside = PatchSurface(pushed, outside.triangles)
-    surfaces = (inside, outside)
     planes = {"base": base} if apex is None else {"base": base, "apex": apex}
-    table = np.array([[*plane.normal, plane.offset] for plane in planes.values()])
+    levels = [make_cup(c, r, corners, apex is not None) for c, r in coarser(columns, rows, corners, apex is not None)]
+    cups = Cups(axial, planes, levels, layers, chosen)
+    least = max(chosen.minimum_thickness, _THIN * chosen.edge_length * layers)
     tell("match", 0.2)
 
-    clouds = [axial.cloud(s.points, s.triangles) for s in surfaces]
-    levels = [make_cup(c, r, corners, apex is not None) for c, r in coarser(columns, rows, corners, apex is not None)]
-    positions = [scatter(disk, points, levels[0].disk) for disk, points in clouds]
-    sweeps = []
-    for number, cup in enumerate(levels):
-        if number:
-            positions = [refine(levels[number - 1], p, cup) for p in positions]
-        last = number == len(levels) - 1
-        thin = layers if last else max(round(layers * cup.columns / columns), 1)
-        height = HEIGHT[corners] * layers * cup.columns / columns / thin
-        edge = chosen.edge_length * columns / cup.columns
-        state = Relaxation(
-            cup, surfaces, table, height, last and chosen.element == "tetra", thin, edge, chosen.grading, positions
-        )
-        sweeps.append(state.run(_SWEEPS[0] if number == 0 else _SWEEPS[2] if last else _SWEEPS[1]))
-        positions = state.places
-        tell("match", 0.3 + 0.7 * (number + 1) / len(levels))
-    inner, outer = positions
+    def match(inside: PatchSurface, outside: PatchSurface) -> _Match:
+        inner = Surface(inside.points, inside.triangles, name=endo.name)
+        outer = Surface(outside.points, outside.triangles, name=epi.name)
+        points, push = push_apart(inner, outer, base, least, chosen.maximum_push)
+        if push["vertices"]:
+            outside = PatchSurface(points, outside.triangles)
+        state, sweeps = cups.match((inside, outside), lambda share: tell("match", 0.3 + 0.7 * share))
+        return _Match((inside, outside), state, sweeps, push)
+
+    first = last = best = match(patches_of(endo), patches_of(epi))
+    for _ in range(_TRIES):
+        if not last.bent.any():
+            break
+        last = match(*last.softened(_REACH * chosen.edge_length, planes))
+        best = min(best, last, key=lambda found: np.count_nonzero(found.bent))
+    state, cup = best.state, levels[-1]
+    inner, outer = state.places
+    push = max(first.push, best.push, key=lambda pushed: pushed["maximum_mm"])
+    away = 0.0 if best is first else max(map(partial(_distance, planes=planes), best.surfaces, first.surfaces))
     folded = int(np.count_nonzero(~np.isfinite(state.worst)))
     if folded:
         _log.info("%d of %d straight columns are folded; the sweep has to bend them", folded, len(state.worst))
@@ -127,7 +128,52 @@ def match_surfaces(
         "least_mean_ratio": 0.0 if folded else float(1.0 / state.worst.max()),
         "folded_columns": folded,
         "pushed": push,
+        "softened_mm": away,
         "levels": [level.columns for level in levels],
-        "sweeps": sweeps,
+        "sweeps": best.sweeps,
+        "notices": _notices(push, away),
     }
-    return MatchedSurfaces(cup, inner, outer, layers, state.growth, *surfaces, planes, info)
+    return MatchedSurfaces(cup, inner, outer, layers, state.growth, *best.surfaces, planes, info)
+
+
+@dataclass(frozen=True, eq=False)
+class _Match:
+    """Both surfaces, a cup's vertices on them, the sweeps made, and how far the outer surface was pushed for it."""
+
+    surfaces: tuple[PatchSurface, PatchSurface]
+    state: Relaxation
+    sweeps: list[int]
+    push: dict[str, Any]
+
+    @property
+    def bent(self) -> npt.NDArray[np.bool_]:
+        """Columns ``(T,)`` so poor that the surfaces themselves must bend too sharply there."""
+        return self.state.worst > _BENT
+
+    def softened(self, reach: float, planes: Mapping[str, Plane]) -> list[PatchSurface]:
+        """The surfaces, softened within a distance of such columns, mm."""
+        nodes = self.state.cup.cells[self.bent].ravel()
+        return [soften(s, p[nodes], reach, planes.values()) for s, p in zip(self.surfaces, self.state.places)]
+
+
+def _distance(surface: PatchSurface, other: PatchSurface, planes: Mapping[str, Plane]) -> float:
+    """How far a surface lies from another one between the planes, at most, mm."""
+    within = np.all([plane.signed_distance(surface.points) < 0.0 for plane in planes.values()], axis=0)
+    points = surface.points[within]
+    feet = ClosestFinder(other.points, other.triangles)(points).points
+    return float(np.linalg.norm(feet - points, axis=1).max())
+
+
+def _notices(push: Mapping[str, Any], softened: float) -> list[str]:
+    """What was done to the surfaces for the sake of the elements between them."""
+    lines = []
+    if push["vertices"]:
+        lines.append(
+            f"the epicardium was pushed outwards by up to {push['maximum_mm']:.1f} mm to lie {push['least_mm']:g} mm "
+            "from the endocardium"
+        )
+    if softened:
+        lines.append(
+            f"the surfaces bend too sharply for layers of elements: there they were softened by up to {softened:.1f} mm"
+        )
+    return lines
