@@ -1,0 +1,97 @@
+"""The smooth surface of random bodies is carried along when their image is moved, turned or stored along other axes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+from test_smooth_bodies import BODIES, sampled
+
+from femprep.geometry.closest import ClosestFinder
+from femprep.image import Grid, LabelObject, make_object
+from femprep.model import FloatArray, Surface
+from femprep.surface import fit_surface
+from femprep.surface.placed import PlacedShape
+
+#: Along other axes the fit begins with another mesh and ends about a fiftieth of a voxel off, mean and greatest, mm. So
+#: it does for few bodies that are moved: where rounding decides which edges of the mesh it begins with are flipped.
+CARRIED = (0.06, 0.8)
+#: For all others a motion changes nothing but the rounding, mm.
+ROUNDING = 1e-4
+#: Orders of the array's axes and axes turned round; all keep the world as it is.
+STORAGES = st.sampled_from([((0, 1, 2), (0,)), ((1, 0, 2), ()), ((2, 0, 1), (1, 2)), ((0, 1, 2), (0, 1, 2))])
+
+
+def moved(obj: LabelObject, turn: FloatArray, shift: FloatArray) -> LabelObject:
+    """The same labels with another world affine."""
+    grid = obj.grid
+    there = Grid(grid.shape, grid.spacing, turn @ grid.origin + shift, turn @ grid.direction)
+    return make_object(obj.mask, there, obj.name)
+
+
+def stored(obj: LabelObject, order: tuple[int, ...], reversed_axes: tuple[int, ...]) -> LabelObject:
+    """The same labels at the same place, with the array's axes in another order and some of them turned round."""
+    grid = obj.grid
+    mask = np.flip(np.transpose(obj.mask, order), reversed_axes)
+    spacing, direction, origin = grid.spacing[list(order)], grid.direction[:, list(order)].copy(), grid.origin.copy()
+    for axis in reversed_axes:
+        origin = origin + (mask.shape[axis] - 1) * spacing[axis] * direction[:, axis]
+        direction[:, axis] *= -1.0
+    return make_object(np.ascontiguousarray(mask), Grid(mask.shape, spacing, origin, direction), obj.name)
+
+
+def gap(one: Surface, other: Surface, turn: FloatArray, shift: FloatArray) -> tuple[float, float]:
+    """Mean and greatest distance of a smooth surface from another one that is moved there."""
+    assert isinstance(one.shape, PlacedShape)
+    assert isinstance(other.shape, PlacedShape)
+    here = one.shape.to_world(one.shape.surface.points) @ turn.T + shift
+    found = ClosestFinder(here, one.shape.surface.triangles)
+    distance = found(other.shape.to_world(other.shape.surface.points)).distance
+    return float(distance.mean()), float(distance.max())
+
+
+def is_carried_along(lengths, waves, bend, pixel, slices, seed, storage):
+    obj = sampled(lengths, waves, bend, pixel, slices, seed)[0]
+    surface = fit_surface(obj, vertices=400, connectivity="template")
+    turn, shift = Rotation.random(random_state=seed + 1).as_matrix(), np.array([12.3, -145.6, 78.9])
+    there = fit_surface(moved(obj, turn, shift), vertices=400, connectivity="template")
+    mean, most = gap(surface, there, turn, shift)
+    assert mean < CARRIED[0]
+    assert most < CARRIED[1]
+    np.testing.assert_array_equal(there.cells, surface.cells)
+    np.testing.assert_allclose(there.directions, surface.directions @ turn.T, atol=1e-9)
+    again = fit_surface(stored(obj, *storage), vertices=400, connectivity="template")
+    mean, most = gap(surface, again, np.eye(3), np.zeros(3))
+    assert mean < CARRIED[0]
+    assert most < CARRIED[1]
+    assert again.volume == pytest.approx(surface.volume, rel=0.01)
+
+
+CHECKS = list(HealthCheck)
+
+
+@settings(max_examples=2, deadline=None, derandomize=True, suppress_health_check=CHECKS)
+@given(**BODIES, storage=STORAGES)
+def test_a_surface_is_carried_along_with_its_image(lengths, waves, bend, pixel, slices, seed, storage):
+    is_carried_along(lengths, waves, bend, pixel, slices, seed, storage)
+
+
+@pytest.mark.slow
+@settings(max_examples=20, deadline=None, derandomize=True, suppress_health_check=CHECKS)
+@given(**BODIES, storage=STORAGES)
+def test_many_surfaces_are_carried_along_with_their_images(lengths, waves, bend, pixel, slices, seed, storage):
+    is_carried_along(lengths, waves, bend, pixel, slices, seed, storage)
+
+
+def test_an_image_turned_or_moved_by_whole_voxels_gives_the_same_surface_there() -> None:
+    obj = sampled((25.0, 20.0, 27.0), [0.3, -0.2, 0.5, 0.1, -0.4, 0.2], 0.97, 1.5, 8.0, 4)[0]
+    surface = fit_surface(obj, vertices=400)
+    turn, shift = Rotation.random(random_state=1).as_matrix(), np.array([12.3, -145.6, 78.9])
+    assert gap(surface, fit_surface(moved(obj, turn, shift), vertices=400), turn, shift)[0] < ROUNDING
+    wider = np.pad(obj.mask, ((3, 0), (0, 2), (2, 1)))
+    grid = obj.grid
+    origin = grid.to_world(np.array([[-3.0, 0.0, -2.0]]))[0]
+    same = make_object(wider, Grid(wider.shape, grid.spacing, origin, grid.direction), obj.name)
+    assert gap(surface, fit_surface(same, vertices=400), np.eye(3), np.zeros(3))[0] < ROUNDING
