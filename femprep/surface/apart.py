@@ -85,7 +85,7 @@ def push_apart(
         raise InputError(
             f"epicardium {epi.name!r} comes nearer than {least:g} mm to endocardium {endo.name!r} near "
             f"{np.round(epi.points[worst], 1).tolist()} (mm LPS) and would have to be pushed by more than {most:g} mm; "
-            "lower minimum_thickness, raise maximum_push or mend the labels"
+            "mend the labels, correct shifted slices (correct_shifts), lower minimum_thickness or raise maximum_push"
         )
     count = int(np.count_nonzero(moved > 1e-6))
     if count:

@@ -37,7 +37,7 @@ _log = logging.getLogger(__name__)
 _THIN: Final = 0.2
 #: Where columns have a greater inverse mean ratio than this, surfaces are softened within so many edges of them, so
 #: often at most.
-_BENT: Final = 3.4
+_BENT: Final = 3.0
 _REACH: Final = 3.0
 _TRIES: Final = 6
 
