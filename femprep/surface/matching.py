@@ -39,7 +39,7 @@ _THIN: Final = 0.2
 #: often at most.
 _BENT: Final = 3.0
 _REACH: Final = 3.0
-_TRIES: Final = 6
+_TRIES: Final = 10
 
 
 def match_surfaces(
