@@ -25,25 +25,29 @@ def crescents(thickness: float, shift: float) -> LabelObject:
     return make_object(mask, Grid(mask.shape, np.array([pixel, pixel, 10.0]), np.zeros(3), np.eye(3)), "rv")
 
 
-def horns_are_followed(thickness: float, shift: float) -> None:
+def faults_of_horns(thickness: float, shift: float) -> list[str]:
+    """Which limits the surface of such crescents misses, and what was done to it that should not be needed."""
     obj = crescents(thickness, shift)
     surface = fit_surface(obj)
     quality = surface_quality(surface)
-    assert quality.sound
-    assert quality.q.mean > 0.95
-    assert quality.q.min > 0.5
-    assert label_distance(surface, obj).nearest < 0.25 * 1.5
-    assert not [notice for notice in surface.info["notices"] if "smoothed more" in notice or "in its place" in notice]
+    holds = {
+        "sound": quality.sound,
+        "mean Q": quality.q.mean > 0.95,
+        "least Q": quality.q.min > 0.5,
+        "distance": label_distance(surface, obj).nearest < 0.25 * 1.5,
+    }
+    notices = [line for line in surface.info["notices"] if "smoothed more" in line or "in its place" in line]
+    return [name for name, held in holds.items() if not held] + notices
 
 
 def test_horns_are_followed_with_even_triangles() -> None:
-    horns_are_followed(8.0, 3.0)
+    assert faults_of_horns(8.0, 3.0) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("thickness", "shift"), [(14.0, 0.0), (12.0, 2.0), (10.0, 2.0)])
 def test_horns_of_many_kinds_are_followed(thickness: float, shift: float) -> None:
-    horns_are_followed(thickness, shift)
+    assert faults_of_horns(thickness, shift) == []
 
 
 @pytest.mark.slow
