@@ -23,16 +23,19 @@ ENDO_ANGLE, EPI_ANGLE = 60.0, -60.0
 
 
 def streamlines(mesh: fp.VolumeMesh, angle: np.ndarray, count: int) -> Any:
-    """Lines along the fibres through nodes spread over the wall, with the helix angle on them."""
+    """Lines along the fibres through places spread over the wall, with the helix angle on them."""
     import pyvista as pv
 
     cells = np.column_stack([np.full(mesh.n_cells, 4), mesh.cells["tetra"]]).ravel()
     grid = pv.UnstructuredGrid(cells, np.full(mesh.n_cells, pv.CellType.TETRA), np.array(mesh.points))
     grid["fiber"] = np.array(mesh.point_data["fiber"])
     grid["helix angle, degrees"] = angle
-    seeds = np.random.default_rng(0).choice(len(mesh.points), min(count, len(mesh.points)), replace=False)
+    # Within elements, not at nodes: a line from a node of the surface often leaves the wall at once.
+    random = np.random.default_rng(0)
+    chosen = mesh.points[mesh.cells["tetra"][random.integers(mesh.n_cells, size=count)]]
+    seeds = np.einsum("ij,ijk->ik", random.dirichlet(np.ones(4), count), chosen)
     return grid.streamlines_from_source(
-        pv.PolyData(mesh.points[seeds]),
+        pv.PolyData(seeds),
         vectors="fiber",
         integration_direction="both",
         max_length=60.0,
