@@ -9,7 +9,8 @@
 Needs FEMPREP_DATA, but for the last two. A line per mesh goes to standard output as it is made, and to --lines; what
 stands there already is not made again, so that a study that was stopped goes on. Fitted surfaces are kept in
 --surfaces. Limits: no inverted element (Jacobian positive at corners and quadrature points); tetrahedra: smallest
-dihedral angle 8 degrees, mean of the mean ratio 0.75; wedges and hexahedra: scaled Jacobian at least 0.15, mean 0.75.
+dihedral angle 8 degrees, mean of the mean ratio 0.75; wedges and hexahedra: scaled Jacobian at least 0.15, mean 0.75. --correct-shifts moves
+slices back against breath-hold shifts first, as the command's option does.
 """
 
 from __future__ import annotations
@@ -36,16 +37,24 @@ METHOD: dict[str, Any] = {}
 TEMPLATE = {"columns": 80, "rows": 16, "layers": 4}
 
 
-def prepared(path: str, store: Path | None, offset: float = 0.0) -> dict[str, Any]:
+def labelled(path: str, shifts: bool) -> Any:
+    """The segmentation of one map, with its slices moved where that is asked for."""
+    import femprep as fp
+
+    seg = fp.read_segmentation(path, preset="acdc")
+    return fp.orient(fp.align_slices(seg) if shifts else seg)
+
+
+def prepared(path: str, store: Path | None, offset: float = 0.0, shifts: bool = False) -> dict[str, Any]:
     """Surfaces, plane and direction of one map, as the pipeline makes them; kept in a folder where one is given."""
     import femprep as fp
     from femprep.model import Plane, Surface
     from femprep.surface import fit_surface
     from femprep.surface.patches import patches_of
 
-    file = store / f"{Path(path).name.split('.')[0]}.npz" if store else None
+    file = store / f"{Path(path).name.split('.')[0]}{'-corrected' if shifts else ''}.npz" if store else None
     if file is None or not file.exists():
-        seg = fp.orient(fp.read_segmentation(path, preset="acdc"))
+        seg = labelled(path, shifts)
         cavity, heart = seg.object("lv", name="lv"), seg.object("lv", "myo", name="epi")
         endo = fit_surface(cavity, **METHOD)
         epi = fit_surface(heart, boundary=fp.extend_apex(seg, heart), **METHOD)
@@ -124,14 +133,16 @@ def judged(mesh: Any, matched: Any, order: int) -> dict[str, Any]:
     return row
 
 
-def one_map(job: tuple[str, str, float, tuple[str, ...], tuple[int, ...], bool, Path | None]) -> list[dict[str, Any]]:
+def one_map(
+    job: tuple[str, str, float, tuple[str, ...], tuple[int, ...], bool, Path | None, bool],
+) -> list[dict[str, Any]]:
     """All meshes of one map."""
     import femprep as fp
 
-    name, path, edge, elements, orders, repeat, store = job
+    name, path, edge, elements, orders, repeat, store, shifts = job
     try:
         start = time.process_time()
-        surfaces = prepared(path, store)["surfaces"]
+        surfaces = prepared(path, store, shifts=shifts)["surfaces"]
         fitted = time.process_time() - start
     except fp.FemprepError as error:
         return [{"case": name, "element": e, "order": 1, "outcome": f"no surfaces: {error}"} for e in elements]
@@ -157,18 +168,18 @@ def one_map(job: tuple[str, str, float, tuple[str, ...], tuple[int, ...], bool, 
     return rows
 
 
-def one_patient(job: tuple[str, dict[str, str], Path | None]) -> list[dict[str, Any]]:
+def one_patient(job: tuple[str, dict[str, str], Path | None, bool]) -> list[dict[str, Any]]:
     """ED and ES of one patient on the template; correspondence and ejection fraction."""
     import femprep as fp
     from femprep.report.volumes import cavity_volume
 
-    patient, paths, store = job
+    patient, paths, store, shifts = job
     row: dict[str, Any] = {"case": patient}
     meshes, labels = {}, {}
     try:
-        offsets = fp.phase_base_offsets([fp.read_segmentation(path, preset="acdc") for path in paths.values()])
+        offsets = fp.phase_base_offsets([labelled(path, shifts) for path in paths.values()])
         for (phase, path), offset in zip(paths.items(), offsets, strict=True):
-            found = prepared(path, store, offset)
+            found = prepared(path, store, offset, shifts)
             labels[phase] = found["labels_mm3"]
             matched = fp.match_surfaces(**found["surfaces"], **TEMPLATE)
             meshes[phase] = fp.sweep(matched, **TEMPLATE)
@@ -283,6 +294,8 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--repeat", action="store_true", help="make each mesh twice and compare their bytes")
     parser.add_argument("--every", type=int, default=1, help="every how manieth map or patient")
     parser.add_argument("--count", type=int, help="the awkward maps, and others of each group, so many")
+    parser.add_argument("--only", nargs="+", help="maps or patients to run, by name: patient001_frame01, patient001")
+    parser.add_argument("--correct-shifts", action="store_true", help="move slices back first")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--lines", type=Path, help="file for a JSON line per mesh; goes on where it ends")
     parser.add_argument("--surfaces", type=Path, help="folder that keeps the fitted surfaces")
@@ -301,15 +314,18 @@ def main(arguments: list[str] | None = None) -> None:
         given.surfaces.mkdir(parents=True, exist_ok=True)
     if given.what == "meshes":
         rows = choose(rows, given.count) if given.count else rows[:: given.every]
-        rest = (given.edge, tuple(given.elements), tuple(given.orders), given.repeat, given.surfaces)
+        rest = (given.edge, tuple(given.elements), tuple(given.orders), given.repeat, given.surfaces, given.correct_shifts)
         jobs: list[Any] = [(row["id"], str(data / row["file"]), *rest) for row in rows]
         work: Any = one_map
     else:
         patients: dict[str, dict[str, str]] = {}
         for row in rows:
             patients.setdefault(row["id"].split("_")[0], {})[row["phase"]] = str(data / row["file"])
-        both = [(name, paths, given.surfaces) for name, paths in patients.items() if set(paths) == {"ED", "ES"}]
-        jobs, work = both[:: given.every], one_patient
+        both = {name: paths for name, paths in patients.items() if set(paths) == {"ED", "ES"}}
+        jobs = [(name, paths, given.surfaces, given.correct_shifts) for name, paths in both.items()][:: given.every]
+        work = one_patient
+    if given.only:
+        jobs = [job for job in jobs if job[0] in given.only]
     summary(study(jobs, work, given.jobs, given.lines))
 
 
