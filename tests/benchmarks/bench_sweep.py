@@ -9,8 +9,8 @@
 Needs FEMPREP_DATA, but for the last two. A line per mesh goes to standard output as it is made, and to --lines; what
 stands there already is not made again, so that a study that was stopped goes on. Fitted surfaces are kept in
 --surfaces. Limits: no inverted element (Jacobian positive at corners and quadrature points); tetrahedra: smallest
-dihedral angle 8 degrees, mean of the mean ratio 0.75; wedges and hexahedra: scaled Jacobian at least 0.15, mean 0.75. --correct-shifts moves
-slices back against breath-hold shifts first, as the command's option does.
+dihedral angle 8 degrees, mean of the mean ratio 0.75; wedges and hexahedra: scaled Jacobian at least 0.15, mean 0.75.
+--correct-shifts moves slices back against breath-hold shifts first, as the command's option does.
 """
 
 from __future__ import annotations
@@ -314,7 +314,8 @@ def main(arguments: list[str] | None = None) -> None:
         given.surfaces.mkdir(parents=True, exist_ok=True)
     if given.what == "meshes":
         rows = choose(rows, given.count) if given.count else rows[:: given.every]
-        rest = (given.edge, tuple(given.elements), tuple(given.orders), given.repeat, given.surfaces, given.correct_shifts)
+        kinds = (given.edge, tuple(given.elements), tuple(given.orders))
+        rest = (*kinds, given.repeat, given.surfaces, given.correct_shifts)
         jobs: list[Any] = [(row["id"], str(data / row["file"]), *rest) for row in rows]
         work: Any = one_map
     else:
