@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from pydantic_core import to_json
 
 from femprep.compiled import compiled
 
@@ -13,8 +14,11 @@ IntArray = npt.NDArray[np.int64]
 
 #: Widest number field that CalculiX reads (``f20.0``); what is longer is cut off silently, exponent included.
 FIELD = 20
-#: Sizes between which the shortest text that reads back as the same float is no longer than that.
+#: Sizes between which the shortest text that reads back as the same float is no longer than that: seventeen digits, sign
+#: and point fit, zeros after the point and exponents need not.
 _SHORT = (0.1, 1e16)
+#: From this size on Python and JSON write floats alike.
+_PLAIN = 1e-4
 
 
 def number(value: float, width: int = FIELD) -> str:
@@ -44,27 +48,24 @@ def rows(*columns: npt.ArrayLike, separator: str = ", ", width: int | None = FIE
     if all(block.dtype.kind in "iu" for block in blocks):
         table = np.column_stack(blocks)
         return _integers(table.ravel(), table.shape[1], separator, "")
-    texts = [_lines(block.reshape(len(block), -1), separator, width) for block in blocks]
-    return "".join(f"{separator.join(line)}\n" for line in zip(*texts))
+    if len(blocks[0]) == 0:
+        return ""
+    lists = [_texts(column, width) for block in blocks for column in block.reshape(len(block), -1).T]
+    # Compiled code puts nested lists into the words of JSON: each float is the shortest text that reads back as it.
+    text = to_json(list(zip(*lists)))[2:-2].replace(b'"', b"").replace(b"],[", b"\n")
+    return text.replace(b",", separator.encode()).decode() + "\n"
 
 
-def _lines(block: npt.NDArray[Any], separator: str, width: int | None) -> list[str]:
-    """The numbers of each row of a block ``(m, k)`` as text."""
-    if len(block) == 0:
-        return []
-    if block.dtype.kind != "f":
-        return _integers(block.ravel(), block.shape[1], separator, "").splitlines()
-    # The text of a whole list costs a fraction of that of its numbers one by one.
-    lines = repr(block.tolist())[2:-2].split("], [")
-    if separator != ", ":
-        lines = [line.replace(", ", separator) for line in lines]
-    if width is not None:
-        # Seventeen digits, sign and point fit into twenty characters, zeros after the point and exponents need not.
-        size = np.abs(block)
-        long = (size < _SHORT[0]) & (size > 0.0) | (size >= _SHORT[1])
-        for row in np.flatnonzero(long.any(axis=1)).tolist():
-            lines[row] = separator.join(number(value, width) for value in block[row].tolist())
-    return lines
+def _texts(column: npt.NDArray[Any], width: int | None) -> list[Any]:
+    """The numbers of a column; as text where JSON's words for them are too long, or not those of Python."""
+    if column.dtype.kind != "f":
+        return list(column.astype(np.int64).tolist())
+    values: list[Any] = column.tolist()
+    size = np.abs(column)
+    least, most = (_PLAIN, np.inf) if width is None else _SHORT
+    for row in np.flatnonzero((size < least) & (size > 0.0) | ~(size < most)).tolist():
+        values[row] = repr(values[row]) if width is None else number(values[row], width)
+    return values
 
 
 def wrapped(values: npt.ArrayLike, per_line: int, separator: str = ", ", end: str = "") -> str:
