@@ -14,8 +14,8 @@ IntArray = npt.NDArray[np.int64]
 
 #: Widest number field that CalculiX reads (``f20.0``); what is longer is cut off silently, exponent included.
 FIELD = 20
-#: Sizes between which the shortest text that reads back as the same float is no longer than that: seventeen digits, sign
-#: and point fit, zeros after the point and exponents need not.
+#: Sizes between which the shortest text that reads back as the same float is no longer than that: seventeen digits,
+#: sign and point fit, zeros after the point and exponents need not.
 _SHORT = (0.1, 1e16)
 #: From this size on Python and JSON write floats alike.
 _PLAIN = 1e-4
