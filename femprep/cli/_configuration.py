@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -73,6 +74,31 @@ def parse_structures(items: Sequence[str] | None) -> dict[str, tuple[int, ...]] 
 
 #: Structures that are no ball-like object on their own: a wall is fitted together with its cavity.
 WALLS = frozenset({"myo", "rv_wall", "la_wall", "ra_wall"})
+
+
+def parse_valves(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | None:
+    """Openings given as ``mitral=X,Y,Z,NX,NY,NZ,R``; None where there are none, so that a file's stand.
+
+    Raises
+    ------
+    OptionError
+        A text of another form, or a name given twice.
+    """
+    found: dict[str, tuple[float, ...]] = {}
+    for item in items or ():
+        name, equals, numbers = item.partition("=")
+        try:
+            values = tuple(float(number) for number in numbers.split(","))
+        except ValueError:
+            values = ()
+        if not equals or len(values) != 7 or not all(map(math.isfinite, values)):
+            raise OptionError(
+                f"--valve {item!r} is not NAME=X,Y,Z,NX,NY,NZ,R; write for example --valve mitral=10,20,30,0,0,1,12"
+            )
+        if name in found:
+            raise OptionError(f"--valve {name} is given twice; one plane per name")
+        found[name] = values
+    return found or None
 
 
 def parse_objects(items: Sequence[str] | None, labels: dict[str, tuple[int, ...]]) -> dict[str, tuple[str, ...]]:

@@ -9,7 +9,7 @@ import typer
 
 from femprep.cli import _arguments as shared
 from femprep.cli._arguments import INPUT, OUTPUT
-from femprep.cli._configuration import parse_structures, read_options
+from femprep.cli._configuration import parse_structures, parse_valves, read_options
 from femprep.cli._fields import option
 from femprep.errors import OptionError
 from femprep.export.table import FORMATS
@@ -73,6 +73,16 @@ def mesh(
     base_offset: Annotated[float | None, option(WallOptions, "base_offset", panel=WALL)] = None,
     minimum_thickness: Annotated[float | None, option(WallOptions, "minimum_thickness", panel=WALL)] = None,
     rv_wall_thickness: Annotated[float | None, option(WallOptions, "rv_wall_thickness", panel=WALL)] = None,
+    atrial_wall_thickness: Annotated[float | None, option(WallOptions, "atrial_wall_thickness", panel=WALL)] = None,
+    openings: Annotated[str | None, option(WallOptions, "openings", panel=WALL)] = None,
+    valve: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="NAME=X,Y,Z,NX,NY,NZ,R, repeatable: a further opening of the whole heart, by centre, normal out of "
+            "its chamber, and radius; mm, LPS. Names: mitral, tricuspid, aortic, pulmonary, veins_la, veins_ra.",
+            rich_help_panel=WALL,
+        ),
+    ] = None,
     mesher: Annotated[str | None, option(VolumeOptions, "mesher", panel=VOLUME)] = None,
     quality: Annotated[str | None, option(VolumeOptions, "quality", panel=VOLUME)] = None,
     edge_length: Annotated[float | None, option(VolumeOptions, "edge_length", panel=VOLUME)] = None,
@@ -139,6 +149,9 @@ def mesh(
         wall__base_offset=base_offset,
         wall__minimum_thickness=minimum_thickness,
         wall__rv_wall_thickness=rv_wall_thickness,
+        wall__atrial_wall_thickness=atrial_wall_thickness,
+        wall__openings=openings,
+        wall__valves=parse_valves(valve),
         volume__mesher=mesher,
         volume__quality=quality,
         volume__edge_length=edge_length,

@@ -70,6 +70,14 @@ class Options(StageOptions):
         return self
 
     @model_validator(mode="after")
+    def _whole_hearts_have_valves(self) -> Options:
+        if self.anatomy != "whole-heart" and (self.wall.openings != "closed" or self.wall.valves):
+            raise ValueError(
+                f"openings and valves are those of anatomy whole-heart; anatomy {self.anatomy} is cut at its base plane"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _blood_is_for_tetwild(self) -> Options:
         if self.blood_pool and self.volume.mesher == "sweep":
             raise ValueError("mesher 'sweep' fills the wall alone; blood_pool needs tetwild")

@@ -2,6 +2,7 @@
 
 Fitted surfaces are closed. Where the labels of two cavities touch over an area there is no tissue between them, which
 is how label maps show mitral and tricuspid valve; where a cavity is open to the outside, they touch the background.
+Maps that leave the leaflets out show such a valve as two openings to the background that face each other.
 """
 
 from __future__ import annotations
@@ -39,6 +40,9 @@ NAMES: Final[Mapping[tuple[str, str | None], str]] = {
 _AREA, _FULL, _FLAT = 60.0, 0.5, 0.35
 #: Slices farther apart than this, mm, do not tell an opening to the outside from a thin wall.
 _THICK: Final = 3.0
+#: Openings to the background face each other across a valve's leaflets where the cosine between their normals is below
+#: this and their centres are nearer than this share of the smaller radius.
+_FACING, _NEAR = -0.7, 0.7
 #: A hole has this share of the radius of the opening, and is made smaller by this factor, so many times, where it would
 #: meet another surface.
 _INNER, _SHRINK, _TRIES = 0.85, 0.85, 4
@@ -86,13 +90,13 @@ def find_openings(seg: Segmentation) -> list[Opening]:
     list of Opening
         The larger first for each pair; several for veins.
     """
-    found = []
+    found: dict[tuple[str, str | None], list[Opening]] = {}
     labels = np.asarray(seg.labels)
     for (cavity, beyond), name in NAMES.items():
         inside, other = (
             np.isin(labels, (0,) if part is None else seg.structures.get(part, ())) for part in (cavity, beyond)
         )
-        own = []
+        own = found[cavity, beyond] = []
         for centres, normals, areas in _contacts(seg, inside, other):
             opening = _opening(name, cavity, beyond, centres, normals, areas)
             if opening is None:
@@ -102,8 +106,28 @@ def find_openings(seg: Segmentation) -> list[Opening]:
             if beyond is not None or np.linalg.norm(across) <= _THICK:
                 own.append(opening)
         own.sort(key=lambda opening: -opening.radius)
-        found += own if name == "veins" else own[:1]
-    return found
+    for ventricle, atrium in (("lv", "la"), ("rv", "ra")):
+        if not found[ventricle, atrium]:
+            found[ventricle, atrium] = _across_leaflets(found[ventricle, None], found[atrium, None])
+    return [opening for own in found.values() for opening in (own if own and own[0].name == "veins" else own[:1])]
+
+
+def _across_leaflets(ventricle: list[Opening], atrium: list[Opening]) -> list[Opening]:
+    """The valve between two chambers whose labels leave out its leaflets, so that both are open to the background.
+
+    Two openings to the outside that look at each other are one valve; they are taken out of the lists.
+    """
+    for below in ventricle:
+        for above in atrium:
+            radius, between = min(below.radius, above.radius), above.plane.point - below.plane.point
+            if below.plane.normal @ above.plane.normal > _FACING or np.linalg.norm(between) > _NEAR * radius:
+                continue
+            ventricle.remove(below)
+            atrium.remove(above)
+            middle = below.plane.point + 0.5 * between
+            plane = Plane(middle, below.plane.normal - above.plane.normal, "labels")
+            return [Opening(NAMES[below.cavity, above.cavity], below.cavity, above.cavity, plane, radius)]
+    return []
 
 
 def _contacts(seg: Segmentation, inside: Any, other: Any) -> list[tuple[FloatArray, FloatArray, FloatArray]]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from femprep.cli._configuration import parse_objects, parse_structures, read_options
+from femprep.cli._configuration import parse_objects, parse_structures, parse_valves, read_options
 from femprep.errors import FileError, OptionError
 from femprep.options import Options
 
@@ -70,3 +70,25 @@ def test_objects_by_default_and_by_hand() -> None:
     assert parse_objects(["both=lv+rv", "lv"], labels) == {"both": ("lv", "rv"), "lv": ("lv",)}
     with pytest.raises(OptionError, match="'la'"):
         parse_objects(["x=la"], labels)
+
+
+def test_valves_are_parsed() -> None:
+    assert parse_valves(["mitral=1,2,3,0,0,1,12.5"]) == {"mitral": (1.0, 2.0, 3.0, 0.0, 0.0, 1.0, 12.5)}
+    assert parse_valves(None) is None
+
+
+@pytest.mark.parametrize("item", ["mitral", "mitral=1,2,3", "mitral=1,2,3,0,0,1,x", "mitral=1,2,3,0,0,1,nan"])
+def test_wrong_valve_is_refused(item: str) -> None:
+    with pytest.raises(OptionError, match="--valve"):
+        parse_valves([item])
+
+
+def test_a_valve_is_given_once() -> None:
+    with pytest.raises(OptionError, match="--valve aortic is given twice"):
+        parse_valves(["aortic=1,2,3,0,0,1,9"] * 2)
+
+
+def test_valves_belong_to_the_whole_heart() -> None:
+    assert read_options(None, anatomy="whole-heart", wall__openings="labels").wall.openings == "labels"
+    with pytest.raises(OptionError, match="anatomy lv is cut at its base plane"):
+        read_options(None, wall__openings="labels")

@@ -119,6 +119,18 @@ def test_labels_that_touch_the_background_show_an_artery():
     assert (found.name, found.cavity, found.beyond) == ("aortic", "lv", None)
 
 
+def test_a_valve_without_leaflets_joins_the_chambers_it_parts():
+    seg = voxels((1.0, 1.0, 1.0))
+    labels = np.array(seg.labels)
+    labels[:, :, 44:47] = 0  # what lies between ventricle and atrium is background
+    (found,) = find_openings(fp.Segmentation(labels, seg.grid, seg.structures))
+    assert (found.name, found.cavity, found.beyond) == ("mitral", "lv", "la")
+    # The opening is as wide as the narrower of the two.
+    assert 12.0 <= found.radius < 14.5
+    np.testing.assert_allclose(found.plane.normal, [0.0, 0.0, 1.0], atol=0.05)
+    np.testing.assert_allclose(found.plane.point, [0.0, 0.0, 0.5], atol=0.8)
+
+
 def test_given_openings_are_checked():
     (found,) = given_openings({"veins_la": (1.0, 2.0, 3.0, 0.0, 0.0, 2.0, 8.5)})
     assert (found.name, found.cavity, found.beyond) == ("veins", "la", None)
