@@ -130,6 +130,9 @@ def one_heart(name: str, path: str, out: Path | None, changes: dict[str, Any]) -
         for record in run.wall.info["repaired"]:
             if "thickened" in record:
                 row[f"{record['thickened']}_thickened_share"] = record["share_of_vertices"]
+        for number, record in enumerate(run.wall.info.get("openings", [])):
+            key = f"opening_{number}_{record['name']}_{record['between'][0]}"
+            row[key] = record.get("radius_mm", "closed")
         for side in ("lv", "rv", "la", "ra"):
             voxels = seg.object(side).volume
             row[f"{side}_cavity_percent"] = 100.0 * (cavity_volume(run.mesh, f"endo_{side}") / voxels - 1.0)
@@ -148,6 +151,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
         "--method", choices=("paper", "even", "smooth"), help="of the surfaces; the default where left out"
     )
     parser.add_argument("--only", nargs="+", help="cases to run, by name: patient001_frame01, or 'rodero01 stack'")
+    parser.add_argument("--openings", choices=("closed", "labels"), default="closed", help="of the whole hearts")
     parser.add_argument("--minimum-thickness", type=float, default=1.0, help="of the wall, mm")
     parser.add_argument("--out", type=Path, help="folder for the whole hearts' meshes")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
@@ -157,7 +161,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     changes = {
         "volume": {"edge_length": given.edge, "quality": given.quality},
         "surface": {"vertices": given.vertices, **({"method": given.method} if given.method else {})},
-        "wall": {"minimum_thickness": given.minimum_thickness},
+        "wall": {"minimum_thickness": given.minimum_thickness, "openings": given.openings},
     }
     if given.what == "biv":
         chosen = choose(cases(data), given.count)
