@@ -10,11 +10,17 @@ import numpy as np
 import pytest
 
 import femprep as fp
+from femprep.anatomies import ANATOMIES
 from femprep.cli import main
 from femprep.errors import OptionError
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.facets import facet_triangles
+from femprep.geometry.topology import is_manifold
+from femprep.geometry.triangles import triangle_quality
+from femprep.model import FACET_TAGS
+from femprep.options import Options
 from femprep.phantoms import biventricular, four_chambers
+from femprep.pipeline import Stages
 from femprep.report.volumes import cavity_volume
 from femprep.volume.measures import element_volumes
 
@@ -151,3 +157,17 @@ def test_ventricles_of_real_hearts(name):
     assert run.quality.validity.untagged_interface_facets == 0
     assert run.quality.validity.misplaced_interface_facets == 0
     assert run.quality.measures["minimum_dihedral"].min >= 10.0
+
+
+@pytest.mark.slow
+def test_a_rim_keeps_its_vertices_alone():
+    # In this heart an edge of a flat cap of the epicardium would cross the left ventricle's rim and put a vertex on it.
+    if "FEMPREP_DATA" not in os.environ:
+        pytest.skip("FEMPREP_DATA is unset: no real segmentations")
+    path = Path(os.environ["FEMPREP_DATA"]) / "acdc" / "training" / "patient051" / "patient051_frame01_gt.nii.gz"
+    seg = fp.orient(fp.read_segmentation(path, preset="acdc"))
+    parts = ANATOMIES["biv"](seg, Options(anatomy="biv", surface={"vertices": 1500}), Stages(None))
+    wall = fp.build_wall(epi=parts.epi, endo=parts.endo, base=parts.base)
+    assert is_manifold(wall.triangles)
+    assert triangle_quality(wall.points, wall.triangles).min() >= 0.2
+    assert set(wall.facet_tag) == {FACET_TAGS[name] for name in ("endo_lv", "endo_rv", "epi", "base")}

@@ -1,7 +1,8 @@
 """Sheets in, the joined wall out: the only file that knows manifold3d.
 
-The epicardial sheet is closed by flat caps, each endocardial one by a plug that reaches out through the caps, and the
-wall is the difference of the solids. manifold3d keeps the origin of every triangle, so the tags are exact.
+The epicardial sheet is closed by a plug that stands out of its planes, each endocardial one by a plug that reaches out
+through it, and the wall is the difference of the solids. In the planes themselves nothing is cut: edges of a cap there
+would cross those of rims and put vertices on them. manifold3d keeps the origin of every triangle, so tags are exact.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ def join(epi: Sheet, endo: Mapping[str, Sheet]) -> tuple[IntArray, IntArray]:
     first_id = manifold3d.Manifold.reserve_ids(len(sheets))
     solids = []
     for number, sheet in enumerate(sheets):
-        points, triangles = _close(sheet, plug=0.1 * size if number else 0.0)
+        points, triangles = _close(sheet, plug=(0.1 if number else 0.05) * size)
         turned = (points - origin) @ rotation.T
         # In this frame the base is exactly z = 0: what the vertices on it were projected to.
         turned[: len(sheet.points)][sheet.on_plane == 0, 2] = 0.0
@@ -101,7 +102,7 @@ def join(epi: Sheet, endo: Mapping[str, Sheet]) -> tuple[IntArray, IntArray]:
 
 
 def _close(sheet: Sheet, plug: float) -> tuple[FloatArray, IntArray]:
-    """Close a sheet by flat caps, or by prisms of a length that stand out of its planes, mm."""
+    """Close a sheet by prisms of a length, mm, that stand out of its planes."""
     points, triangles = [sheet.points], [sheet.triangles]
     count = len(sheet.points)
     for number in range(len(sheet.planes)):
@@ -109,14 +110,12 @@ def _close(sheet: Sheet, plug: float) -> tuple[FloatArray, IntArray]:
         rotation = plane_frame(plane)
         for loop in rim_loops(sheet, number):
             back = loop[::-1]
-            top = back
-            if plug:
-                top = count + np.arange(len(back))
-                points.append(sheet.points[back] + plug * plane.normal)
-                count += len(back)
-                u, v = back, np.roll(back, -1)
-                tu, tv = top, np.roll(top, -1)
-                triangles += [np.stack([u, v, tv], axis=1), np.stack([u, tv, tu], axis=1)]
+            top = count + np.arange(len(back))
+            points.append(sheet.points[back] + plug * plane.normal)
+            count += len(back)
+            u, v = back, np.roll(back, -1)
+            tu, tv = top, np.roll(top, -1)
+            triangles += [np.stack([u, v, tv], axis=1), np.stack([u, tv, tu], axis=1)]
             flat = (sheet.points[back] - plane.point) @ rotation[:2].T
             triangles.append(top[triangulate_rings(flat, [np.arange(len(back))])])
     return np.concatenate(points), np.concatenate(triangles)
