@@ -15,15 +15,15 @@ REGULAR_SINE: Final = 2.0 * np.sqrt(2.0) / 3.0
 
 
 @compiled(part=True)
-def _sizes(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float, float, float]:
-    """What a shape is made of: six volumes, the sum of squared edges, and two numbers for the least sine.
+def sizes(
+    ux: float, uy: float, uz: float, vx: float, vy: float, vz: float, wx: float, wy: float, wz: float
+) -> tuple[float, float, float, float]:
+    """What the shape with three edges from a first corner is made of.
 
-    The squared sine at an edge is that of six volumes times its length by the product of the areas of its two faces.
-    Over the product of all four areas (the last number) the least of them takes one division.
+    Six volumes, the sum of squared edges, and two numbers for the least sine: the squared sine at an edge is that of
+    six volumes times its length by the product of the areas of its two faces. Over the product of all four areas (the
+    last number) the least of them takes one division.
     """
-    ux, uy, uz = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
-    vx, vy, vz = p[c, 0] - p[a, 0], p[c, 1] - p[a, 1], p[c, 2] - p[a, 2]
-    wx, wy, wz = p[d, 0] - p[a, 0], p[d, 1] - p[a, 1], p[d, 2] - p[a, 2]
     # Twice the area vectors of the faces opposite to d, c, b; that opposite to a closes the surface.
     dx, dy, dz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     cx, cy, cz = wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux
@@ -46,7 +46,11 @@ def _sizes(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float,
 @compiled()
 def _shape(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float]:
     """Mean ratio, and least sine over REGULAR_SINE, both signed by the volume."""
-    six, total, square, product = _sizes(p, a, b, c, d)
+    six, total, square, product = sizes(
+        *(p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]),
+        *(p[c, 0] - p[a, 0], p[c, 1] - p[a, 1], p[c, 2] - p[a, 2]),
+        *(p[d, 0] - p[a, 0], p[d, 1] - p[a, 1], p[d, 2] - p[a, 2]),
+    )
     if product <= 0.0 or total <= 0.0:
         return -1.0, -1.0
     ratio = 12.0 * np.cbrt(0.25 * six * six) / total
@@ -74,17 +78,3 @@ def worst_around(p: FloatArray, t: IntArray, start: IntArray, around: IntArray, 
         if worst <= enough:
             return worst
     return worst
-
-
-@compiled()
-def all_reach(p: FloatArray, t: IntArray, start: IntArray, around: IntArray, v: int, enough: float) -> bool:
-    """Whether all elements around a point have at least a positive quality: powers of both are compared."""
-    sine = (enough * REGULAR_SINE) ** 2
-    for k in range(start[v], start[v + 1]):
-        i = around[k]
-        six, total, square, product = _sizes(p, t[i, 0], t[i, 1], t[i, 2], t[i, 3])
-        if six <= 0.0 or product <= 0.0:
-            return False
-        if 432.0 * six * six < (enough * total) ** 3 or six * six * square < sine * product:
-            return False
-    return True

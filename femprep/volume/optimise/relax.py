@@ -9,7 +9,7 @@ import numpy as np
 
 from femprep.compiled import compiled
 from femprep.model import BoolArray, FloatArray, IntArray
-from femprep.volume.optimise.quality import all_reach, worst_around
+from femprep.volume.optimise.quality import REGULAR_SINE, sizes, worst_around
 from femprep.volume.optimise.stars import FIRST_STEP, SURFACE_STEP, mark_star
 
 #: How often the step along a gradient is halved, and how many such steps one visit takes.
@@ -17,6 +17,10 @@ _BACKTRACKS: Final = 4
 _ASCENTS: Final = 2
 #: Two thirds of a float's exponent offset, as its bits have it, and what makes the error of the first guess least.
 _THIRD: Final = np.int64(0x2A9F7893782DA1CE)
+#: Times this, and less 33 bits, a number of 32 bits is divided by three.
+_BY_THREE: Final = 0xAAAAAAAB
+#: Elements gone through at a time, as many as the widest vector units take.
+_VECTOR: Final = 8
 #: Points one thread takes at a time.
 _CHUNK: Final = 32
 
@@ -25,7 +29,7 @@ _CHUNK: Final = 32
 def _cube_root(x: float) -> float:
     """Cube root of a positive number, to 1e-14: a third of its exponent, then two of Halley's steps."""
     number = np.float64(x)
-    bits = np.int64(number.view(np.int64) // 3 + _THIRD)
+    bits = np.int64(_third(number.view(np.int64)) + _THIRD)
     root = bits.view(np.float64)
     for _ in range(2):
         cube = root * root * root
@@ -33,16 +37,31 @@ def _cube_root(x: float) -> float:
     return root
 
 
+@compiled(part=True)
+def _third(bits: int) -> int:
+    """A third of a number of 63 bits, rounded down, by halves: vector units multiply no more than 32 bits."""
+    high, low = bits >> 32, bits & 0xFFFFFFFF
+    third_high, third_low = (high * _BY_THREE) >> 33, (low * _BY_THREE) >> 33
+    rest_high, rest_low = high - 3 * third_high, low - 3 * third_low
+    return (third_high << 32) + rest_high * 0x55555555 + third_low + (rest_high + rest_low > 2)
+
+
+@compiled(part=True)
+def _whole_vectors(count: int) -> int:
+    """So many elements, and those that fill the last vector."""
+    return (count + _VECTOR - 1) // _VECTOR * _VECTOR
+
+
 @compiled()
 def _gather(p: FloatArray, t: IntArray, start: IntArray, around: IntArray, v: int, star: FloatArray) -> float:
     """What the mean ratio of each element around a point depends on as the point moves; their mean edge length there.
 
-    A row holds, with the point as origin and a, b, c the other corners: the vector N and the number k of six volumes
-    ``k - N.x``, the vector m and the number q of the sum of squared edges ``3 x.x - 2 m.x + q``.
+    A column holds, with the point as origin, the other corners a, b, c; the vector N and the number k of six volumes
+    ``k - N.x``; the vector m and the number q of the sum of squared edges ``3 x.x - 2 m.x + q``; and room.
     """
-    length = 0.0
-    for k in range(start[v], start[v + 1]):
-        i = around[k]
+    count = start[v + 1] - start[v]
+    for n in range(count):
+        i = around[start[v] + n]
         # The other corners so that the point sees them as the first corner of an element sees the rest.
         if t[i, 0] == v:
             a, b, c = t[i, 1], t[i, 2], t[i, 3]
@@ -52,48 +71,85 @@ def _gather(p: FloatArray, t: IntArray, start: IntArray, around: IntArray, v: in
             a, b, c = t[i, 3], t[i, 0], t[i, 1]
         else:
             a, b, c = t[i, 2], t[i, 1], t[i, 0]
-        ax, ay, az = p[a, 0] - p[v, 0], p[a, 1] - p[v, 1], p[a, 2] - p[v, 2]
-        bx, by, bz = p[b, 0] - p[v, 0], p[b, 1] - p[v, 1], p[b, 2] - p[v, 2]
-        cx, cy, cz = p[c, 0] - p[v, 0], p[c, 1] - p[v, 1], p[c, 2] - p[v, 2]
+        for axis in range(3):
+            home = p[v, axis]
+            star[axis, n], star[3 + axis, n], star[6 + axis, n] = (
+                p[a, axis] - home,
+                p[b, axis] - home,
+                p[c, axis] - home,
+            )
+    for n in range(count, _whole_vectors(count)):  # a sound element, which does no harm
+        star[:9, n] = 0.0
+        star[0, n] = star[4, n] = star[8, n] = 1.0
+    for n in range(_whole_vectors(count)):
+        ax, ay, az = star[0, n], star[1, n], star[2, n]
+        bx, by, bz = star[3, n], star[4, n], star[5, n]
+        cx, cy, cz = star[6, n], star[7, n], star[8, n]
         ux, uy, uz, wx, wy, wz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
         nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
         aa, bb, cc = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz
         far = ux * ux + uy * uy + uz * uz + wx * wx + wy * wy + wz * wz
         far += (cx - bx) ** 2 + (cy - by) ** 2 + (cz - bz) ** 2
-        row = star[k - start[v]]
-        row[0], row[1], row[2], row[3] = nx, ny, nz, nx * ax + ny * ay + nz * az
-        row[4], row[5], row[6], row[7] = ax + bx + cx, ay + by + cy, az + bz + cz, aa + bb + cc + far
-        length += np.sqrt(aa) + np.sqrt(bb) + np.sqrt(cc)
-    return float(length / (3.0 * (start[v + 1] - start[v])))
+        star[9, n], star[10, n], star[11, n], star[12, n] = nx, ny, nz, nx * ax + ny * ay + nz * az
+        star[13, n], star[14, n], star[15, n] = ax + bx + cx, ay + by + cy, az + bz + cz
+        star[16, n] = aa + bb + cc + far
+        star[17, n] = np.sqrt(aa) + np.sqrt(bb) + np.sqrt(cc)
+    length = 0.0
+    for n in range(count):
+        length += star[17, n]
+    return float(length / (3.0 * count))
 
 
 @compiled()
 def _mean_at(star: FloatArray, count: int, x: float, y: float, z: float) -> float:
     """Sum of the mean ratios of a star with its point at x, y, z; minus infinity if an element is inverted."""
+    for n in range(_whole_vectors(count)):
+        six = star[12, n] - star[9, n] * x - star[10, n] * y - star[11, n] * z
+        edges = 3.0 * (x * x + y * y + z * z) + star[16, n]
+        edges -= 2.0 * (star[13, n] * x + star[14, n] * y + star[15, n] * z)
+        star[17, n] = six
+        star[18, n] = 12.0 * _cube_root(0.25 * six * six) / edges
     total = 0.0
-    for k in range(count):
-        six = star[k, 3] - star[k, 0] * x - star[k, 1] * y - star[k, 2] * z
-        if six <= 0.0:
+    for n in range(count):
+        if star[17, n] <= 0.0:
             return -np.inf
-        edges = 3.0 * (x * x + y * y + z * z) + star[k, 7]
-        edges -= 2.0 * (star[k, 4] * x + star[k, 5] * y + star[k, 6] * z)
-        total += 12.0 * _cube_root(0.25 * six * six) / edges
+        total += star[18, n]
     return total
 
 
 @compiled()
 def _gradient(star: FloatArray, count: int, x: float, y: float, z: float, out: FloatArray) -> None:
     """Gradient of that sum, at a place where no element is inverted."""
-    out[:] = 0.0
-    for k in range(count):
-        six = star[k, 3] - star[k, 0] * x - star[k, 1] * y - star[k, 2] * z
-        edges = 3.0 * (x * x + y * y + z * z) + star[k, 7]
-        edges -= 2.0 * (star[k, 4] * x + star[k, 5] * y + star[k, 6] * z)
+    for n in range(_whole_vectors(count)):
+        six = star[12, n] - star[9, n] * x - star[10, n] * y - star[11, n] * z
+        edges = 3.0 * (x * x + y * y + z * z) + star[16, n]
+        edges -= 2.0 * (star[13, n] * x + star[14, n] * y + star[15, n] * z)
         ratio = 12.0 * _cube_root(0.25 * six * six) / edges
         by_volume, by_edges = 2.0 / 3.0 * ratio / six, 2.0 * ratio / edges
-        out[0] -= by_volume * star[k, 0] + by_edges * (3.0 * x - star[k, 4])
-        out[1] -= by_volume * star[k, 1] + by_edges * (3.0 * y - star[k, 5])
-        out[2] -= by_volume * star[k, 2] + by_edges * (3.0 * z - star[k, 6])
+        star[17, n] = by_volume * star[9, n] + by_edges * (3.0 * x - star[13, n])
+        star[18, n] = by_volume * star[10, n] + by_edges * (3.0 * y - star[14, n])
+        star[19, n] = by_volume * star[11, n] + by_edges * (3.0 * z - star[15, n])
+    out[:] = 0.0
+    for n in range(count):
+        out[0] -= star[17, n]
+        out[1] -= star[18, n]
+        out[2] -= star[19, n]
+
+
+@compiled()
+def _all_reach(star: FloatArray, count: int, x: float, y: float, z: float, enough: float) -> bool:
+    """Whether all elements have at least a positive quality with the point at x, y, z: powers of both are compared."""
+    sine = (enough * REGULAR_SINE) ** 2
+    for n in range(_whole_vectors(count)):
+        six, total, square, product = sizes(
+            *(star[0, n] - x, star[1, n] - y, star[2, n] - z),
+            *(star[3, n] - x, star[4, n] - y, star[5, n] - z),
+            *(star[6, n] - x, star[7, n] - y, star[8, n] - z),
+        )
+        round_enough = 432.0 * six * six >= (enough * total) ** 3
+        sharp = six * six * square < sine * product
+        star[17, n] = (six > 0.0) & (product > 0.0) & round_enough & ~sharp
+    return bool(star[17, :count].sum() == count)
 
 
 @compiled()
@@ -145,7 +201,7 @@ def _ascend(
             value = _mean_at(star, count, nx, ny, nz)
             if value > best:
                 p[v, 0], p[v, 1], p[v, 2] = hx + nx, hy + ny, hz + nz
-                sound = all_reach(p, t, start, around, v, poor)
+                sound = _all_reach(star, count, nx, ny, nz, poor)
                 if not sound:
                     after = worst_around(p, t, start, around, v, -np.inf)
                     if before == np.inf:
@@ -183,7 +239,7 @@ def relax(
     for c in range(len(first) - 1):
         chunks = (first[c + 1] - first[c] + _CHUNK - 1) // _CHUNK
         for chunk in numba.prange(chunks):
-            star, slope = np.empty((largest, 8)), np.empty(3)
+            star, slope = np.empty((20, _whole_vectors(largest))), np.empty(3)
             for n in range(first[c] + chunk * _CHUNK, min(first[c] + (chunk + 1) * _CHUNK, first[c + 1])):
                 v = order[n]
                 if freedom[v] > 0 and _ascend(p, t, start, around, v, freedom[v], basis[v], poor, star, slope):
