@@ -21,13 +21,14 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-from bench_surfaces import RODERO_LABELS, VERTICES, Case, phantoms, placed, rodero
+from bench_surfaces import RODERO_LABELS, Case, phantoms, placed, rodero
 
 from femprep.model import Surface
 from femprep.surface import end_planes, fit_surface, smooth, surface_distance
 from femprep.surface.estimate import estimate, evidence
 from femprep.surface.fit import TABLE_1
 from femprep.surface.reference import METHODS
+from femprep.surface.side_by_side import VERTICES
 
 BODIES = ("lv", "rv crescent", "rv crescent, end-systolic", "la", "whole heart")
 #: Voxels, points across a voxel (more than one: partial volume), seed of the grid's place, slice shifts in mm.

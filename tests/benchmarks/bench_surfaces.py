@@ -1,13 +1,14 @@
 """Every method side by side on hearts whose true surface is known; prints a table.
 
     python tests/benchmarks/bench_surfaces.py                         Rodero 01 at 1.4 x 1.4 x 8 mm, and the phantoms
-    python tests/benchmarks/bench_surfaces.py --cases rodero --placements 5
+    python tests/benchmarks/bench_surfaces.py --cases rodero --placements 8 --pixels 1.25 1.6
     python tests/benchmarks/bench_surfaces.py --cases phantoms --spacing 1.4 1.4 10 --supersample 4 --seed 3
 
 Rodero 01 needs FEMPREP_DATA. Distances are symmetric means between the first and the last slice centre, in mm; normals
 are the mean angle to the truth's, in degrees; in-slice is the mean distance to the label contours, both ways; sound
 means closed, outward, one piece, like a sphere, without self-intersection. Seconds are those of a second call, kernels
-compiled. --csv keeps all figures.
+compiled. --csv keeps all figures. With further placements, means and ranges over them follow, beside the best of the
+methods in use in each.
 """
 
 from __future__ import annotations
@@ -30,9 +31,15 @@ from femprep.model import Surface
 from femprep.phantoms import Phantom, atrium, lv_ellipsoid, rv_bent, rv_crescent, whole_heart
 from femprep.surface import fit_surface, read_surface
 from femprep.surface.fit import TABLE_1
+from femprep.surface.reference.slice_interpolation import METHOD
 from femprep.surface.side_by_side import Method, MethodFigures, all_methods, measure_method
 
 RODERO_LABELS = {"lv": 1, "rv": 3, "la": 5, "ra": 7}
+#: Between an object's name and the number of its placement.
+PLACEMENT = ", placement "
+SMOOTH = "femprep, smooth"
+#: Not among the methods in use.
+OWN = (SMOOTH, "femprep, even", METHOD["akima"])
 
 
 @dataclass(frozen=True)
@@ -89,7 +96,7 @@ def placed(case: Case, spacing: list[float], supersample: int, seed: int) -> Cas
     mask = 2 * parts > supersample**3
     origin = case.truth.points.mean(axis=0) + axes @ (offset + (low + 0.5) * size)
     obj = make_object(mask, Grid(mask.shape, size, origin, axes), case.obj.name)
-    return Case(f"{case.name}, placement {seed}", case.chamber, obj, case.truth)
+    return Case(f"{case.name}{PLACEMENT}{seed}", case.chamber, obj, case.truth)
 
 
 def phantoms(
@@ -143,13 +150,40 @@ def methods(chamber: str) -> dict[str, Method]:
     return {"paper (M, K, V of its Table 1)": partial(fit_surface, method="paper", **TABLE_1[chamber]), **found}
 
 
-def show(found: MethodFigures) -> str:
+def line(found: MethodFigures) -> str:
     """One line of the table."""
     return (
         f"{found.mean:7.3f} {found.p95:6.2f} {found.max:6.2f} {found.normals:8.1f} {found.in_slice:9.3f} "
         f"{found.triangles:10d} {found.q_mean:6.2f}/{found.q_min:.2f} {'yes' if found.sound else 'no':>6s} "
         f"{found.seconds:8.2f}"
     )
+
+
+def over_placements(rows: list[dict[str, Any]]) -> None:
+    """Means and ranges over an object's placements: of the smooth surface, the best method in use, their ratio."""
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for row in rows:
+        name, placement, number = row["case"].partition(PLACEMENT)
+        if placement:
+            found.setdefault(name, {}).setdefault(number, {})[row["method"]] = row["mean"]
+    if not found:
+        return
+
+    def shown(values: list[float]) -> str:
+        return f"{np.mean(values):.3f} ({min(values):.3f} to {max(values):.3f})"
+
+    print("\nOver placements, mm: mean (range)")
+    print(f"{'':12s}{'placements':>11s}{'smooth':>25s}{'best in use':>25s}{'smooth / best in use':>25s}")
+    for name, placements in found.items():
+        pairs = [
+            (means[SMOOTH], min(mean for method, mean in means.items() if method not in OWN))
+            for means in placements.values()
+            if SMOOTH in means and set(means).difference(OWN)
+        ]
+        if pairs:
+            ours, best = (list(column) for column in zip(*pairs))
+            ratio = [a / b for a, b in pairs]
+            print(f"{name:12s}{len(pairs):11d}{shown(ours):>25s}{shown(best):>25s}{shown(ratio):>25s}")
 
 
 def main() -> None:
@@ -162,6 +196,9 @@ def main() -> None:
     parser.add_argument("--supersample", type=int, default=1, help="partial volume from n x n x n points a voxel")
     parser.add_argument("--seed", type=int, help="move and tilt the phantoms on the grid")
     parser.add_argument("--placements", type=int, default=0, help="further random placements of Rodero 01 on the grid")
+    parser.add_argument(
+        "--pixels", nargs=2, type=float, help="range of the pixel size, drawn anew for each placement; else --spacing"
+    )
     parser.add_argument("--csv", type=Path, help="keep all figures in this file")
     arguments = parser.parse_args()
 
@@ -173,7 +210,11 @@ def main() -> None:
         hearts = list(rodero(Path(os.environ["FEMPREP_DATA"]), chambers))
         cases.extend(hearts)
         for seed in range(1, arguments.placements + 1):
-            cases.extend(placed(case, arguments.spacing, arguments.supersample, seed) for case in hearts)
+            spacing = list(arguments.spacing)
+            if arguments.pixels:
+                # Drawn on its own, so that a placement's tilt and offset stay those of its number.
+                spacing[:2] = [float(np.random.default_rng([seed, 1]).uniform(*arguments.pixels))] * 2
+            cases.extend(placed(case, spacing, arguments.supersample, seed) for case in hearts)
     if "phantoms" in arguments.cases:
         cases.extend(phantoms(arguments.chambers, arguments.spacing, arguments.supersample, arguments.seed))
 
@@ -193,8 +234,9 @@ def main() -> None:
             if figures.failure is not None:
                 print(f"{name:38s} left out: {figures.failure}")
                 continue
-            print(f"{name:38s}{show(figures)}", flush=True)
+            print(f"{name:38s}{line(figures)}", flush=True)
             rows.append({"case": case.name, **figures.model_dump()})
+    over_placements(rows)
     if arguments.csv and rows:
         keep(rows, arguments.csv)
 
