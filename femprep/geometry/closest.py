@@ -204,6 +204,31 @@ def _box_distance(q: FloatArray, low: FloatArray, high: FloatArray, node: int) -
     return total
 
 
+@compiled(part=True)
+def _try(
+    q: FloatArray,
+    points: FloatArray,
+    triangles: IntArray,
+    t: int,
+    best: float,
+    i: int,
+    triangle: IntArray,
+    weights: FloatArray,
+) -> float:
+    """Take triangle t for query i where it is nearer than the best; the square of the least distance."""
+    a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
+    wa, wb, wc = _closest_on_triangle(q, a, b, c)
+    gap = 0.0
+    for axis in range(3):
+        step = wa * a[axis] + wb * b[axis] + wc * c[axis] - q[axis]
+        gap += step * step
+    if gap < best or (gap == best and t < triangle[i]):
+        triangle[i] = t
+        weights[i, 0], weights[i, 1], weights[i, 2] = wa, wb, wc
+        return gap
+    return best
+
+
 @compiled(parallel=True)
 def _search(
     queries: FloatArray,
@@ -216,13 +241,19 @@ def _search(
     triangle: IntArray,
     weights: FloatArray,
 ) -> None:
-    """Nearer child first; of equally close triangles the smallest number wins, so that threads change nothing."""
+    """Nearer child first; of equally close triangles the smallest number wins, so that threads change nothing.
+
+    Queries next to each other are mostly near each other: what is closest to one bounds the search for the next.
+    """
     leaves = len(low) // 2
     for chunk in numba.prange((len(queries) + _CHUNK - 1) // _CHUNK):
         stack, bound = np.empty(64, dtype=np.int64), np.empty(64)
+        last = -1
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(queries))):
             q = queries[i]
             best = limit[i] * limit[i]
+            if last >= 0:
+                best = _try(q, points, triangles, last, best, i, triangle, weights)
             stack[0], bound[0] = 1, 0.0
             depth = 1
             while depth > 0:
@@ -244,14 +275,5 @@ def _search(
                     continue
                 first = (node - leaves) * LEAF
                 for k in range(first, min(first + LEAF, len(order))):
-                    t = order[k]
-                    a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
-                    wa, wb, wc = _closest_on_triangle(q, a, b, c)
-                    gap = 0.0
-                    for axis in range(3):
-                        step = wa * a[axis] + wb * b[axis] + wc * c[axis] - q[axis]
-                        gap += step * step
-                    if gap < best or (gap == best and t < triangle[i]):
-                        best = gap
-                        triangle[i] = t
-                        weights[i, 0], weights[i, 1], weights[i, 2] = wa, wb, wc
+                    best = _try(q, points, triangles, order[k], best, i, triangle, weights)
+            last = triangle[i]
