@@ -52,7 +52,8 @@ class Outcome:
 def tet_quality(points: FloatArray, tets: IntArray) -> FloatArray:
     """Lesser of mean ratio and smallest sine of each tetrahedron, as the package describes it, ``(m,)``."""
     out = np.empty(len(tets))
-    qualities(np.ascontiguousarray(points, dtype=np.float64), np.ascontiguousarray(tets, dtype=np.int64), out)
+    every = np.ones(len(points), dtype=np.bool_)
+    qualities(np.ascontiguousarray(points, dtype=np.float64), np.ascontiguousarray(tets, dtype=np.int64), every, out)
     return out
 
 
@@ -128,10 +129,15 @@ class _Mesh:
         self._home = self.points.copy()
         self._fresh = np.ones(len(self.points), dtype=np.bool_)
         self._colours = self._coloured(np.arange(len(self.points)))
+        self._judged, self._quality = self.points.copy(), tet_quality(self.points, self.cells)
 
     def quality(self) -> FloatArray:
-        """Quality of each tetrahedron."""
-        return tet_quality(self.points, self.cells)
+        """Quality of each tetrahedron, brought up to date in place where points moved."""
+        moved = (self.points != self._judged).any(axis=1)
+        if moved.any():
+            qualities(self.points, self.cells, moved, self._quality)
+            self._judged = self.points.copy()
+        return self._quality
 
     def put_back(self, sound: float) -> None:
         """Put boundary points back onto the wall, and those that cannot go there back to where they last were."""

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from femprep.compiled import compiled
-from femprep.model import FloatArray, IntArray
+from femprep.model import BoolArray, FloatArray, IntArray
 
 #: Sine of the regular tetrahedron's dihedral angle.
 REGULAR_SINE: Final = 2.0 * np.sqrt(2.0) / 3.0
@@ -60,11 +60,12 @@ def _shape(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float]
 
 
 @compiled(parallel=True)
-def qualities(p: FloatArray, t: IntArray, out: FloatArray) -> None:
-    """Lesser of mean ratio and least sine of each tetrahedron."""
+def qualities(p: FloatArray, t: IntArray, moved: BoolArray, out: FloatArray) -> None:
+    """Lesser of mean ratio and least sine of each tetrahedron some point of which has moved; the others stay."""
     for i in numba.prange(len(t)):
-        ratio, sine = _shape(p, t[i, 0], t[i, 1], t[i, 2], t[i, 3])
-        out[i] = min(ratio, sine)
+        if moved[t[i, 0]] or moved[t[i, 1]] or moved[t[i, 2]] or moved[t[i, 3]]:
+            ratio, sine = _shape(p, t[i, 0], t[i, 1], t[i, 2], t[i, 3])
+            out[i] = min(ratio, sine)
 
 
 @compiled()
