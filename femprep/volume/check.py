@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -16,6 +15,7 @@ from femprep.model import FloatArray, IntArray, VolumeMesh, is_blood, tag_name
 from femprep.options import CheckOptions, choose
 from femprep.volume.limits import judge
 from femprep.volume.measures import MEASURES, centroids, element_measures
+from femprep.volume.percentiles import percentiles
 from femprep.volume.report import (
     FacetRecord,
     Histogram,
@@ -26,7 +26,7 @@ from femprep.volume.report import (
     WorstElement,
 )
 from femprep.volume.transmural import elements_through_wall, mesh_edges
-from femprep.volume.validity import FaceTable, face_table, used_points, validity
+from femprep.volume.validity import face_table, used_points, validity
 
 #: Measures whose worst elements are listed; the smallest value is the worst.
 _LISTED = ("scaled_jacobian", "mean_ratio", "minimum_dihedral", "characteristic_length")
@@ -129,12 +129,13 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
 def _topology(mesh: VolumeMesh, measures: dict[str, FloatArray]) -> tuple[Validity, float | None]:
     """What the faces of all elements tell: whether the mesh is sound, and how much neighbours differ in volume."""
     table = face_table(mesh)
-    return validity(mesh, measures["relative_jacobian"], table), _volume_ratio(table, measures["volume"])
+    return validity(mesh, measures["relative_jacobian"], table), table.greatest_ratio(measures["volume"])
 
 
 def _summary(measures: dict[str, FloatArray]) -> dict[str, Statistics]:
     """Distribution of each measure over the elements on which it is finite: ratios of flat elements are not."""
-    finite = {key: values[np.isfinite(values)] for key, values in measures.items()}
+    sound = {key: np.isfinite(values) for key, values in measures.items()}
+    finite = {key: values if sound[key].all() else values[sound[key]] for key, values in measures.items()}
     return {key: statistics(value, MEASURES[key], _RANGES.get(key)) for key, value in finite.items() if len(value)}
 
 
@@ -146,28 +147,19 @@ def statistics(
     if high - low <= 1e-9 * abs(high):  # too narrow for bins of their own
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
     shares = (0, 1, 5, 25, 50, 75, 95, 99, 100)
-    percentiles = dict(zip(shares, _percentiles(values, shares)))
+    found = dict(zip(shares, percentiles(values, shares)))
     counts, edges = np.histogram(np.clip(values, low, high), bins=bins, range=(low, high))
     return Statistics(
         unit=unit,
         count=len(values),
-        min=percentiles.pop(0),
+        min=found.pop(0),
         mean=float(values.mean()),
-        median=percentiles.pop(50),
-        max=percentiles.pop(100),
+        median=found.pop(50),
+        max=found.pop(100),
         standard_deviation=float(values.std()),
-        percentiles={str(share): value for share, value in percentiles.items()},
+        percentiles={str(share): value for share, value in found.items()},
         histogram=Histogram(edges=tuple(edges.tolist()), counts=tuple(counts.tolist())),
     )
-
-
-def _percentiles(values: FloatArray, shares: Sequence[int]) -> list[float]:
-    """Percentiles, between two values by straight lines, as numpy has them, all by one partition."""
-    place = np.asarray(shares) / 100.0 * (len(values) - 1)
-    below = np.floor(place).astype(np.int64)
-    above = np.minimum(below + 1, len(values) - 1)
-    ordered = np.partition(values, np.unique([below, above]))
-    return [float(v) for v in ordered[below] + (place - below) * (ordered[above] - ordered[below])]
 
 
 def _count_statistics(values: IntArray) -> Statistics:
@@ -223,14 +215,6 @@ def _smallest(values: FloatArray, count: int) -> IntArray:
     else:
         near = np.arange(len(values))
     return np.asarray(near[np.argsort(values[near], kind="stable")][:count])
-
-
-def _volume_ratio(table: FaceTable, volume: FloatArray) -> float | None:
-    """Largest ratio of the volumes of two elements that share a face; 1 where none do, None where one has none."""
-    pair = volume[table.neighbours()]
-    if pair.size and pair.min() <= 0:
-        return None
-    return float((pair.max(axis=1, initial=0.0) / pair.min(axis=1, initial=np.inf)).max(initial=1.0))
 
 
 def _facet_records(mesh: VolumeMesh) -> dict[str, FacetRecord]:

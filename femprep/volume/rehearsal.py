@@ -20,6 +20,7 @@ from femprep.volume.check import check
 from femprep.volume.constraints import constrain
 from femprep.volume.measures import element_measures, element_volumes
 from femprep.volume.optimise import optimise
+from femprep.volume.percentiles import percentiles
 from femprep.volume.tagging import tag_facets
 
 _log = logging.getLogger(__name__)
@@ -37,7 +38,7 @@ _CELLS = np.array([(0, 1, 2, 3)])
 @cache
 def tiny_mesh() -> VolumeMesh:
     """One tetrahedron with tagged facets."""
-    tag = np.full(4, FACET_TAGS["epi"], dtype=np.int32)
+    tag = np.array([FACET_TAGS[name] for name in ("endo", "epi", "epi", "epi")], dtype=np.int32)
     region = np.full(1, REGION_TAGS["lv"], dtype=np.int32)
     return VolumeMesh(_POINTS, {"tetra": _CELLS}, region, {"triangle": _FACETS}, tag)
 
@@ -63,6 +64,7 @@ def rehearse(elements: float = 0.0) -> Iterator[None]:
     bucketed(rows, 4)
     yield
     check(mesh)
+    percentiles(np.arange(9.0), (50.0,))
     yield
     np.ones(int(min(elements * _BYTES_PER_ELEMENT, _MOST_BYTES)), dtype=np.uint8)
 

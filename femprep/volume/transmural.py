@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from femprep.compiled import compiled
 from femprep.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import IntArray, VolumeMesh, is_blood, tag_name
 from femprep.rows import distinct_pairs
@@ -37,16 +38,24 @@ def elements_through_wall(mesh: VolumeMesh, edges: IntArray | None = None) -> In
     edges = _wall_edges(mesh) if edges is None else edges
     distance = np.full(len(mesh.points), -1, dtype=np.int64)
     distance[outer] = 0
-    step = 0
-    while True:
-        # All edges with one end reached in the step before: the other end is one further.
-        reached = distance[edges] == step
-        fresh = np.concatenate([edges[reached[:, 0], 1], edges[reached[:, 1], 0]])
-        fresh = fresh[distance[fresh] < 0]
-        if len(fresh) == 0:
-            return distance[inner]
+    _spread(edges, distance)
+    return distance[inner]
+
+
+@compiled()
+def _spread(edges: IntArray, distance: IntArray) -> None:
+    """Count edges onward from where the distance is 0, in place; -1 where no chain leads."""
+    step, found = 0, True
+    while found:
+        found = False
+        for i in range(len(edges)):
+            # All edges with one end reached in the step before: the other end is one further.
+            a, b = edges[i, 0], edges[i, 1]
+            if distance[a] == step and distance[b] < 0:
+                distance[b], found = step + 1, True
+            elif distance[b] == step and distance[a] < 0:
+                distance[a], found = step + 1, True
         step += 1
-        distance[fresh] = step
 
 
 def _wall_edges(mesh: VolumeMesh) -> IntArray:

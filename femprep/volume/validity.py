@@ -60,15 +60,28 @@ class FaceTable:
         found[self.number[way]] = np.arange(len(self.number))[way]
         return found
 
-    def neighbours(self) -> IntArray:
-        """Pairs of elements that share a face, ``(p, 2)``."""
-        pairs = np.stack([self.first, self.last], axis=1)[self.count == 2]
-        if (self.count > 2).any():  # more than two elements at one face: each with the next
-            faces = np.flatnonzero(self.count[self.number] > 2)
-            faces = faces[np.argsort(self.number[faces], kind="stable")]
-            follows = self.number[faces[:-1]] == self.number[faces[1:]]
-            pairs = np.concatenate([pairs, np.stack([faces[:-1], faces[1:]], axis=1)[follows]])
-        return np.asarray(self.element[pairs])
+    def greatest_ratio(self, volume: npt.NDArray[np.float64]) -> float | None:
+        """Largest ratio of the volumes ``(n,)`` of two elements that share a face; 1 where none do.
+
+        None where one of them has none.
+        """
+        ratio = float(_greatest_ratio(self.number, self.element, volume, len(self.count)))
+        return ratio if ratio > 0.0 else None
+
+
+@compiled()
+def _greatest_ratio(number: IntArray, element: IntArray, volume: npt.NDArray[np.float64], count: int) -> float:
+    """Largest ratio over all faces, each element there with the next; 0 where a volume is not positive."""
+    last, ratio = np.full(count, -1, dtype=np.int64), 1.0
+    for i in range(len(number)):
+        one, other = element[i], last[number[i]]
+        if other >= 0:
+            low, high = min(volume[one], volume[other]), max(volume[one], volume[other])
+            if low <= 0.0:
+                return 0.0
+            ratio = max(ratio, high / low)
+        last[number[i]] = one
+    return ratio
 
 
 def face_table(mesh: VolumeMesh) -> FaceTable:
@@ -126,7 +139,7 @@ def validity(mesh: VolumeMesh, relative_jacobian: npt.NDArray[np.float64], table
         open_boundary_edges=int((edges.count == 1).sum()),
         non_manifold_boundary_edges=int((edges.count > 2).sum()),
         non_manifold_boundary_points=edges.pinched,
-        duplicate_points=len(cKDTree(mesh.points[used]).query_pairs(_tiny(mesh, used), output_type="ndarray")),
+        duplicate_points=_duplicate_points(mesh.points[used]),
         orphan_points=len(mesh.points) - len(used),
         pieces=_components(mesh.n_cells, table.number, table.element, len(count)),
         boundary_shells=edges.shells,
@@ -239,9 +252,16 @@ def used_points(mesh: VolumeMesh) -> IntArray:
     return np.flatnonzero(used)
 
 
-def _tiny(mesh: VolumeMesh, used: IntArray) -> float:
-    """Distance below which two points are one: 1e-9 of the mesh's extent."""
-    return 1e-9 * float(np.ptp(mesh.points[used], axis=0).max(initial=0.0)) if len(used) else 0.0
+def _duplicate_points(points: npt.NDArray[np.float64]) -> int:
+    """Number of pairs of points nearer than 1e-9 of the extent of all."""
+    if len(points) == 0:
+        return 0
+    tiny = 1e-9 * float(np.ptp(points, axis=0).max())
+    # Only points whose x is that near to another's: few, quickly searched.
+    order = np.argsort(points[:, 0])
+    close = np.diff(points[order, 0]) <= tiny
+    candidates = order[np.append(close, False) | np.append(False, close)]
+    return len(cKDTree(points[candidates]).query_pairs(tiny, output_type="ndarray")) if len(candidates) else 0
 
 
 def _duplicate_elements(cells: Mapping[str, IntArray]) -> int:
