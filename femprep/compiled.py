@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Callable
+from functools import wraps
 from typing import Any, Final
 
 import numba
@@ -14,6 +16,9 @@ _log = logging.getLogger(__name__)
 #: once, at compile time, so that results do not depend on the number of threads.
 FAST_SUMS: Final = frozenset({"reassoc", "contract", "nsz", "arcp"})
 
+#: Held while a kernel runs on several threads: not every library that numba spreads loops by bears two at a time.
+_SPREAD: Final = threading.Lock()
+
 
 def compiled(
     parallel: bool = False, fast_sums: bool = False, part: bool = False
@@ -23,10 +28,12 @@ def compiled(
     numba keeps it beside the source, in the user's cache folder, or in ``NUMBA_CACHE_DIR``. Where none of them can
     be written (a read-only installation without a home folder) the kernel is compiled anew by each process.
 
+    A kernel lets other threads of Python run meanwhile.
+
     Parameters
     ----------
     parallel : bool
-        Spread ``prange`` loops over threads.
+        Spread ``prange`` loops over threads. One such kernel runs at a time; another kernel cannot call it.
     fast_sums : bool
         Let sums be reordered, so that they are vectorised.
     part : bool
@@ -40,13 +47,26 @@ def compiled(
         "fastmath": set(FAST_SUMS) if fast_sums else False,
         "error_model": "numpy",
         "forceinline": part,
+        "nogil": True,
     }
 
     def decorate(function: Callable[..., Any]) -> Any:
         try:
-            return numba.njit(cache=True, **settings)(function)
+            kernel = numba.njit(cache=True, **settings)(function)
         except RuntimeError as error:
             _log.info("compiled code of %s is not kept: %s", function.__name__, error)
-            return numba.njit(**settings)(function)
+            kernel = numba.njit(**settings)(function)
+        return _alone(kernel) if parallel else kernel
 
     return decorate
+
+
+def _alone(kernel: Callable[..., Any]) -> Callable[..., Any]:
+    """The kernel, run while no other one of its kind does."""
+
+    @wraps(kernel)
+    def call(*args: Any) -> Any:
+        with _SPREAD:
+            return kernel(*args)
+
+    return call

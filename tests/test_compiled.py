@@ -1,0 +1,34 @@
+"""Compiled kernels beside each other: in other threads, and by the plainest of numba's libraries for threads."""
+
+import os
+import subprocess
+import sys
+
+#: Two threads search at once; numba's own work queue ends the process where two kernels are spread at a time.
+_TWO_AT_ONCE = """
+import threading
+import numpy as np
+from femprep.geometry.closest import ClosestFinder
+points = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+finder = ClosestFinder(points, np.array([(0, 1, 2)]))
+queries = np.random.default_rng(0).random((20000, 3))
+alone = finder(queries).distance
+found = []
+def search():
+    found.extend(finder(queries).distance for _ in range(20))
+threads = [threading.Thread(target=search) for _ in range(2)]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+assert len(found) == 40
+assert all(np.array_equal(distance, alone) for distance in found)
+"""
+
+
+def test_kernels_of_two_threads_are_spread_one_after_the_other():
+    layer = {"NUMBA_THREADING_LAYER": "workqueue", "NUMBA_NUM_THREADS": "2"}
+    done = subprocess.run(
+        [sys.executable, "-c", _TWO_AT_ONCE], env={**os.environ, **layer}, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
