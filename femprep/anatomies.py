@@ -15,6 +15,7 @@ from femprep.image import LabelObject, Segmentation
 from femprep.model import Plane, Surface
 from femprep.options import Options
 from femprep.surface import fit_surface
+from femprep.surface.ahead import in_turn
 from femprep.surface.outlined import outline_surface
 from femprep.wall import (
     Envelope,
@@ -94,12 +95,13 @@ def left_ventricle(seg: Segmentation, options: Options, stages: Stages) -> Parts
         base = find_base(seg, options=options.wall)
         clipped = options.wall.apex == "clipped"
         apex = find_apex(seg, options=options.wall) if clipped else None
-    with stages("surface lv") as report:
-        endo = fit_surface(objects["lv"], options=options.surface, progress=report)
-    with stages("surface epi") as report:
-        boundary = None if clipped else extend_apex(seg, objects["epi"], endo=endo, options=options.wall)
-        epi = fit_surface(objects["epi"], boundary=boundary, options=options.surface, progress=report)
-    return Parts(objects, {"lv": endo}, epi, base, apex)
+    fitted: dict[str, Surface] = {}
+    for name, obj, begun in in_turn(objects, options.surface):
+        with stages(f"surface {name}") as report:
+            closed = name == "epi" and not clipped
+            own = extend_apex(seg, obj, endo=fitted["lv"], options=options.wall) if closed else None
+            fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report, begun=begun)
+    return Parts(objects, {"lv": fitted["lv"]}, fitted["epi"], base, apex)
 
 
 def both_ventricles(seg: Segmentation, options: Options, stages: Stages) -> Parts:
@@ -120,11 +122,11 @@ def both_ventricles(seg: Segmentation, options: Options, stages: Stages) -> Part
         clipped = wall.apex == "clipped"
         apex = find_apex(seg, options=wall) if clipped else None
     fitted: dict[str, Surface] = {}
-    for name, obj in objects.items():
+    for name, obj, begun in in_turn(objects, options.surface):
         with stages(f"surface {name}") as report:
             closed = name == "lv_epi" and not clipped
             own = extend_apex(seg, obj, endo=fitted["lv"], options=wall) if closed else None
-            fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report)
+            fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report, begun=begun)
     with stages("surface epi") as report:
         cavities = {name: fitted[name] for name in ("lv", "rv")}
         cavities, repaired = keep_apart(cavities, wall.minimum_thickness, wall.maximum_push)
@@ -164,9 +166,9 @@ def whole_heart(seg: Segmentation, options: Options, stages: Stages) -> Parts:
         parts |= {f"{name}_epi": own for name, own in CHAMBERS.items() if own[1] in seg.structures or name == "lv"}
         objects = {name: seg.object(*own, name=name, options=options.image) for name, own in parts.items()}
     fitted = {}
-    for name, obj in objects.items():
+    for name, obj, begun in in_turn(objects, options.surface):
         with stages(f"surface {name}") as report:
-            fitted[name] = fit_surface(obj, options=options.surface, progress=report)
+            fitted[name] = fit_surface(obj, options=options.surface, progress=report, begun=begun)
     with stages("surface epi") as report:
         cavities = {name: fitted[name] for name in CHAMBERS}
         cavities, repaired = keep_apart(cavities, wall.minimum_thickness, wall.maximum_push)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Any, Final
 
 import numpy as np
@@ -19,7 +20,7 @@ from femprep.image.resample import isotropic
 from femprep.model import FloatArray, IntArray, Surface
 from femprep.options import SurfaceOptions, choose
 from femprep.surface.mend import Target, sound_map
-from femprep.surface.smooth import smooth_map
+from femprep.surface.smooth import Rough, smooth_map
 from femprep.template import charge_template, cubed_template, sphere_points
 
 _log = logging.getLogger(__name__)
@@ -48,6 +49,7 @@ def fit_surface(
     boundary: BoundaryPoints | None = None,
     options: SurfaceOptions | None = None,
     progress: Callable[[str, float], None] | None = None,
+    begun: Future[Rough | None] | None = None,
     **changes: Any,
 ) -> Surface:
     """Fit a closed, smooth surface with a given number of vertices to a segmented object.
@@ -77,6 +79,8 @@ def fit_surface(
         50 to 450.
     progress : callable, optional
         Told the stage and the fraction done.
+    begun : Future, optional
+        What another thread has begun of it, see :func:`~femprep.surface.ahead.in_turn`.
     **changes
         Options by name, for example ``method="paper", vertices=1180, singularities=227, control_points=204`` (Table 1).
 
@@ -125,7 +129,7 @@ def fit_surface(
     if chosen.method == "smooth":
         try:
             smooth, points, cells, more = smooth_map(
-                obj, boundary, turn, directions, template.cells, chosen.connectivity, chosen.curvature_sizing
+                obj, boundary, turn, directions, template.cells, chosen.connectivity, chosen.curvature_sizing, begun
             )
         except StageError as error:
             # The harmonic surface is less accurate, but bends of a thin chamber cannot cross on it.

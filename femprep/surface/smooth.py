@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -37,6 +38,24 @@ _ROUNDS_DRAWN: Final = 4
 _POOR: Final = 0.3
 
 
+class Rough(NamedTuple):
+    """A mesh near an object's surface.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        Vertices, in coordinates along the image's axes from the object's barycentre, mm.
+    cells : (m, 3) array
+        Triangles, wound outward.
+    sphere : (n, 3) array, optional
+        Where the vertices lie on the sphere, if they come from there.
+    """
+
+    points: FloatArray
+    cells: IntArray
+    sphere: FloatArray | None
+
+
 class _Try(NamedTuple):
     """Least stiffness of the surface, mm^4, smoothing of the outline it begins with, in voxels, and how that is meshed:
     by a sphere carried there, or drawn on it."""
@@ -70,6 +89,7 @@ def smooth_map(
     cells: IntArray,
     connectivity: Connectivity,
     curvature: float,
+    begun: Future[Rough | None] | None = None,
 ) -> tuple[PlacedShape, FloatArray, IntArray, dict[str, Any]]:
     """Estimate an object's surface from its labels, beginning with an outline of its voxels; place a template on it.
 
@@ -87,6 +107,8 @@ def smooth_map(
         Its triangles or quadrilaterals.
     connectivity, curvature
         As for :func:`~femprep.surface.place.place_evenly`.
+    begun : Future, optional
+        The mesh to begin with, see :func:`rough_mesh`, where another thread makes it.
 
     Returns
     -------
@@ -111,7 +133,9 @@ def smooth_map(
     for each in _FAITHFUL + _SMOOTHER:
         if best is not None and (best.short <= 1.0 or (each in _SMOOTHER and best.quality >= _ACCEPTED)):
             break
-        found = _smoothed(obj, axes, evidence, goal, outlines, each)
+        begin = begun.result() if begun is not None and each is _FAITHFUL[0] else _begin(obj, axes, each)
+        # None where triangles cross or are folded already.
+        found = None if begin is None else _smoothed(begin, evidence, goal, outlines, each)
         if found is not None and (best is None or found.short < best.short):
             best = found
     if best is None:
@@ -195,12 +219,9 @@ class _Smoothed(NamedTuple):
 
 
 def _smoothed(
-    obj: LabelObject, axes: FloatArray, evidence: Evidence, goal: _Goal, outlines: _Outlines | None, each: _Try
+    begin: Rough, evidence: Evidence, goal: _Goal, outlines: _Outlines | None, each: _Try
 ) -> _Smoothed | None:
     """Estimate the surface and place the template on it; None where triangles cross or are folded."""
-    begin = _begin(obj, axes, each)
-    if begin is None:
-        return None
     points, cells, sphere = begin
     rounds = {"rounds": _ROUNDS_DRAWN} if each.drawn else {}
     estimate = estimate_surface(points, cells, evidence, each.softest, **rounds)
@@ -266,13 +287,17 @@ def _quality(placed: Placed) -> float:
     return float(triangle_quality(placed.points, triangles).min())
 
 
-def _begin(obj: LabelObject, axes: FloatArray, each: _Try) -> tuple[FloatArray, IntArray, FloatArray | None] | None:
-    """An even mesh around an object's voxels, and where its vertices lie on the sphere, if they come from there; None
-    where it could not be made."""
+def rough_mesh(obj: LabelObject, axes: FloatArray) -> Rough | None:
+    """The mesh that :func:`smooth_map` begins with; it depends on the object's voxels alone, not on its boundary."""
+    return _begin(obj, axes, _FAITHFUL[0])
+
+
+def _begin(obj: LabelObject, axes: FloatArray, each: _Try) -> Rough | None:
+    """An even mesh around an object's voxels; None where it could not be made."""
     if each.drawn:
         fine, coarse = outlines(obj, axes, _OUTLINE_DRAWN, each.blur)
         drawn = even_mesh(*coarse, PatchSurface(*fine), _COARSE_DRAWN)
-        return None if drawn is None or drawn.folded else (drawn.points, drawn.cells, None)
+        return None if drawn is None or drawn.folded else Rough(drawn.points, drawn.cells, None)
     rough = PatchSurface(*outline(obj, axes, _OUTLINE, each.blur))
     template = charge_template(_COARSE)
     placed = place_evenly(template.directions, template.cells, rough)
@@ -280,4 +305,4 @@ def _begin(obj: LabelObject, axes: FloatArray, each: _Try) -> tuple[FloatArray, 
         placed = place_evenly(template.directions, template.cells, rough, connectivity="auto")
     if placed.folded or len(self_intersections(placed.points, placed.cells)):
         return None
-    return placed.points, placed.cells, placed.directions
+    return Rough(placed.points, placed.cells, placed.directions)
