@@ -207,6 +207,9 @@ def _draw(meshes: tuple[Any, Any], camera: list[Any], png: Path | None) -> None:
     if png is not None:
         shot, writer = vtkWindowToImageFilter(), vtkPNGWriter()
         shot.SetInput(window)
+        shot.ShouldRerenderOff()  # it is drawn already
+        shot.ReadFrontBufferOff()
+        writer.SetCompressionLevel(1)  # of edges and flat colours smaller than by higher levels, and quicker
         writer.SetInputConnection(shot.GetOutputPort())
         writer.SetFileName(str(png))
         writer.Write()
