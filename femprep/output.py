@@ -233,11 +233,11 @@ def _volumes(run: Run) -> list[VolumeRecord]:
 
 
 def _slices(run: Run) -> list[str]:
-    parts = {
-        name: (run.mesh.points, facet_triangles(run.mesh, name))
-        for name in run.mesh.facet_names
-        if name.startswith(("endo", "epi"))
-    }
+    parts = {}
+    for name in run.mesh.facet_names:
+        if name.startswith(("endo", "epi")):
+            used, triangles = np.unique(facet_triangles(run.mesh, name), return_inverse=True)
+            parts[name] = run.mesh.points[used], triangles.reshape(-1, 3)
     return slice_pictures(run.segmentation, parts)
 
 

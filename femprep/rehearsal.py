@@ -69,8 +69,11 @@ def _load(formats: tuple[str, ...]) -> Iterator[None]:
     from femprep.export.table import FORMATS
     from femprep.export.text import wrapped
     from femprep.export.vtu import unstructured_grid
+    from femprep.report.manifest import library_versions
     from femprep.volume.rehearsal import tiny_mesh
 
+    library_versions()
+    yield
     mesh = tiny_mesh()
     unstructured_grid(mesh)
     facets_polydata(mesh)

@@ -104,8 +104,7 @@ def _box(mask: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.int64], npt.NDArra
 
 def _runs(mask: npt.NDArray[np.bool_]) -> str:
     """SVG path of a 2-D mask: one rectangle for each run of pixels."""
-    parts: list[str] = []
-    for j in range(mask.shape[1]):
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], mask[:, j].astype(np.int8), [0]])))
-        parts.extend(f"M{a} {j}h{b - a}v1h{a - b}z" for a, b in zip(edges[::2], edges[1::2]))
-    return "".join(parts)
+    padded = np.pad(mask.T.astype(np.int8), ((0, 0), (1, 1)))
+    column, edge = np.nonzero(np.diff(padded, axis=1))  # the first pixel of a run and the first behind it, by turns
+    runs = zip(column[::2].tolist(), edge[::2].tolist(), edge[1::2].tolist())
+    return "".join(f"M{a} {j}h{b - a}v1h{a - b}z" for j, a, b in runs)
