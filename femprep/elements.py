@@ -221,7 +221,9 @@ def match_facets(cells: Mapping[str, IntArray], facets: Mapping[str, IntArray]) 
             corners = FACET_CORNERS[kind]
             wanted, have = nodes[:, :corners], faces[kind].nodes[:, :corners]
             row = _first_row(_ring(have), _ring(wanted))
-            row = np.where(row < 0, _first_row(np.sort(have, axis=1), np.sort(wanted, axis=1)), row)
+            missed = row < 0
+            if missed.any():
+                row[missed] = _first_row(np.sort(have, axis=1), np.sort(wanted[missed], axis=1))
             element[row >= 0] = numbered[faces[kind].element[row[row >= 0]]]
             number[row >= 0] = faces[kind].face[row[row >= 0]]
         elements.append(element)
