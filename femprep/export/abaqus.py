@@ -83,4 +83,4 @@ def element_rows(numbers: IntArray, nodes: IntArray) -> str:
 
 def surface_rows(element: IntArray, face: IntArray) -> str:
     """Element number and face label (S1, S2...) of each facet."""
-    return "".join(f"{e}, S{f}\n" for e, f in zip((element + 1).tolist(), (face + 1).tolist()))
+    return rows(element + 1, np.array([f"S{number}" for number in range(1, 7)])[face])

@@ -40,7 +40,7 @@ def number(value: float, width: int = FIELD) -> str:
 
 
 def rows(*columns: npt.ArrayLike, separator: str = ", ", width: int | None = FIELD) -> str:
-    """Lines of numbers, one per row: integer and float columns (or blocks of columns) side by side.
+    """Lines of numbers, one per row: integer and float columns (or blocks of columns) and plain words side by side.
 
     Floats are exact where ``width`` is ``None``, else cut to 20 characters.
     """
@@ -58,6 +58,8 @@ def rows(*columns: npt.ArrayLike, separator: str = ", ", width: int | None = FIE
 
 def _texts(column: npt.NDArray[Any], width: int | None) -> list[Any]:
     """The numbers of a column; as text where JSON's words for them are too long, or not those of Python."""
+    if column.dtype.kind == "U":
+        return list(column.tolist())
     if column.dtype.kind != "f":
         return list(column.astype(np.int64).tolist())
     values: list[Any] = column.tolist()
