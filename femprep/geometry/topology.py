@@ -99,10 +99,13 @@ def border_loops(cells: npt.ArrayLike) -> list[IntArray]:
     return loops
 
 
-def pieces(cells: npt.ArrayLike) -> IntArray:
-    """Number from 0 of the connected piece each cell belongs to; cells that share an edge belong together, ``(m,)``."""
+def pieces(cells: npt.ArrayLike, table: EdgeTable | None = None) -> IntArray:
+    """Number from 0 of the connected piece each cell belongs to; cells that share an edge belong together, ``(m,)``.
+
+    This and what follows takes the table of the cells' edges too, where it is known.
+    """
     cells = np.asarray(cells, dtype=np.int64)
-    table = edge_table(cells)
+    table = edge_table(cells) if table is None else table
     m, p = cells.shape
     bipartite = coo_array(
         (np.ones(m * p, dtype=np.int8), (np.repeat(np.arange(m), p), m + table.of_cell.ravel())),
@@ -113,10 +116,10 @@ def pieces(cells: npt.ArrayLike) -> IntArray:
     return np.asarray(number.ravel(), dtype=np.int64)
 
 
-def pinched_vertices(cells: npt.ArrayLike) -> IntArray:
+def pinched_vertices(cells: npt.ArrayLike, table: EdgeTable | None = None) -> IntArray:
     """Vertices at which several fans of cells meet in that point alone: closed at its edges, yet not a 2-manifold."""
     cells = np.asarray(cells, dtype=np.int64)
-    table = edge_table(cells)
+    table = edge_table(cells) if table is None else table
     m, p = cells.shape
     if m == 0:
         return np.empty(0, dtype=np.int64)
@@ -129,8 +132,8 @@ def pinched_vertices(cells: npt.ArrayLike) -> IntArray:
     size = m * p + 2 * len(table.count)
     graph = coo_array((np.ones(hub.size, dtype=np.int8), (sides.ravel(), hub)), shape=(size, size))
     _, label = connected_components(graph, directed=False)
-    fans = np.unique(np.stack([cells.ravel(), label[: m * p]], axis=1), axis=0)
-    number, count = np.unique(fans[:, 0], return_counts=True)
+    fans = np.unique(cells.ravel() * size + label[: m * p])
+    number, count = np.unique(fans // size, return_counts=True)
     return np.asarray(number[count > 1], dtype=np.int64)
 
 
@@ -139,10 +142,11 @@ def is_manifold(cells: npt.ArrayLike) -> bool:
     return is_closed(cells) and len(pinched_vertices(cells)) == 0
 
 
-def euler_characteristic(cells: npt.ArrayLike) -> int:
+def euler_characteristic(cells: npt.ArrayLike, table: EdgeTable | None = None) -> int:
     """Vertices - edges + cells, of the vertices in use; 2 for a sphere, 0 for a torus, sums over pieces."""
     cells = np.asarray(cells, dtype=np.int64)
-    return len(np.unique(cells)) - len(edge_table(cells).count) + len(cells)
+    table = edge_table(cells) if table is None else table
+    return len(np.unique(cells)) - len(table.count) + len(cells)
 
 
 def volume(points: npt.ArrayLike, triangles: npt.ArrayLike) -> float:

@@ -144,10 +144,11 @@ def _held(points: FloatArray, facets: TaggedFacets, filling: Filling, envelope: 
 def _check_boundary(facets: IntArray, wall: Wall) -> None:
     """Make sure that the boundary facets bound the same kind of body as the wall."""
     table = edge_table(facets)
-    if (table.count != 2).any() or (table.forward != 1).any() or len(pinched_vertices(facets)):
+    if (table.count != 2).any() or (table.forward != 1).any() or len(pinched_vertices(facets, table)):
         raise StageError("the boundary of the mesh is no closed 2-manifold; choose a smaller edge_length or envelope")
-    shells, expected = int(pieces(facets).max()) + 1, int(pieces(wall.triangles).max()) + 1
-    euler, wanted = euler_characteristic(facets), euler_characteristic(wall.triangles)
+    shells, euler = int(pieces(facets, table).max()) + 1, euler_characteristic(facets, table)
+    table = edge_table(wall.triangles)
+    expected, wanted = int(pieces(wall.triangles, table).max()) + 1, euler_characteristic(wall.triangles, table)
     if shells != expected or euler != wanted:
         raise StageError(
             f"the boundary of the mesh has {shells} shell(s) and Euler characteristic {euler}, the wall's {expected} "

@@ -296,7 +296,7 @@ def test_a_boundary_that_is_wrong_is_told_before_tags_that_cannot_be(coarse_wall
     mesher(result(coarse_mesh))
     with pytest.raises(StageError, match="no tags"):
         tetrahedralize(coarse_wall, edge_length=6.0)
-    monkeypatch.setattr(finish, "pinched_vertices", lambda facets: facets[0])
+    monkeypatch.setattr(finish, "pinched_vertices", lambda facets, table: facets[0])
     with pytest.raises(StageError, match="no closed 2-manifold"):
         tetrahedralize(coarse_wall, edge_length=6.0)
 
