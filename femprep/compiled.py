@@ -9,6 +9,8 @@ from functools import wraps
 from typing import Any, Final
 
 import numba
+from numba.core.caching import FunctionCache
+from numba.core.runtime import rtsys
 
 _log = logging.getLogger(__name__)
 
@@ -51,14 +53,28 @@ def compiled(
     }
 
     def decorate(function: Callable[..., Any]) -> Any:
+        kernel = numba.njit(**settings)(function)
         try:
-            kernel = numba.njit(cache=True, **settings)(function)
+            kernel._cache = _Kept(function)
         except RuntimeError as error:
             _log.info("compiled code of %s is not kept: %s", function.__name__, error)
-            kernel = numba.njit(**settings)(function)
         return _alone(kernel) if parallel else kernel
 
     return decorate
+
+
+class _Kept(FunctionCache):  # type: ignore[misc]
+    """numba's folder of machine code for one kernel, read without the compiler.
+
+    numba's own readies the compiler before it looks, which takes longer than to read all kernels of a run; where there
+    is something to compile, it is readied anyhow.
+    """
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Machine code for arguments of some types; None where there is none yet."""
+        rtsys.initialize(target_context)  # what kernels take memory by
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
 
 def _alone(kernel: Callable[..., Any]) -> Callable[..., Any]:
