@@ -14,6 +14,8 @@ from femprep.errors import FemprepError
 INTERRUPTED = 130
 #: Numbers of three options in glibc's ``malloc.h``.
 _TRIM_THRESHOLD, _MMAP_THRESHOLD, _ARENA_MAX = -1, -3, -8
+#: New objects after which Python looks for cycles: libraries that are loaded make ever so many, and nearly no cycles.
+_NEW_OBJECTS = 50_000
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -24,6 +26,7 @@ def main(arguments: list[str] | None = None) -> int:
     int
         0 done; 1 done but a check failed; 2 the input or the options are wrong; 3 a stage failed; 130 interrupted.
     """
+    gc.set_threshold(_NEW_OBJECTS)
     from femprep.cli._app import app
 
     signal.signal(signal.SIGTERM, _terminate)
