@@ -74,14 +74,14 @@ def write_run(
                 for name in run.options.formats:
                     write_format(run.mesh, folder, name, options=run.options.export)
                 (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
-                slices = _slices(run)
+                slices, volumes, details = _slices(run), _volumes(run), _details(run)
                 vtk.result()
         finally:
             picture = finish_picture(painter, png)
             png.unlink(missing_ok=True)
             png.with_suffix(".npz").unlink(missing_ok=True)
         stages = {**run.seconds, "write": time.perf_counter() - start}
-        manifest = _manifest(run, stages, source, _volumes(run), _details(run), folder, more=("report.html",))
+        manifest = _manifest(run, stages, source, volumes, details, folder, more=("report.html",))
         (folder / "report.html").write_text(_page(run, manifest, slices, picture), encoding="utf-8")
         _write_manifest(manifest, folder)
     report("write", 1.0)

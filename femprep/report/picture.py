@@ -106,11 +106,13 @@ def _cut(mesh: VolumeMesh, side: FloatArray) -> list[np.ndarray]:
     """Faces between the elements whose middle lies on the negative side of a plane and the others."""
     behind, near = {}, {}
     for kind, block in mesh.cells.items():
-        own = side[block[:, : ELEMENTS[kind].corners]]
-        # Only elements near the plane have such faces: few, quickly matched.
-        reached = np.abs(own).min(axis=1) <= np.ptp(own, axis=1)
+        corners = block[:, : ELEMENTS[kind].corners]
+        # Only elements near the plane have such faces: few, quickly matched. Corner by corner, as rows are short.
+        own = [side[column] for column in corners.T]
+        span = np.max(own, axis=0) - np.min(own, axis=0)
+        reached = np.min(np.abs(own), axis=0) <= span
         near[kind] = block[reached]
-        behind[kind] = near[kind][own[reached].mean(axis=1) < 0.0]
+        behind[kind] = near[kind][side[corners[reached]].mean(axis=1) < 0.0]
     inside = boundary_faces(near)
     found = []
     for kind, faces in boundary_faces(behind).items():
