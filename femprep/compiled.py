@@ -55,7 +55,7 @@ def compiled(
     def decorate(function: Callable[..., Any]) -> Any:
         kernel = numba.njit(**settings)(function)
         try:
-            kernel._cache = _Kept(function)
+            kernel._cache = _KEPT(function)
         except RuntimeError as error:
             _log.info("compiled code of %s is not kept: %s", function.__name__, error)
         return _alone(kernel) if parallel else kernel
@@ -75,6 +75,12 @@ class _Kept(FunctionCache):  # type: ignore[misc]
         rtsys.initialize(target_context)  # what kernels take memory by
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
+
+
+#: Where a later numba has no such methods, its own way is taken.
+_KEPT: Final = (
+    _Kept if {"_load_overload", "_guard_against_spurious_io_errors"} <= set(dir(FunctionCache)) else FunctionCache
+)
 
 
 def _alone(kernel: Callable[..., Any]) -> Callable[..., Any]:
