@@ -153,10 +153,11 @@ def test_memory_limit_ends_the_child(monkeypatch, tmp_path):
 
 
 PARENT = """
-    import sys
+    import signal, sys
     import numpy as np
     from pathlib import Path
     from femprep.volume import guard
+    signal.signal(signal.SIGINT, signal.default_int_handler)   # shells let what runs in the background ignore it
     wait = Path({folder!r}, "worker.py")
     wait.write_text(
         "import ctypes, os, runpy, sys, time\\n"
