@@ -14,6 +14,7 @@ import numpy.typing as npt
 from numba import prange
 
 from femprep.compiled import compiled
+from femprep.geometry.banded import factorise, substitute
 from femprep.geometry.triangles import vertex_normals
 
 FloatArray = npt.NDArray[np.float64]
@@ -136,23 +137,53 @@ def _rows(matrix: Any) -> IntArray:
 
 def _heights(points: FloatArray, frames: FloatArray, near: IntArray) -> FloatArray:
     """Coefficients ``(n, 9)`` of u, v, u^2, uv, v^2, u^3, u^2 v, u v^2, v^3 that fit the neighbours' heights."""
-    present = near >= 0
-    local = np.einsum("nkj,naj->nka", points[near] - points[:, None], frames)
-    u, v = (np.where(present, local[..., a], 0.0) for a in range(2))
-    size = np.sqrt((u * u + v * v).sum(axis=1) / np.maximum(present.sum(axis=1), 1))[:, None]
-    u, v = u / size, v / size
-    height = np.where(present, local[..., 2], 0.0) / size
-    terms = np.stack([u, v, u * u, u * v, v * v, u**3, u * u * v, u * v * v, v**3], axis=2)
-    weight = present / (0.3 + u * u + v * v)
-    normal = np.einsum("nki,nk,nkj->nij", terms, weight, terms)
+    found = np.zeros((len(points), 9))
+    _fit_heights(points, frames, near, found)
+    return found
+
+
+@compiled(parallel=True)
+def _fit_heights(points: Any, frames: Any, near: Any, found: Any) -> None:
+    for i in prange(len(points)):
+        _fit_height(points, frames[i], i, near[i], found[i])
+
+
+@compiled()
+def _fit_height(points: Any, frame: Any, i: int, near: Any, found: Any) -> None:
+    """Weighted least squares, in lengths by the mean distance of the neighbours: nearer ones count more."""
+    local = np.zeros((len(near), 3))
+    count = 0
+    square = 0.0
+    while count < len(near) and near[count] >= 0:
+        for a in range(3):
+            for k in range(3):
+                local[count, a] += (points[near[count], k] - points[i, k]) * frame[a, k]
+        square += local[count, 0] ** 2 + local[count, 1] ** 2
+        count += 1
+    if square == 0.0:
+        return
+    size = np.sqrt(square / count)
+    # Entry of row a and column b at [a, 8 - a + b], as a band of full width.
+    normal = np.zeros((9, 9))
+    right = np.zeros((1, 9))
+    for n in range(count):
+        u, v, height = local[n, 0] / size, local[n, 1] / size, local[n, 2] / size
+        terms = (u, v, u * u, u * v, v * v, u * u * u, u * u * v, u * v * v, v * v * v)
+        weight = 1.0 / (0.3 + u * u + v * v)
+        for a in range(9):
+            right[0, a] += weight * terms[a] * height
+            for b in range(a + 1):
+                normal[a, 8 - a + b] += weight * terms[a] * terms[b]
+    trace = 0.0
+    for a in range(9):
+        trace += normal[a, 8]
     # Little ridge for all; one that rules the cubic terms out where there are too few neighbours for them.
-    trace = np.trace(normal, axis1=1, axis2=2)
-    ridge = np.full((len(points), 9), 1e-7)
-    ridge[present.sum(axis=1) < _CUBIC, 5:] = 1e3
-    normal += (trace[:, None] * ridge)[:, :, None] * np.eye(9)
-    right = np.einsum("nki,nk,nk->ni", terms, weight, height)
-    degree = np.array([1, 1, 2, 2, 2, 3, 3, 3, 3])
-    return np.ascontiguousarray(np.linalg.solve(normal, right[..., None])[..., 0] * size ** (1 - degree))
+    for a in range(9):
+        normal[a, 8] += trace * (1e3 if a >= 5 and count < _CUBIC else 1e-7)
+    factorise(normal)
+    substitute(normal, right)
+    for a in range(9):
+        found[a] = right[0, a] / (1.0 if a < 2 else size if a < 5 else size * size)
 
 
 @compiled()

@@ -16,6 +16,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from femprep.geometry.banded import Banded
 from femprep.geometry.triangles import areas, corners
 from femprep.model import FloatArray, IntArray
 from femprep.surface.descent import descend, on_sphere, smoother
@@ -52,7 +53,6 @@ def sphere_map(points: FloatArray, cells: IntArray, density: FloatArray | None =
 def conformal(points: FloatArray, cells: IntArray) -> FloatArray:
     """Unit vectors ``(n, 3)`` from conformalised mean curvature flow: the first stiffness, the mass as it changes."""
     from scipy.sparse import diags_array
-    from scipy.sparse.linalg import splu
 
     stiff = cotangent(points, cells)
     first = areas(points, cells)
@@ -61,8 +61,7 @@ def conformal(points: FloatArray, cells: IntArray) -> FloatArray:
         mass = np.bincount(cells.ravel(), weights=np.repeat(areas(x, cells) / 3.0, 3), minlength=len(x))
         # Never nothing, so that what shrinks to a needle stays solvable.
         mass = np.maximum(mass, 1e-9)
-        matrix = (diags_array(mass) + _PACE * stiff).tocsc()
-        solver = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        solver = Banded(diags_array(mass) + _PACE * stiff)
         x = _normed(solver.solve(mass[:, None] * x), areas(x, cells), cells)
         radius = np.linalg.norm(x, axis=1)
         if radius.std() < _ROUND * radius.mean():

@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from femprep.geometry.banded import Banded
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.intersection import self_intersections
 from femprep.geometry.patches import PatchSurface
@@ -160,8 +161,6 @@ def _bend(
 
     Sharp edges are spared or not; where not, the stiffness is the one given.
     """
-    from scipy.sparse.linalg import splu
-
     shape = Curvature.of(points, triangles, _SHARPEST)
     finder = ClosestFinder(points, triangles)
     faces = _Feet.of(evidence.faces, finder, shape.normals)
@@ -177,8 +176,7 @@ def _bend(
     bent = shape.lenient(_USUAL, _LEAST) if edges else shape.stiffness
     energy = shape.change.T @ bent @ shape.change
     slope = shape.change.T @ (bent @ shape.mean)
-    whole = (labels + stiffness * energy).tocsc()
-    solver = splu(whole, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    solver = Banded(labels + stiffness * energy)
     move = solver.solve(right + also - stiffness * slope)
     moves = np.asarray((move * _held_back(move, triangles))[:, None] * shape.normals)
     if not edges:
@@ -188,7 +186,7 @@ def _bend(
     return moves, chosen
 
 
-def _determined(solver: Any, labels: Any) -> float:
+def _determined(solver: Banded, labels: Any) -> float:
     """How many of the vertices' moves the labels determine rather than the stiffness: the trace of (whole)^-1 labels.
 
     Estimated from random signs [1]_, the same ones every time.
