@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import base64
 import logging
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -38,7 +39,7 @@ _EDGE_COLOUR: Final = (0.27, 0.27, 0.27)
 def start_painter() -> subprocess.Popen[bytes]:
     """Start the process that will draw. It ends when this process does, which closes the pipe it waits at."""
     command = [sys.executable, "-m", "femprep.report.picture"]
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
 
 
 def start_picture(painter: subprocess.Popen[bytes], mesh: VolumeMesh, png: Path) -> None:
@@ -51,15 +52,17 @@ def start_picture(painter: subprocess.Popen[bytes], mesh: VolumeMesh, png: Path)
             painter.stdin.close()
         except OSError:
             logger.debug("the process that draws has ended already")
+        painter.stdin = None
 
 
 def end_painter(painter: subprocess.Popen[bytes]) -> None:
     """End a painter, whatever it is doing."""
     painter.kill()
     painter.wait()
-    if painter.stdin is not None:
+    for pipe in (painter.stdin, painter.stdout):
         try:
-            painter.stdin.close()
+            if pipe is not None:
+                pipe.close()
         except OSError:
             logger.debug("the process that draws has ended already")
 
@@ -67,7 +70,7 @@ def end_painter(painter: subprocess.Popen[bytes]) -> None:
 def finish_picture(painter: subprocess.Popen[bytes], png: Path) -> str | None:
     """Wait for a picture; a ``data:`` address of it, or None where it could not be drawn."""
     try:
-        painter.wait(timeout=TIME_LIMIT)
+        painter.communicate(timeout=TIME_LIMIT)  # until it closes its end of the pipe; to wait is to look now and then
     except subprocess.TimeoutExpired:
         logger.warning("no picture: rendering took more than %g s", TIME_LIMIT)
     finally:
@@ -147,6 +150,7 @@ def main() -> None:
         cut = _polydata(arrays["cut_points"], arrays["cut_polygons"])
         camera = arrays["camera"].tolist()
     _draw((facets, cut), camera, Path(png))
+    os._exit(0)  # the picture is there: VTK and Python would take half as long again to clear up
 
 
 def _polydata(points: FloatArray, polygons: IntArray, tag: IntArray | None = None) -> Any:
