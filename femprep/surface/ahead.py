@@ -7,7 +7,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 from femprep.image.object import LabelObject
 from femprep.options import SurfaceOptions
-from femprep.surface.fit import image_axes
 from femprep.surface.smooth import Rough, rough_mesh
 
 
@@ -43,6 +42,6 @@ def in_turn(
 def _begin(obj: LabelObject) -> Future[Rough | None]:
     """Begin the mesh in a thread; Python waits for its end before it ends itself."""
     thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="femprep-ahead")
-    begun = thread.submit(rough_mesh, obj, image_axes(obj)[1])
+    begun = thread.submit(rough_mesh, obj)
     thread.shutdown(wait=False)
     return begun

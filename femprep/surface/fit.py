@@ -20,6 +20,7 @@ from femprep.image.resample import isotropic
 from femprep.model import FloatArray, IntArray, Surface
 from femprep.options import SurfaceOptions, choose
 from femprep.surface.mend import Target, sound_map
+from femprep.surface.rest import image_axes
 from femprep.surface.smooth import Rough, smooth_map
 from femprep.template import charge_template, cubed_template, sphere_points
 
@@ -129,7 +130,7 @@ def fit_surface(
     if chosen.method == "smooth":
         try:
             smooth, points, cells, more = smooth_map(
-                obj, boundary, turn, directions, template.cells, chosen.connectivity, chosen.curvature_sizing, begun
+                obj, boundary, directions, template.cells, chosen.connectivity, chosen.curvature_sizing, begun
             )
         except StageError as error:
             # The harmonic surface is less accurate, but bends of a thin chamber cannot cross on it.
@@ -243,19 +244,6 @@ def _residuals(residual: FloatArray) -> dict[str, float]:
         "residual_p95": float(np.quantile(np.abs(residual), 0.95)),
         "within_1mm": float(np.mean(np.abs(residual) <= 1.0)),
     }
-
-
-def image_axes(obj: LabelObject) -> tuple[FloatArray, FloatArray]:
-    """The image's axes as columns, made exactly orthogonal, and the same as a rotation.
-
-    All is done along them, so that a turned image gives the same surface, turned.
-    """
-    left, _, right = np.linalg.svd(obj.grid.direction)
-    axes = np.asarray(left @ right, dtype=np.float64)
-    frame = axes.copy()
-    if np.linalg.det(frame) < 0.0:
-        frame[:, 2] *= -1.0
-    return axes, frame
 
 
 def _area(obj: LabelObject, boundary: BoundaryPoints) -> float:

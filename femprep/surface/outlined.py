@@ -10,8 +10,8 @@ from femprep.geometry.triangles import triangle_quality
 from femprep.image.object import LabelObject
 from femprep.model import Surface
 from femprep.surface.estimate.outline import outline
-from femprep.surface.fit import image_axes
 from femprep.surface.place import place_evenly
+from femprep.surface.rest import AtRest
 from femprep.template import charge_template
 
 #: Vertices of the outline.
@@ -38,14 +38,16 @@ def outline_surface(obj: LabelObject, vertices: int) -> Surface:
     StageError
         The outline is not a ball's, or the template folds on it.
     """
-    turn = image_axes(obj)[1]
+    rest = AtRest.of(obj)
     template = charge_template(vertices)
-    directions = template.directions @ (turn if obj.frame is None else obj.frame).T
-    rough = PatchSurface(*outline(obj, turn, _OUTLINE))
-    placed = place_evenly(directions @ turn, template.cells, rough)
+    directions = rest.directions(template.directions @ (rest.axes if obj.frame is None else obj.frame).T)
+    rough = PatchSurface(*outline(rest.obj, _OUTLINE))
+    placed = place_evenly(directions, template.cells, rough)
     if placed.folded or triangle_quality(placed.points, placed.cells).min() < _POOR:
-        placed = place_evenly(directions @ turn, template.cells, rough, connectivity="auto")
+        placed = place_evenly(directions, template.cells, rough, connectivity="auto")
     if placed.folded:
         raise StageError(f"the template folds on the outline of {obj.name!r}")
-    points = placed.points @ turn.T + obj.barycentre
-    return Surface(points, placed.cells, obj.name, directions=placed.directions @ turn.T, info={"flips": placed.flips})
+    points = placed.points @ rest.axes.T + obj.barycentre
+    return Surface(
+        points, placed.cells, obj.name, directions=placed.directions @ rest.axes.T, info={"flips": placed.flips}
+    )

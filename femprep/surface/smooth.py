@@ -24,6 +24,7 @@ from femprep.surface.inslice import label_distance
 from femprep.surface.place import Chart, Connectivity, Goal, Placed, place_evenly
 from femprep.surface.placed import PlacedShape
 from femprep.surface.redraw import even_mesh, redraw
+from femprep.surface.rest import AtRest
 from femprep.template import charge_template
 
 #: Vertices of the outline's mesh, and of the mesh on it that is bent; in the end that has four times as many.
@@ -84,7 +85,6 @@ _FINER: Final = 0.5
 def smooth_map(
     obj: LabelObject,
     boundary: BoundaryPoints,
-    axes: FloatArray,
     directions: FloatArray,
     cells: IntArray,
     connectivity: Connectivity,
@@ -98,9 +98,6 @@ def smooth_map(
     obj : LabelObject
     boundary : BoundaryPoints
         Its boundary.
-    axes : (3, 3) array
-        The image's axes as a rotation, columns. All is done along them, so that a turned image gives the same surface,
-        turned.
     directions : (V, 3) array
         The template's vertices, unit vectors.
     cells : (m, 3) or (m, 4) array
@@ -125,15 +122,17 @@ def smooth_map(
     StageError
         Triangles cross or are folded.
     """
-    evidence = Evidence.of(obj, axes, boundary)
+    # All is done at rest, so that a turned image gives the same surface, turned.
+    rest = AtRest.of(obj)
+    evidence = Evidence.of(rest.obj, rest.boundary(boundary))
     # Boundary points that were put elsewhere than the labels have them need not lie on their outlines.
-    outlines = None if boundary.info else _Outlines(obj, axes)
-    goal = _Goal(directions @ axes, cells, connectivity, curvature)
+    outlines = None if boundary.info else _Outlines(rest.obj)
+    goal = _Goal(rest.directions(directions), cells, connectivity, curvature)
     best = None
     for each in _FAITHFUL + _SMOOTHER:
         if best is not None and (best.short <= 1.0 or (each in _SMOOTHER and best.quality >= _ACCEPTED)):
             break
-        begin = begun.result() if begun is not None and each is _FAITHFUL[0] else _begin(obj, axes, each)
+        begin = begun.result() if begun is not None and each is _FAITHFUL[0] else _begin(rest.obj, each)
         # None where triangles cross or are folded already.
         found = None if begin is None else _smoothed(begin, evidence, goal, outlines, each)
         if found is not None and (best is None or found.short < best.short):
@@ -142,7 +141,12 @@ def smooth_map(
         raise StageError(f"the smooth surface of {obj.name!r} bends too sharply for {len(directions)} vertices")
     placed = best.placed
     shape = PlacedShape(
-        best.surface, placed.directions @ axes.T, split_quads(placed.cells), placed.points, axes, obj.barycentre
+        best.surface,
+        placed.directions @ rest.axes.T,
+        split_quads(placed.cells),
+        placed.points,
+        rest.axes,
+        obj.barycentre,
     )
     notices = []
     if best.softest > 0.0:
@@ -178,17 +182,16 @@ class _Outlines:
     Parameters
     ----------
     obj : LabelObject
-    axes : (3, 3) array
-        The image's axes, in which surfaces are given from the object's barycentre.
+        At rest; surfaces are given from its barycentre.
     """
 
-    def __init__(self, obj: LabelObject, axes: FloatArray) -> None:
-        self._obj, self._axes = obj, axes
+    def __init__(self, obj: LabelObject) -> None:
+        self._obj = obj
         self._pixel = min(float(s) for axis, s in enumerate(obj.grid.spacing) if axis != obj.stack_axis)
 
     def off(self, points: FloatArray, triangles: IntArray) -> float:
         """Mean distance of a surface from them, in pixels."""
-        surface = Surface(self._obj.barycentre + points @ self._axes.T, triangles, self._obj.name)
+        surface = Surface(self._obj.barycentre + points, triangles, self._obj.name)
         try:
             return label_distance(surface, self._obj).nearest / self._pixel
         except InputError:
@@ -287,18 +290,18 @@ def _quality(placed: Placed) -> float:
     return float(triangle_quality(placed.points, triangles).min())
 
 
-def rough_mesh(obj: LabelObject, axes: FloatArray) -> Rough | None:
+def rough_mesh(obj: LabelObject) -> Rough | None:
     """The mesh that :func:`smooth_map` begins with; it depends on the object's voxels alone, not on its boundary."""
-    return _begin(obj, axes, _FAITHFUL[0])
+    return _begin(AtRest.of(obj).obj, _FAITHFUL[0])
 
 
-def _begin(obj: LabelObject, axes: FloatArray, each: _Try) -> Rough | None:
-    """An even mesh around an object's voxels; None where it could not be made."""
+def _begin(obj: LabelObject, each: _Try) -> Rough | None:
+    """An even mesh around the voxels of an object at rest; None where it could not be made."""
     if each.drawn:
-        fine, coarse = outlines(obj, axes, _OUTLINE_DRAWN, each.blur)
+        fine, coarse = outlines(obj, _OUTLINE_DRAWN, each.blur)
         drawn = even_mesh(*coarse, PatchSurface(*fine), _COARSE_DRAWN)
         return None if drawn is None or drawn.folded else Rough(drawn.points, drawn.cells, None)
-    rough = PatchSurface(*outline(obj, axes, _OUTLINE, each.blur))
+    rough = PatchSurface(*outline(obj, _OUTLINE, each.blur))
     template = charge_template(_COARSE)
     placed = place_evenly(template.directions, template.cells, rough)
     if placed.folded or triangle_quality(placed.points, placed.cells).min() < _POOR:

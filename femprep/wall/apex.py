@@ -31,6 +31,8 @@ logger = logging.getLogger(__name__)
 _MEASURED = 2
 #: Slices with cavity at the apical end that are covered where they lie bare.
 _COVERED = 4
+#: Points that stand as high as a cover but for rounding stand out of it, mm.
+_LEVEL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -223,7 +225,7 @@ def _raise(boundary: BoundaryPoints, obj: LabelObject, pile: Pile, k: int, heigh
     ending = facing & (beyond == 0)
     # Points of slices beyond stay where they stand out of it.
     level = (boundary.points - centre) @ outward
-    keep = (beyond <= 0) | (level >= height[column])
+    keep = (beyond <= 0) | (level >= height[column] - _LEVEL)
     points = boundary.points + np.where(ending, height[column] - level, 0.0)[:, None] * outward
     return BoundaryPoints(
         points[keep],

@@ -38,7 +38,7 @@ def test_methods_that_begin_otherwise_are_not_begun(objects):
 
 
 def test_what_the_thread_raises_is_met_by_the_fit(objects, monkeypatch):
-    def fails(obj, axes):
+    def fails(obj):
         assert threading.current_thread() is not threading.main_thread()
         raise StageError("tunnels")
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -9,17 +11,19 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from test_smooth_bodies import BODIES, sampled
 
+from femprep.anatomy import orient
 from femprep.geometry.closest import ClosestFinder
-from femprep.image import Grid, LabelObject, make_object
+from femprep.image import Grid, LabelObject, Segmentation, make_object
 from femprep.model import FloatArray, Surface
+from femprep.phantoms import biventricular
 from femprep.surface import fit_surface
 from femprep.surface.placed import PlacedShape
+from femprep.wall.apex import extend_apex
 
-#: Along other axes the fit begins with another mesh and ends about a fiftieth of a voxel off, mean and greatest, mm. So
-#: it does for few bodies that are moved: where rounding decides which edges of the mesh it begins with are flipped.
+#: Along other axes the fit begins with another mesh and ends about a fiftieth of a voxel off, mean and greatest, mm.
 CARRIED = (0.06, 0.8)
-#: For all others a motion changes nothing but the rounding, mm.
-ROUNDING = 1e-4
+#: A motion changes nothing but the rounding of the world's coordinates, mm.
+ROUNDING = 1e-10
 #: Orders of the array's axes and axes turned round; all keep the world as it is.
 STORAGES = st.sampled_from([((0, 1, 2), (0,)), ((1, 0, 2), ()), ((2, 0, 1), (1, 2)), ((0, 1, 2), (0, 1, 2))])
 
@@ -59,19 +63,20 @@ def faults_of_motion(lengths, waves, bend, pixel, slices, seed, storage) -> list
     turn, shift = Rotation.random(random_state=seed + 1).as_matrix(), np.array([12.3, -145.6, 78.9])
     there = fit_surface(moved(obj, turn, shift), vertices=400, connectivity="template")
     again = fit_surface(stored(obj, *storage), vertices=400, connectivity="template")
-    gaps = {"moved": gap(surface, there, turn, shift), "stored": gap(surface, again, np.eye(3), np.zeros(3))}
-    faults = [f"{how} {mean:.3f}, {most:.3f} mm off" for how, (mean, most) in gaps.items() if not sound(mean, most)]
+    faults = []
+    mean, most = gap(surface, again, np.eye(3), np.zeros(3))
+    if not (mean < CARRIED[0] and most < CARRIED[1]):
+        faults.append(f"stored {mean:.3f}, {most:.3f} mm off")
+    off = np.abs(there.points - (surface.points @ turn.T + shift)).max()
+    if off > ROUNDING:
+        faults.append(f"moved {off:.2g} mm off")
     if not np.array_equal(there.cells, surface.cells):
         faults.append("moved: other triangles")
-    if not np.allclose(there.directions, surface.directions @ turn.T, rtol=0.0, atol=1e-9):
+    if not np.allclose(there.directions, surface.directions @ turn.T, rtol=0.0, atol=1e-12):
         faults.append("moved: template not turned along")
     if again.volume != pytest.approx(surface.volume, rel=0.01):
         faults.append(f"stored: volume {again.volume:.0f} for {surface.volume:.0f} mm3")
     return faults
-
-
-def sound(mean: float, most: float) -> bool:
-    return mean < CARRIED[0] and most < CARRIED[1]
 
 
 CHECKS = list(HealthCheck)
@@ -94,9 +99,32 @@ def test_an_image_turned_or_moved_by_whole_voxels_gives_the_same_surface_there()
     obj = sampled((25.0, 20.0, 27.0), [0.3, -0.2, 0.5, 0.1, -0.4, 0.2], 0.97, 1.5, 8.0, 4)[0]
     surface = fit_surface(obj, vertices=400)
     turn, shift = Rotation.random(random_state=1).as_matrix(), np.array([12.3, -145.6, 78.9])
-    assert gap(surface, fit_surface(moved(obj, turn, shift), vertices=400), turn, shift)[0] < ROUNDING
+    there = fit_surface(moved(obj, turn, shift), vertices=400)
+    assert np.abs(there.points - (surface.points @ turn.T + shift)).max() < ROUNDING
     wider = np.pad(obj.mask, ((3, 0), (0, 2), (2, 1)))
     grid = obj.grid
     origin = grid.to_world(np.array([[-3.0, 0.0, -2.0]]))[0]
     same = make_object(wider, Grid(wider.shape, grid.spacing, origin, grid.direction), obj.name)
-    assert gap(surface, fit_surface(same, vertices=400), np.eye(3), np.zeros(3))[0] < ROUNDING
+    assert np.abs(fit_surface(same, vertices=400).points - surface.points).max() < ROUNDING
+
+
+def test_a_heart_turned_in_the_world_gives_its_surfaces_turned() -> None:
+    """With its frame, and with an apex that is extrapolated."""
+    turn, shift = Rotation.random(random_state=3).as_matrix(), np.array([12.3, -145.6, 78.9])
+    straight = biventricular().segmentation(spacing=(1.4, 1.4, 8.0), apex="uncapped")
+    grid = straight.grid
+    there = Grid(grid.shape, grid.spacing, turn @ grid.origin + shift, turn @ grid.direction)
+    pairs = zip(ventricle(straight), ventricle(replace(straight, grid=there)))
+    for one, other in pairs:
+        assert np.abs(other.points - (one.points @ turn.T + shift)).max() < ROUNDING
+        assert np.array_equal(other.cells, one.cells)
+
+
+def ventricle(seg: Segmentation) -> list[Surface]:
+    """Endo- and epicardium, the latter closed beyond the last slice."""
+    seg = orient(seg)
+    lv, epi = seg.object("lv", name="lv"), seg.object("lv", "myo", name="epi")
+    endo = fit_surface(lv, vertices=600)
+    closed = extend_apex(seg, epi, endo=endo)
+    assert closed.info["apex"]["extrapolated_mm"] > 0.0
+    return [endo, fit_surface(epi, boundary=closed, vertices=600)]

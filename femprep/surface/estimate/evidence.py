@@ -21,7 +21,7 @@ _OWN: Final = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What the labels say of a surface, in coordinates along the image's axes, mm.
+    """What the labels say of a surface, in coordinates from the object's barycentre, mm.
 
     Attributes
     ----------
@@ -59,14 +59,12 @@ class Evidence:
         return replace(self, **faces, centres=self.centres[::step], outside=self.outside[::step], count=float(step))
 
     @classmethod
-    def of(cls, obj: LabelObject, axes: FloatArray, boundary: BoundaryPoints | None = None) -> Evidence:
-        """Evidence of an object, in coordinates along the orthogonal columns of ``axes`` from its barycentre.
+    def of(cls, obj: LabelObject, boundary: BoundaryPoints | None = None) -> Evidence:
+        """Evidence of an object whose image's axes are those of the coordinates.
 
         Parameters
         ----------
         obj : LabelObject
-        axes : (3, 3) array
-            The image's axes, orthogonal columns.
         boundary : BoundaryPoints, optional
             Face midpoints in place of the object's own. Those that were put elsewhere are meant to lie there, but are
             known less well than to a pixel: an extrapolated apex has steps, which must not be followed. The voxel
@@ -87,12 +85,12 @@ class Evidence:
         # Points that were put elsewhere, such as an extrapolated apex, are meant to lie there.
         own = np.abs(boundary.points - _midpoints(obj, boundary)).max(axis=1) < _OWN
         return cls(
-            (boundary.points + np.where(own[:, None], moved, 0.0) - middle) @ axes,
+            boundary.points + np.where(own[:, None], moved, 0.0) - middle,
             np.asarray(boundary.axis),
             np.where(own, boundary.spacing, np.sqrt(obj.grid.spacing.min() * boundary.spacing)),
             own & (np.asarray(boundary.axis) == obj.stack_axis),
             own & end,
-            (centres - middle) @ axes,
+            centres - middle,
             outside,
         )
 

@@ -27,21 +27,19 @@ _PASS_BAND: Final = 0.05
 _CRUMBS: Final = 0.05
 
 
-def outline(obj: LabelObject, axes: FloatArray, count: int, blur: float = 1.0) -> tuple[FloatArray, IntArray]:
+def outline(obj: LabelObject, count: int, blur: float = 1.0) -> tuple[FloatArray, IntArray]:
     """A smooth closed mesh near an object's surface, see :func:`outlines`."""
-    return outlines(obj, axes, count, blur)[1]
+    return outlines(obj, count, blur)[1]
 
 
 def outlines(
-    obj: LabelObject, axes: FloatArray, count: int, blur: float = 1.0
+    obj: LabelObject, count: int, blur: float = 1.0
 ) -> tuple[tuple[FloatArray, IntArray], tuple[FloatArray, IntArray]]:
     """A smooth closed mesh near an object's surface, as fine as the grid it is made on, and a coarser one of it.
 
     Parameters
     ----------
     obj : LabelObject
-    axes : (3, 3) array
-        The image's axes, orthogonal columns.
     count : int
         Number of vertices of the coarser one, about.
     blur : float
@@ -50,7 +48,7 @@ def outlines(
     Returns
     -------
     fine, coarse : tuple of (n, 3) and (m, 3) array
-        Vertices in coordinates along the axes from the object's barycentre, mm, and triangles, wound outward.
+        Vertices from the object's barycentre, mm, and triangles, wound outward.
 
     Raises
     ------
@@ -83,8 +81,7 @@ def outlines(
     fine = taubin(index[used], cells.reshape(-1, 3), _PASSES, _PASS_BAND), cells.reshape(-1, 3)
 
     def along(index: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
-        points = (even.grid.to_world(index - room) - obj.barycentre) @ axes
+        points = even.grid.to_world(index - room) - obj.barycentre
         return points, cells if volume(points, cells) > 0.0 else np.ascontiguousarray(cells[:, ::-1])
 
-    # Thinned while still indices, so that a turned image gives the same mesh to the last digit.
     return along(*fine), along(*coarser(*fine, count))
