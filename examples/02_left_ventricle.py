@@ -14,6 +14,7 @@ from typing import Any
 
 import femprep as fp
 from femprep.phantoms import lv_ellipsoid
+from femprep.report.picture import draw_picture
 
 
 def main(out: Path | None = None, edge: float = 2.5, picture: Path | None = None) -> dict[str, Any]:
@@ -31,10 +32,8 @@ def main(out: Path | None = None, edge: float = 2.5, picture: Path | None = None
         folder = out or Path(temporary) / "out"
         manifest = fp.write_run(run, folder)
         if picture is not None:
-            from femprep.report.picture import draw
-
             picture.parent.mkdir(parents=True, exist_ok=True)
-            draw(str(folder / "mesh.vtu"), str(folder / "facets.vtp"), str(picture))
+            draw_picture(run.mesh, picture)
     # The base plane lies across the phantom's long axis, so the exact volumes have closed forms.
     height = float(phantom.height(run.wall.planes["base"].point[None])[0])
     cavity, wall = manifest.volumes

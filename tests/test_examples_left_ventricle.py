@@ -10,8 +10,11 @@ import pytest
 EXAMPLE = Path(__file__).parent.parent / "examples" / "02_left_ventricle.py"
 
 
-def test_left_ventricle() -> None:
-    figures = runpy.run_path(str(EXAMPLE))["main"](edge=5.0)
+def test_left_ventricle(tmp_path: Path) -> None:
+    picture = tmp_path / "pictures" / "lv.png"
+    figures = runpy.run_path(str(EXAMPLE))["main"](edge=5.0, picture=picture)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert [path.name for path in picture.parent.iterdir()] == ["lv.png"]
     assert figures["cavity_ml"] == pytest.approx(figures["exact_cavity_ml"], rel=0.03)
     assert figures["wall_ml"] == pytest.approx(figures["exact_wall_ml"], rel=0.06)
     assert figures["smallest_dihedral"] >= 10.0

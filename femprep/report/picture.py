@@ -36,6 +36,17 @@ _CUT_COLOUR: Final = (0.88, 0.63, 0.59)
 _EDGE_COLOUR: Final = (0.27, 0.27, 0.27)
 
 
+def draw_picture(mesh: VolumeMesh, png: Path) -> bool:
+    """Draw a mesh into a PNG file; whether that could be done."""
+    painter = start_painter()
+    try:
+        start_picture(painter, mesh, png)
+    finally:
+        drawn = finish_picture(painter, png) is not None
+        png.with_suffix(".npz").unlink(missing_ok=True)
+    return drawn
+
+
 def start_painter() -> subprocess.Popen[bytes]:
     """Start the process that will draw. It ends when this process does, which closes the pipe it waits at."""
     command = [sys.executable, "-m", "femprep.report.picture"]

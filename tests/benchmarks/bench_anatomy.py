@@ -8,6 +8,7 @@ processor time, and the mean error of the fibres against the analytic field, deg
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
 from itertools import pairwise
@@ -24,6 +25,8 @@ from femprep.anatomy.ellipsoid import EllipsoidWall
 
 
 def main() -> None:
+    """Run and print."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     print("elements   nodes  coordinates  segments  fibres    sum  cpu   error")
     exact = EllipsoidWall((25.0, 55.0), (35.0, 65.0))
     for size, layers in ((8, 5), (12, 8), (16, 10), (24, 15)):

@@ -8,6 +8,7 @@ confidence: -1 and less says mirrored, +1 and more says not. Needs FEMPREP_DATA.
 
 from __future__ import annotations
 
+import argparse
 import os
 from collections import Counter
 from pathlib import Path
@@ -20,6 +21,7 @@ import femprep as fp
 
 def main() -> None:
     """Maps that do not tell, then the counts and the distribution of the clearness."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     data = Path(os.environ["FEMPREP_DATA"])
     hands: Counter[bool | None] = Counter()
     clearness = []
