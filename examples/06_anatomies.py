@@ -76,7 +76,7 @@ def draw(mesh: fp.VolumeMesh, across: np.ndarray, up: np.ndarray, picture: Path)
     plotter.subplot(0, 2)
     wall = grid(mesh, kept & ~blood)
     bar = {"title": "smallest dihedral angle, degrees\n", "n_labels": 4, "title_font_size": 16, "label_font_size": 14,
-           "position_x": 0.15, "width": 0.7, "position_y": 0.02, "height": 0.08}  # fmt: skip
+           "position_x": 0.15, "width": 0.7, "position_y": 0.0, "height": 0.07}  # fmt: skip
     plotter.add_mesh(wall, scalars="angle", cmap="viridis", clim=(10, 70), scalar_bar_args=bar, **edges)
     size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     for panel in range(3):
