@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import sys
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ def test_a_benchmark_tells_its_arguments(script, monkeypatch, capsys):
     monkeypatch.syspath_prepend(str(script.parent))
     spec = importlib.util.spec_from_file_location(script.stem, script)
     module = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, script.stem, module)  # where its dataclasses look for their module
     spec.loader.exec_module(module)
     monkeypatch.setattr("sys.argv", [script.name, "--help"])
     with pytest.raises(SystemExit) as end:

@@ -203,9 +203,12 @@ class _Outlines:
         off = self.off(placed.points, split_quads(placed.cells))
         if off <= _DISTANCE:
             return off / _DISTANCE
+        best = self.off(estimate.points, estimate.triangles)
+        if best > _DISTANCE:
+            # Not for its flat triangles: another estimate may come closer.
+            return off / _DISTANCE
         # Flat triangles come no closer than the surface is, give or take half of the most they cut off.
         cut = float(np.linalg.norm(outset.points - estimate.points, axis=1).mean()) / self._pixel
-        best = min(self.off(estimate.points, estimate.triangles), _DISTANCE)
         return off / max(_DISTANCE, best + 0.5 * cut)
 
 
