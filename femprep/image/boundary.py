@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from femprep.image.grid import Grid
 from femprep.image.object import LabelObject
 from femprep.model import FloatArray, IntArray, readonly
 
@@ -54,6 +55,14 @@ class BoundaryPoints:
 
     def __len__(self) -> int:
         return len(self.points)
+
+
+def face_indices(boundary: BoundaryPoints, grid: Grid) -> FloatArray:
+    """Middles of the voxel faces that boundary points belong to, ``(N, 3)`` as fractional indices on their grid."""
+    side = np.sign(np.einsum("nk,kn->n", boundary.normal, grid.direction[:, boundary.axis]))
+    index = boundary.voxel.astype(np.float64)
+    index[np.arange(len(boundary)), boundary.axis] += 0.5 * side
+    return index
 
 
 def boundary_points(obj: LabelObject) -> BoundaryPoints:

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.image.boundary import BoundaryPoints
+from femprep.image.boundary import BoundaryPoints, face_indices
 from femprep.image.grid import Grid
 from femprep.image.object import LabelObject
 from femprep.model import FloatArray
@@ -60,9 +60,8 @@ class AtRest:
     def boundary(self, boundary: BoundaryPoints) -> BoundaryPoints:
         """Boundary points of the object at rest, moved from their voxels' faces as they are in the world."""
         here, there = self.obj.grid, self.given.grid
-        side = np.sign(np.einsum("nk,kn->n", boundary.normal, there.direction[:, boundary.axis]))
-        face = boundary.voxel.astype(np.float64)
-        face[np.arange(len(boundary)), boundary.axis] += 0.5 * side
+        face = face_indices(boundary, there)
+        side = 2.0 * (face - boundary.voxel).sum(axis=1)
         moved = np.round((boundary.points - there.to_world(face)) @ self.axes, _DECIMALS[0])
         return BoundaryPoints(
             here.to_world(face) + moved,

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from femprep.image.boundary import BoundaryPoints, boundary_points
+from femprep.image.boundary import BoundaryPoints, boundary_points, face_indices
 from femprep.image.object import LabelObject
 from femprep.model import FloatArray, IntArray
 from femprep.surface.estimate.crossings import crossings, slice_distances
@@ -83,7 +83,7 @@ class Evidence:
         middle = obj.barycentre
         moved, end = _between_slices(obj, boundary)
         # Points that were put elsewhere, such as an extrapolated apex, are meant to lie there.
-        own = np.abs(boundary.points - _midpoints(obj, boundary)).max(axis=1) < _OWN
+        own = np.abs(boundary.points - obj.grid.to_world(face_indices(boundary, obj.grid))).max(axis=1) < _OWN
         return cls(
             boundary.points + np.where(own[:, None], moved, 0.0) - middle,
             np.asarray(boundary.axis),
@@ -93,14 +93,6 @@ class Evidence:
             centres - middle,
             outside,
         )
-
-
-def _midpoints(obj: LabelObject, boundary: BoundaryPoints) -> FloatArray:
-    """Midpoints of the voxel faces that boundary points belong to, mm LPS."""
-    side = np.sign(np.einsum("nk,kn->n", boundary.normal, obj.grid.direction[:, boundary.axis]))
-    half = np.zeros((len(boundary), 3))
-    half[np.arange(len(boundary)), boundary.axis] = 0.5 * side
-    return obj.grid.to_world(boundary.voxel + half)
 
 
 def _between_slices(obj: LabelObject, boundary: BoundaryPoints) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
