@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 
+from femprep.advice import what_helps
 from femprep.anatomies import ANATOMIES, Parts
 from femprep.anatomy import (
     VentricularAxes,
@@ -20,6 +21,7 @@ from femprep.anatomy import (
     orient,
     ventricular_axes,
 )
+from femprep.fidelity import Fidelity, judge_fidelity, mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.image import LabelObject, Segmentation, align_slices
 from femprep.model import Surface, VolumeMesh, Wall
 from femprep.options import FibreOptions, Options, choose
@@ -50,6 +52,8 @@ class Run:
     wall : Wall
     mesh : VolumeMesh
     quality : QualityReport
+    fidelity : Fidelity
+        How far the mesh lies from its labels; the quality report holds its records.
     seconds : mapping of str to float
         Wall-clock time of each stage, in order.
     """
@@ -61,18 +65,25 @@ class Run:
     wall: Wall
     mesh: VolumeMesh
     quality: QualityReport
+    fidelity: Fidelity = field(default_factory=Fidelity)
     seconds: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Closed surfaces alone: the objects they were fitted to, the surfaces, seconds per stage."""
+    """Closed surfaces alone: the objects they were fitted to, the surfaces, their distance to them, seconds per stage."""
 
     segmentation: Segmentation
     options: Options
     objects: Mapping[str, LabelObject]
     surfaces: Mapping[str, Surface]
+    fidelity: Fidelity = field(default_factory=Fidelity)
     seconds: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """A line for each surface that lies too far from its labels."""
+        return judge_fidelity(self.fidelity.records, self.options.limits)[1]
 
 
 class Stages:
@@ -134,7 +145,9 @@ def mesh_segmentation(
             mesh = on_wall(mesh, partial(_with_fibres, axes=axes, options=options.fibres))
     with stages("quality"):
         quality = check(mesh, options=options.limits)
-    return Run(seg, options, parts.objects, parts.surfaces, wall, mesh, quality, stages.seconds)
+        fidelity = mesh_fidelity(mesh, parts.outlines, seg.grid, options.limits.maximum_label_distance)
+        quality = with_fidelity(quality, fidelity, what_helps(seg, fidelity, options))
+    return Run(seg, options, parts.objects, parts.surfaces, wall, mesh, quality, fidelity, stages.seconds)
 
 
 def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: FibreOptions) -> VolumeMesh:
@@ -221,4 +234,5 @@ def fit_surfaces(
             found[name] = seg.object(*parts, name=name, options=options.image)
             fitted = fit_surface(found[name], options=options.surface, progress=report)
             surfaces[name] = replace(fitted, name=name)
-    return Surfaces(seg, options, found, surfaces, stages.seconds)
+    fidelity = surface_fidelity(surfaces, found, seg.grid)
+    return Surfaces(seg, options, found, surfaces, fidelity, stages.seconds)
