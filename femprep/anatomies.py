@@ -190,9 +190,7 @@ def whole_heart(seg: Segmentation, options: Options, stages: Stages) -> Parts:
         grown = [Part(surface, wall.minimum_thickness, least) for surface in cavities.values()]
         epi = _enclose([*bodies, *grown], seg, options, report, repaired)
     outlines = _outlines(objects, tuple(CHAMBERS), wall.atrial_wall_thickness)
-    return Parts(
-        objects, cavities, epi, body=fitted["lv_epi"], openings=openings, repaired=repaired, outlines=outlines
-    )
+    return Parts(objects, cavities, epi, body=fitted["lv_epi"], openings=openings, repaired=repaired, outlines=outlines)
 
 
 def _outlines(objects: Mapping[str, LabelObject], chambers: tuple[str, ...], wall: float) -> tuple[Outline, ...]:

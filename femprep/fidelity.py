@@ -17,10 +17,11 @@ from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.facets import facet_triangles
 from femprep.image import Grid, LabelObject
 from femprep.model import BoolArray, FloatArray, IntArray, Plane, Surface, VolumeMesh
+from femprep.model.fidelity import FidelityRecord, SliceFidelity
 from femprep.options import CheckOptions
 from femprep.surface.inslice import dense
 from femprep.surface.section import label_contours, plane_sections
-from femprep.volume.report import FidelityRecord, LimitRecord, QualityReport, SliceFidelity
+from femprep.volume.report import LimitRecord, QualityReport
 
 #: Distance of neighbouring samples along an outline, mm.
 _STEP: Final = 0.2
@@ -157,8 +158,8 @@ def judge_fidelity(
                 continue
             if name == "mean_label_distance":
                 failures.append(
-                    f"{what}: {value:.2f} pixels ({record.mean_mm:.2f} mm) from their outlines in the mean over slices, "
-                    f"asked for is at most {limit:g}"
+                    f"{what}: {value:.2f} pixels ({record.mean_mm:.2f} mm) from their outlines in the mean over "
+                    f"slices, asked for is at most {limit:g}"
                 )
                 continue
             off = sorted((one for one in record.slices if one.greatest_pixels > limit), key=lambda s: -s.greatest_mm)
@@ -166,7 +167,8 @@ def judge_fidelity(
             x, y, z = worst.at_mm
             failures.append(
                 f"{what}: {value:.1f} pixels ({worst.greatest_mm:.1f} mm) from the outline in slice {worst.slice} at "
-                f"({x:.1f}, {y:.1f}, {z:.1f})" + (f", beyond the limit also in slices {others}" if others else "")
+                f"({x:.1f}, {y:.1f}, {z:.1f})"
+                + (f", beyond the limit also in slices {others}" if others else "")
                 + f"; asked for is at most {limit:g}"
             )
     return tuple(verdicts), tuple(failures)
@@ -188,7 +190,8 @@ def with_fidelity(report: QualityReport, found: Fidelity, help_: Iterable[str] =
 def _gather(
     jobs: Iterable[tuple[str, FloatArray, IntArray, Outline]], planes: Sequence[Plane], grid: Grid, limit: float | None
 ) -> Fidelity:
-    records, off = [], {}
+    records: list[FidelityRecord] = []
+    off: dict[str, FloatArray] = {}
     for name, points, triangles, outline in jobs:
         pixel = _pixel(outline.obj)
         slices = _slices(points, triangles, outline, planes, grid)
@@ -238,7 +241,7 @@ def _slices(
             else:
                 kept = _both(kept, away < -margin)
         if near is not None:
-            kept = _both(kept, near.query(curve)[0] > outline.clear)
+            kept = _both(kept, np.asarray(near.query(curve)[0]) > outline.clear)
         inside = curve if kept is None else curve[kept]
         if not len(inside):
             continue
@@ -248,7 +251,7 @@ def _slices(
             found.append(_Slice(number, inside, finder(inside).distance, len(inside), True))
             continue
         section = dense(sections, _STEP)
-        there = cKDTree(section).query(inside)[0]
+        there = np.asarray(cKDTree(section).query(inside)[0])
         if near is not None:
             found.append(_Slice(number, inside, there, len(inside), False))
             continue

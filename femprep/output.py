@@ -15,6 +15,7 @@ from femprep.bullseyes import report_bulls_eyes
 from femprep.export import write_facets, write_format, write_mesh, write_surface, write_wall
 from femprep.geometry.facets import facet_triangles
 from femprep.pipeline import Run, Surfaces
+from femprep.report.fidelity_tables import fidelity_tables
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, plain
 from femprep.report.notices import gather, mesh_notices, object_notices, wall_notices
@@ -168,6 +169,7 @@ def _manifest(
         options=run.options,
         stages=[StageRecord(name=name, seconds=round(value, 3)) for name, value in seconds.items()],
         volumes=volumes,
+        fidelity=list(run.fidelity.records),
         details=details,
         notices=gather(seg.info, details),
         deterministic=not (isinstance(run, Run) and run.options.volume.mesher == "tetwild"),
@@ -238,7 +240,7 @@ def _slices(run: Run) -> list[str]:
         if name.startswith(("endo", "epi")):
             used, triangles = np.unique(facet_triangles(run.mesh, name), return_inverse=True)
             parts[name] = run.mesh.points[used], triangles.reshape(-1, 3)
-    return slice_pictures(run.segmentation, parts)
+    return slice_pictures(run.segmentation, parts, off=list(run.fidelity.off.values()))
 
 
 def _page(run: Run, manifest: RunManifest, slices: list[str], picture: str | None) -> str:
@@ -255,6 +257,7 @@ def _page(run: Run, manifest: RunManifest, slices: list[str], picture: str | Non
         figures=figures,
         histograms=quality_charts(run.quality),
         details=quality_tables(run.quality),
+        fidelity=fidelity_tables(run.fidelity.records, run.options.limits.maximum_label_distance),
         slices=slices,
         bulls_eyes=report_bulls_eyes(run.mesh),
         colours=colours,

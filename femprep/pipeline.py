@@ -71,7 +71,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Closed surfaces alone: the objects they were fitted to, the surfaces, their distance to them, seconds per stage."""
+    """Closed surfaces alone: the objects they were fitted to, their distance to those, seconds per stage."""
 
     segmentation: Segmentation
     options: Options

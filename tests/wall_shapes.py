@@ -83,3 +83,12 @@ def stack(slices: list[str], spacing=(1.5, 1.5, 8.0), direction=None, radii=None
     turn = np.eye(3) if direction is None else direction
     grid = Grid(labels.shape, np.asarray(spacing), np.array([5.0, -7.0, 11.0]), turn)
     return Segmentation(labels, grid, {"rv": (1,), "myo": (2,), "lv": (3,)})
+
+
+def shifted_end(shift: float) -> Segmentation:
+    """A tapering stack whose last slice, still with cavity, lies beside the others and is half as wide."""
+    radii = np.array([24.0, 24.0, 23.0, 21.0, 19.0, 16.0, 8.0])
+    seg = stack(list("coooooo"), radii=radii)
+    labels = seg.labels.copy()
+    labels[:, :, -1] = np.roll(labels[:, :, -1], round(shift / seg.grid.spacing[0]), axis=0)
+    return Segmentation(labels, seg.grid, seg.structures)

@@ -28,6 +28,7 @@ def print_summary(run: Any, manifest: Any, out: Path) -> None:
     thickness = manifest.details.get("wall", {}).get("thickness", {})
     if "minimum_mm" in thickness:
         console.print(f"least wall thickness {thickness['minimum_mm']:.2f} mm")
+    _print_fidelity(console, manifest.fidelity)
     print_quality(run.quality, console)
     _print_stages(console, manifest)
     console.print(f"[bold]{escape(str(out))}[/bold]: " + escape(", ".join(manifest.files)))
@@ -49,6 +50,9 @@ def print_surfaces(fitted: Any, manifest: Any, out: Path) -> None:
             _number(item.get("residual_rms")),
         )
     console.print(table)
+    _print_fidelity(console, manifest.fidelity)
+    for failure in fitted.failures:
+        console.print(f"[red]failed:[/red] {escape(failure)}")
     _print_stages(console, manifest)
     console.print(f"[bold]{escape(str(out))}[/bold]: " + escape(", ".join(manifest.files)))
 
@@ -173,6 +177,20 @@ def _print_volumes(console: Console, manifest: Any) -> None:
         table.add_row(
             item.name, _number(item.mesh_ml, 4), _number(item.segmentation_ml, 4), _number(item.difference_percent, 2)
         )
+    console.print(table)
+
+
+def _print_fidelity(console: Console, records: Any) -> None:
+    """Distances of surfaces to the labels' outlines in the slices."""
+    if not records:
+        return
+    table = _table(
+        "Distance to the labels", "", "mean, pixels", "mean, mm", "greatest, pixels", "greatest, mm", "slice"
+    )
+    for item in records:
+        worst = max(item.slices, key=lambda one: one.greatest_mm)
+        values = (item.mean_pixels, item.mean_mm, item.greatest_pixels, item.greatest_mm)
+        table.add_row(f"{item.surface} - {item.labels}", *(f"{value:.2f}" for value in values), str(worst.slice))
     console.print(table)
 
 

@@ -46,7 +46,8 @@ def surface(
 ) -> int:
     """Fit closed, smooth surfaces of a chosen number of vertices.
 
-    Makes the folder OUT: surfaces/NAME.vtp, one for each object, and run.json.
+    Makes the folder OUT: surfaces/NAME.vtp, one for each object, and run.json. The exit status is 1 where a surface
+    lies farther from its labels than the limits say.
     """
     options = read_options(
         config,
@@ -82,4 +83,4 @@ def surface(
         from femprep.cli._summary import print_surfaces
 
         print_surfaces(fitted, manifest, out)
-    return 0
+    return 1 if fitted.failures else 0

@@ -13,6 +13,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field
 
 from femprep import __version__
+from femprep.model.fidelity import FidelityRecord
 from femprep.model.record import Record
 from femprep.options import Options
 
@@ -63,6 +64,9 @@ class RunManifest(Record):
     options: Options = Field(description="All options of the run, defaults included.")
     stages: list[StageRecord] = Field(description="Stages in order.")
     volumes: list[VolumeRecord] = Field(default_factory=list, description="Volumes beside the segmentation's.")
+    fidelity: list[FidelityRecord] = Field(
+        default_factory=list, description="How far each surface lies from the outlines of its labels, slice by slice."
+    )
     details: dict[str, Any] = Field(
         default_factory=dict, description="What each stage reports: parameters, residuals, thickness."
     )

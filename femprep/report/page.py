@@ -59,6 +59,7 @@ def report_page(
     figures: Sequence[tuple[Any, ...]],
     histograms: Sequence[str],
     details: str,
+    fidelity: str,
     slices: Sequence[str],
     bulls_eyes: Sequence[str],
     colours: Mapping[str, str],
@@ -76,6 +77,8 @@ def report_page(
     histograms, slices, bulls_eyes : sequences of SVG
     details : str
         Limits and worst elements, HTML.
+    fidelity : str
+        Distances to the labels, HTML.
     colours : mapping
         Line colour by surface name.
     picture : str, optional
@@ -103,7 +106,9 @@ def report_page(
 <h1>{escape(title)}</h1>
 {verdict}
 <h2>The mesh</h2>{drawn}
-<h2>The data with the surfaces drawn over it</h2><p>{legend}</p><div class="grid">{"".join(slices)}</div>
+<h2>The data with the mesh drawn over it</h2><p>{legend}; red dots where it leaves the labels</p>
+<div class="grid">{"".join(slices)}</div>
+<h2>Distance of the mesh to the labels' outlines</h2>{fidelity}
 <h2>Volumes</h2>{table(volumes, ("", "mesh, mL", "segmentation, mL", "difference, %"))}
 <h2>Quality</h2>{table(figures)}<div class="grid">{"".join(histograms)}</div>
 {details}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,7 @@ from femprep.model import FloatArray, IntArray
 
 #: Fill of each structure, stroke of each surface.
 FILLS = ("#cfe3f5", "#f7d9cf", "#d5ecd4", "#eee3c0", "#e3d5ee")
+_OFF = "#ff0000"
 STROKES = ("#b3202a", "#14508c", "#1d7a3a", "#7a4b14", "#5c2a7a")
 
 
@@ -46,7 +47,11 @@ def plane_cut(points: FloatArray, triangles: IntArray, height: FloatArray) -> Fl
 
 
 def slice_pictures(
-    seg: Segmentation, surfaces: Mapping[str, tuple[FloatArray, IntArray]], width: int = 220
+    seg: Segmentation,
+    surfaces: Mapping[str, tuple[FloatArray, IntArray]],
+    width: int = 220,
+    *,
+    off: Sequence[FloatArray] = (),
 ) -> list[str]:
     """One SVG a slice: the structures filled, the cut of each surface drawn over them.
 
@@ -57,6 +62,8 @@ def slice_pictures(
         mm LPS.
     width : int
         Width of a picture, pixels of the screen.
+    off : sequence of (n, 3) arrays
+        Points that lie off the labels, mm LPS: drawn as dots in the slice they lie in.
 
     Returns
     -------
@@ -73,6 +80,7 @@ def slice_pictures(
         return []
     low, high = _box(everything)
     indices = {name: seg.grid.to_index(points) for name, (points, _) in surfaces.items()}
+    dots = seg.grid.to_index(np.concatenate(off)) if sum(map(len, off)) else np.empty((0, 3))
     pictures = []
     for k in range(low[2], high[2]):
         body = []
@@ -84,6 +92,12 @@ def slice_pictures(
             segments = plane_cut(index, triangles, index[:, axis] - (k + 1e-9))[:, :, across] - low[:2] + 0.5
             path = "".join(f"M{a[0]:.2f} {a[1]:.2f}L{b[0]:.2f} {b[1]:.2f}" for a, b in segments)
             body.append(f'<path d="{path}" stroke="{stroke}" fill="none" vector-effect="non-scaling-stroke"/>')
+        path = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in dots[np.rint(dots[:, axis]) == k][:, across] - low[:2] + 0.5)
+        if path:
+            body.append(
+                f'<path d="{path}" stroke="{_OFF}" stroke-width="4" stroke-linecap="round" fill="none" '
+                'vector-effect="non-scaling-stroke"/>'
+            )
         size = (high - low)[:2] * spacing
         pictures.append(
             f'<svg viewBox="0 0 {size[0]:.2f} {size[1]:.2f}" width="{width}" role="img" aria-label="slice {k}">'

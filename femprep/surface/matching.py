@@ -34,7 +34,7 @@ from femprep.template.matched import MatchedSurfaces
 _log = logging.getLogger(__name__)
 
 #: A layer is at least this share of an edge high: where the wall is thinner, the epicardium is pushed outwards.
-_THIN: Final = 0.2
+_THIN: Final = 0.1
 #: Where columns have a greater inverse mean ratio than this, surfaces are softened within so many edges of them, so
 #: often at most.
 _BENT: Final = 3.0

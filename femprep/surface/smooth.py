@@ -224,9 +224,7 @@ class _Smoothed(NamedTuple):
     softest: float
 
 
-def _smoothed(
-    begin: Rough, evidence: Evidence, goal: _Goal, outlines: _Outlines, each: _Try
-) -> _Smoothed | None:
+def _smoothed(begin: Rough, evidence: Evidence, goal: _Goal, outlines: _Outlines, each: _Try) -> _Smoothed | None:
     """Estimate the surface and place the template on it; None where triangles cross or are folded."""
     points, cells, sphere = begin
     rounds = {"rounds": _ROUNDS_DRAWN} if each.drawn else {}

@@ -13,7 +13,6 @@ curve, both ways. Outlines beyond the base plane count no more than a pixel from
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import os
 import tempfile
@@ -61,22 +60,21 @@ def dense(index: np.ndarray, image: Any) -> np.ndarray:
     corner = np.array([image.TransformContinuousIndexToPhysicalPoint(row.tolist()) for row in index])
     length = np.linalg.norm(np.diff(corner, axis=0), axis=1)
     return np.concatenate(
-        [a + np.linspace(0.0, 1.0, max(2, int(np.ceil(n / STEP)) + 1))[:, None] * (b - a)
-         for a, b, n in zip(corner[:-1], corner[1:], length)]
+        [
+            a + np.linspace(0.0, 1.0, max(2, int(np.ceil(n / STEP)) + 1))[:, None] * (b - a)
+            for a, b, n in zip(corner[:-1], corner[1:], length)
+        ]
     )
 
 
 def cut(facets: Any, names: list[str], origin: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Samples of where facets of some tags meet a plane."""
-    import pyvista as pv
-
     tags = [facets.tag_numbers[name] for name in names]
     part = facets.poly.extract_cells(np.isin(facets.poly.cell_data["facet_tag"], tags)).extract_surface()
     lines = part.slice(normal=normal, origin=origin)
     if not lines.n_points:
         return np.empty((0, 3))
-    segments = lines.lines.reshape(-1, 3)[:, 1:] if lines.lines.size % 3 == 0 else None
-    assert segments is not None and isinstance(lines, pv.PolyData)
+    segments = lines.lines.reshape(-1, 3)[:, 1:]
     a, b = lines.points[segments[:, 0]].astype(float), lines.points[segments[:, 1]].astype(float)
     count = int(np.ceil(np.linalg.norm(b - a, axis=1).max() / STEP)) + 1
     share = np.linspace(0.0, 1.0, max(count, 2))[:, None, None]
@@ -90,10 +88,6 @@ class Facets:
         import pyvista as pv
 
         self.poly = pv.read(folder / "facets.vtp").triangulate()
-        names = {}
-        for key in self.poly.field_data.keys():
-            if key.startswith("facet_tag"):
-                names[key] = self.poly.field_data[key]
         quality = json.loads((folder / "quality.json").read_text())
         self.tag_numbers = {name: record["tag"] for name, record in quality["facet_tags"].items()}
 
@@ -154,10 +148,14 @@ def measure(folder: Path, image: Path, labels: dict[str, list[int]], anatomy: st
                 continue
             out = cKDTree(section).query(curve[below])[0]
             back = cKDTree(curve).query(section)[0] if besides is None else out
-            rows.append({
-                **row, "missed": False, "mean": 0.5 * (out.mean() + back.mean()) / pixel,
-                "greatest": max(out.max(), back.max()) / pixel,
-            })
+            rows.append(
+                {
+                    **row,
+                    "missed": False,
+                    "mean": 0.5 * (out.mean() + back.mean()) / pixel,
+                    "greatest": max(out.max(), back.max()) / pixel,
+                }
+            )
     return rows
 
 
@@ -185,7 +183,9 @@ def one(job: tuple[str, str, dict[str, Any]]) -> dict[str, Any]:
         run = fp.mesh_segmentation(seg, **options)
         with tempfile.TemporaryDirectory() as folder:
             manifest = fp.write_run(run, Path(folder) / "out", source=path)
-            rows = measure(Path(folder) / "out", Path(path), {k: list(v) for k, v in seg.structures.items()}, run.options.anatomy)
+            rows = measure(
+                Path(folder) / "out", Path(path), {k: list(v) for k, v in seg.structures.items()}, run.options.anatomy
+            )
         row |= verdict(rows)
         row["wall_percent"] = next((v.difference_percent for v in manifest.volumes if "wall" in v.name), None)
         row["dihedral"] = run.quality.measures["minimum_dihedral"].min
@@ -211,12 +211,15 @@ def summary(rows: list[dict[str, Any]]) -> None:
     tops = [key for key in made[0] if key.endswith("_greatest")]
     held = [r for r in made if all(r[m] <= MEAN for m in means) and all(r[t] <= GREATEST for t in tops)]
     told = [r for r in made if r not in held and not r["passed"]]
-    print(f"{len(held)} of {len(made)} within {MEAN} and {GREATEST} pixels; {len(told)} beyond and told with status 1; "
-          f"{len(made) - len(held) - len(told)} beyond and passed")
+    print(
+        f"{len(held)} of {len(made)} within {MEAN} and {GREATEST} pixels; {len(told)} beyond and told with status 1; "
+        f"{len(made) - len(held) - len(told)} beyond and passed"
+    )
     for key in made[0]:
         values = [row[key] for row in made if isinstance(row.get(key), int | float) and not isinstance(row[key], bool)]
         if values:
-            print(f"{key:28s}{min(values):10.3g}{np.median(values):10.3g}{np.percentile(values, 95):10.3g}{max(values):10.3g}")
+            shares = np.percentile(values, (0, 50, 95, 100))
+            print(f"{key:28s}" + "".join(f"{value:10.3g}" for value in shares))
 
 
 def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
