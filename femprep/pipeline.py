@@ -26,6 +26,7 @@ from femprep.options import FibreOptions, Options, choose
 from femprep.surface import fit_surface
 from femprep.surface.matching import match_surfaces
 from femprep.volume import QualityReport, check, tetrahedralize
+from femprep.volume.judged import carry
 from femprep.volume.sweep import boundary_wall, sweep
 from femprep.volume.ventricles import label_chambers, label_ventricles
 from femprep.wall import build_wall, fill_cavities, open_wall
@@ -133,7 +134,8 @@ def mesh_segmentation(
             axes = ventricular_axes(seg, basal_end=options.wall.basal_end, mirrored=options.fibres.mirrored)
             mesh = on_wall(mesh, partial(_with_fibres, axes=axes, options=options.fibres))
     with stages("quality"):
-        quality = check(mesh, options=options.limits)
+        quality = check(mesh, options=options.check)
+        mesh = carry(mesh, quality.options, options.volume.mesher)
     return Run(seg, options, parts.objects, parts.surfaces, wall, mesh, quality, stages.seconds)
 
 

@@ -14,6 +14,7 @@ from femprep.export.fibres import directions, orthotropic, segments
 from femprep.export.names import facet_names, facet_nodes, region_names
 from femprep.export.text import wrapped
 from femprep.export.units import UNITS, Units
+from femprep.export.verdict import verdict_lines
 from femprep.model import IntArray, VolumeMesh
 from femprep.options import ExportOptions
 
@@ -63,6 +64,7 @@ def _document(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     units = UNITS[options.length_unit]
     parts = _parts(mesh)
     yield f'<?xml version="1.0" encoding="UTF-8"?>\n<!-- femprep volume mesh; {units.line} -->\n'
+    yield "".join(f"<!-- {line} -->\n" for line in verdict_lines(mesh))
     yield '<febio_spec version="4.0">\n<Module type="solid"/>\n'
     if options.step == "inflation":
         yield _CONTROL

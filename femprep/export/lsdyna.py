@@ -14,6 +14,7 @@ from femprep.export.fibres import directions, segments
 from femprep.export.names import facet_names, facet_nodes, region_names
 from femprep.export.text import number
 from femprep.export.units import UNITS
+from femprep.export.verdict import verdict_comments
 from femprep.model import IntArray, VolumeMesh
 from femprep.options import ExportOptions
 
@@ -54,7 +55,8 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
 
 def _deck(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     units = UNITS[options.length_unit]
-    yield f"*KEYWORD\n$ femprep volume mesh; {units.line}\n*TITLE\nfemprep volume mesh\n"
+    yield f"*KEYWORD\n$ femprep volume mesh; {units.line}\n" + verdict_comments(mesh, "$")
+    yield "*TITLE\nfemprep volume mesh\n"
     points = mesh.points * units.per_mm
     yield "*NODE\n$#   nid               x               y               z\n"
     yield "".join(f"{i:8d}{_wide(x)}{_wide(y)}{_wide(z)}\n" for i, (x, y, z) in enumerate(points.tolist(), start=1))

@@ -125,6 +125,7 @@ class QualityReport(Record):
     worst: tuple[WorstElement, ...]
     validity: Validity
     options: CheckOptions
+    limits_from: str = Field(description="Where the limits come from: the mesh, the defaults, given by hand.")
     limits: tuple[LimitRecord, ...]
     failures: tuple[str, ...] = Field(description="One line for each limit or condition that is not met.")
     notes: tuple[str, ...] = Field(description="What could not be judged, and why.")
