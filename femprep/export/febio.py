@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.export.abaqus_step import endocardium, require_fibres
+from femprep.export.abaqus_step import endocardium
 from femprep.export.fibres import directions, orthotropic, segments
 from femprep.export.names import facet_names, facet_nodes, region_names
 from femprep.export.text import wrapped
@@ -47,15 +47,7 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     Element numbers follow the parts. ``NodeSet`` and ``Surface`` carry the facet tag's name, ``ElementSet`` those of
     regions and AHA segments; fibre and sheet are the material axes of every element. The material is that of the
     options, so that FEBio reads the file with and without the inflation step.
-
-    Raises
-    ------
-    InputError
-        The step lacks a facet tag or fibres.
     """
-    if options.step == "inflation":
-        endocardium(mesh)
-        require_fibres(mesh, options)
     with (folder / f"{stem}.feb").open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(_document(mesh, options))
 
@@ -84,7 +76,7 @@ def _document(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
             yield "</ElementData>\n"
         yield "</MeshData>\n"
     if options.step == "inflation":
-        yield _step(endocardium(mesh), options.pressure * units.per_kpa)
+        yield _step(endocardium(facet_names(mesh)), options.pressure * units.per_kpa)
     yield '<Output>\n<plotfile type="febio">\n<var type="displacement"/>\n<var type="stress"/>\n'
     yield '<var type="reaction forces"/>\n</plotfile>\n</Output>\n</febio_spec>\n'
 

@@ -106,7 +106,7 @@ def _write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions, wh
             document.attribute(grid, FACET_TAGS, "Cell", "facet_tags/values", mesh.facet_tag)
     tags = {name.upper(): [tag, 3] for name, tag in region_names(mesh).items()}
     tags |= {name.upper(): [tag, 2] for name, tag in facet_names(mesh).items()}
-    info = {"length_unit": units.length, "units": units.line, "source": "femprep", "changed": note}
+    info: dict[str, Any] = {"length_unit": units.length, "units": units.line, "source": "femprep", "changed": note}
     info |= {VERDICT: verdict} if (verdict := verdict_of(mesh)) else {}
     (folder / "markers.json").write_text(json.dumps(tags, indent=2) + "\n", encoding="utf-8")
     (folder / "info.json").write_text(json.dumps(info, indent=2) + "\n", encoding="utf-8")
