@@ -14,6 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import StageError
+from femprep.fidelity import Outline
 from femprep.image import LabelObject, Segmentation
 from femprep.model import Plane, Surface
 from femprep.options import Options
@@ -46,6 +47,8 @@ _EPI_SHARE: Final = {"biv": 1.8, "whole-heart": 4.5}
 #: Rounding of the joint of both ventricles by the wall thickness of the right one, and of what is added to reach the
 #: least thickness.
 _ROUNDING, _LEAST_ROUNDING = 3.0, 0.5
+#: How far from another chamber the epicardium is that of one alone, in thicknesses of the wall that is rounded there.
+_JOINT: Final = 4.0
 #: How far below an outline of the body grooves are filled up where the epicardium folds in them, mm, in turn.
 _BELOW: Final = (2.0, 1.0, 0.5, 0.0)
 #: Width over which the grooves between the chambers of the whole heart are rounded, mm.
@@ -89,6 +92,8 @@ class Parts:
         To be cut into the wall.
     repaired : list of dict
         What was done to the surfaces, JSON-ready.
+    outlines : tuple of Outline
+        What the facets of the finished mesh ought to follow.
     """
 
     objects: Mapping[str, LabelObject]
@@ -99,6 +104,7 @@ class Parts:
     body: Surface | None = None
     openings: list[Opening] = field(default_factory=list)
     repaired: list[dict[str, Any]] = field(default_factory=list)
+    outlines: tuple[Outline, ...] = ()
 
     @property
     def surfaces(self) -> dict[str, Surface]:
@@ -160,7 +166,8 @@ def left_ventricle(seg: Segmentation, layout: Layout, options: Options, stages: 
             closed = name == "epi" and apex is None
             own = extend_apex(seg, obj, endo=fitted["lv"], options=options.wall) if closed else None
             fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report, begun=begun)
-    return Parts(objects, {"lv": fitted["lv"]}, fitted["epi"], base, apex)
+    outlines = Outline("endo", objects["lv"]), Outline("epi", objects["epi"])
+    return Parts(objects, {"lv": fitted["lv"]}, fitted["epi"], base, apex, outlines=outlines)
 
 
 def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> Parts:
@@ -189,7 +196,8 @@ def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages:
         enclosed.append(Part(cavities["rv"], thickness, least if walled else _ROUNDING * thickness))
         enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
         epi = _enclose(enclosed, seg, options, report, repaired)
-    return Parts(objects, cavities, epi, base, apex, fitted["lv_epi"], repaired=repaired)
+    outlines = _outlines(objects, ("lv", "rv"), thickness)
+    return Parts(objects, cavities, epi, base, apex, fitted["lv_epi"], repaired=repaired, outlines=outlines)
 
 
 def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> Parts:
@@ -219,7 +227,30 @@ def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Sta
         least = _LEAST_ROUNDING * wall.minimum_thickness
         grown = [Part(surface, wall.minimum_thickness, least) for surface in cavities.values()]
         epi = _enclose([*bodies, *grown], seg, options, report, repaired)
-    return Parts(objects, cavities, epi, body=fitted["lv_epi"], openings=layout.openings, repaired=repaired)
+    outlines = _outlines(objects, tuple(CHAMBERS), wall.atrial_wall_thickness)
+    return Parts(
+        objects,
+        cavities,
+        epi,
+        body=fitted["lv_epi"],
+        openings=layout.openings,
+        repaired=repaired,
+        outlines=outlines,
+    )
+
+
+def _outlines(objects: Mapping[str, LabelObject], chambers: tuple[str, ...], wall: float) -> tuple[Outline, ...]:
+    """What endocardia and the common epicardium ought to follow: this the outline of each labelled body.
+
+    Where another chamber joins a body, whose wall may be assumed, the epicardium runs from one to the other.
+    """
+    endo = [Outline(f"endo_{name}", objects[name]) for name in chambers]
+    bodies = {name: objects[f"{name}_epi"] for name in chambers if f"{name}_epi" in objects}
+    epi = []
+    for name, body in bodies.items():
+        others = tuple(bodies.get(other, objects[other]) for other in chambers if other != name)
+        epi.append(Outline("epi", body, others, _JOINT * wall))
+    return (*endo, *epi)
 
 
 def _enclose(

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 
+from femprep.advice import what_helps
 from femprep.anatomies import ANATOMIES, Layout, Parts, lay_out
 from femprep.anatomy import (
     VentricularAxes,
@@ -21,6 +22,7 @@ from femprep.anatomy import (
 )
 from femprep.errors import FemprepError
 from femprep.export.content import content_of, refusals
+from femprep.fidelity import Fidelity, judge_fidelity, mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.image import LabelObject, Segmentation, align_slices
 from femprep.model import Surface, VolumeMesh, Wall, with_verdict
 from femprep.options import FibreOptions, Options, choose
@@ -54,6 +56,8 @@ class Run:
     wall : Wall
     mesh : VolumeMesh
     quality : QualityReport
+    fidelity : Fidelity
+        How far the mesh lies from its labels; the quality report holds its records.
     seconds : mapping of str to float
         Wall-clock time of each stage, in order.
     """
@@ -65,18 +69,25 @@ class Run:
     wall: Wall
     mesh: VolumeMesh
     quality: QualityReport
+    fidelity: Fidelity = field(default_factory=Fidelity)
     seconds: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Closed surfaces alone: the objects they were fitted to, the surfaces, seconds per stage."""
+    """Closed surfaces alone: the objects they were fitted to, the surfaces, their distance to them, seconds per stage."""
 
     segmentation: Segmentation
     options: Options
     objects: Mapping[str, LabelObject]
     surfaces: Mapping[str, Surface]
+    fidelity: Fidelity = field(default_factory=Fidelity)
     seconds: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """A line for each surface that lies too far from its labels."""
+        return judge_fidelity(self.fidelity.records, self.options.limits)[1]
 
 
 class Stages:
@@ -136,8 +147,10 @@ def mesh_segmentation(
             mesh = _with_anatomy(mesh, axes, options)
     with stages("quality"):
         quality = check(mesh, options=options.check)
-        mesh = carry(mesh, quality.options, options.volume.mesher)
-    return Run(seg, options, parts.objects, parts.surfaces, wall, mesh, quality, stages.seconds)
+        fidelity = mesh_fidelity(mesh, parts.outlines, seg.grid, quality.options.maximum_label_distance)
+        judged = with_fidelity(quality, fidelity, what_helps(seg, fidelity, options))
+        mesh = carry(mesh, quality.options, options.volume.mesher, judged.failures[len(quality.failures) :])
+    return Run(seg, options, parts.objects, parts.surfaces, wall, mesh, judged, fidelity, stages.seconds)
 
 
 def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmentation, Layout, VentricularAxes | None]:
@@ -158,9 +171,9 @@ def _with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> 
     try:
         return on_wall(mesh, partial(_with_fibres, axes=axes, options=options.fibres))
     except FemprepError as error:
-        failures = {"fibres": f"not made: {error}"}
+        failures = {"fibres": [f"fibres: not made: {error}"]}
         for name, reason in refusals(content_of(mesh), options.formats, options.export).items():
-            failures[name] = f"not written: {reason}"
+            failures[name] = [f"{name}: not written: {reason}"]
         return with_verdict(mesh, failures=failures)
 
 
@@ -251,4 +264,5 @@ def fit_surfaces(
         with stages(f"surface {name}") as report:
             fitted = fit_surface(obj, options=options.surface, progress=report)
             surfaces[name] = replace(fitted, name=name)
-    return Surfaces(seg, options, found, surfaces, stages.seconds)
+    fidelity = surface_fidelity(surfaces, found, seg.grid)
+    return Surfaces(seg, options, found, surfaces, fidelity, stages.seconds)

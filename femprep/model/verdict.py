@@ -9,7 +9,7 @@ from typing import Any, Final
 from femprep.model.volume_mesh import VolumeMesh
 
 #: Key of ``VolumeMesh.info`` for it: ``mesher`` (a key of ``MESHER_LIMITS``), ``limits`` (of ``CheckOptions`` by name)
-#: and ``failures`` (by the part that failed), which a later check of the mesh alone could not find.
+#: and ``failures`` (lines by the part that failed), which a later check of the mesh alone could not find.
 VERDICT: Final = "verdict"
 
 

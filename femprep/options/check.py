@@ -103,6 +103,12 @@ class CheckOptions(StageOptions):
     space_constant: float = Field(
         0.35, gt=0, description="Space constant of the tissue across the fibres, mm, for electrophysiology."
     )
+    mean_label_distance: float | None = Field(
+        0.35, gt=0, description="Largest mean distance of a surface from the labels' outlines in the slices, pixels."
+    )
+    maximum_label_distance: float | None = Field(
+        2.0, gt=0, description="Largest distance of a surface from the labels' outline in any slice, pixels."
+    )
     plane_tolerance: float = Field(
         1e-9, gt=0, description="How far points of base and apex facets may lie from their plane, mm."
     )

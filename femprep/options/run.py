@@ -91,6 +91,11 @@ class Options(StageOptions):
         return self
 
     @property
+    def limits(self) -> CheckOptions:
+        """Limits of the check: those given, else those of the purpose, of the mesher, the defaults."""
+        return self.check.resolved(self.volume.mesher)
+
+    @property
     def layers(self) -> SweepOptions:
         """Options of the sweep with edge length, order and layers of the volume mesh, unless they have their own."""
         asked = {

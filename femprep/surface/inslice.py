@@ -104,7 +104,7 @@ def label_distance(surface: Surface, obj: LabelObject, *, step: float = STEP) ->
 def _measure(
     first: Sequence[list[FloatArray]], second: Sequence[list[FloatArray]], step: float, what: str
 ) -> InSliceDistance:
-    found = [nearest_distances(_dense(a, step), _dense(b, step)) for a, b in zip(first, second) if a and b]
+    found = [nearest_distances(dense(a, step), dense(b, step)) for a, b in zip(first, second) if a and b]
     if not found:
         raise InputError(f"no slice cuts both {what}; do they lie in the same place and the same coordinates?")
     means = np.array([there[mutual].mean() for there, _, mutual in found])
@@ -144,7 +144,7 @@ def nearest_distances(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatAr
     return there, back, nearest_back[nearest] == np.arange(len(a))
 
 
-def _dense(contours: Sequence[FloatArray], step: float) -> FloatArray:
+def dense(contours: Sequence[FloatArray], step: float) -> FloatArray:
     """Samples at equal steps of at most ``step`` along contours."""
     out = []
     for contour in contours:

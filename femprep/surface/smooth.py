@@ -125,8 +125,8 @@ def smooth_map(
     # All is done at rest, so that a turned image gives the same surface, turned.
     rest = AtRest.of(obj)
     evidence = Evidence.of(rest.obj, rest.boundary(boundary))
-    # Boundary points that were put elsewhere than the labels have them need not lie on their outlines.
-    outlines = None if boundary.info else _Outlines(rest.obj)
+    # Whatever was put elsewhere than the labels have it lies beyond their slices: in them their outlines hold.
+    outlines = _Outlines(rest.obj)
     goal = _Goal(rest.directions(directions), cells, connectivity, curvature)
     best = None
     for each in _FAITHFUL + _SMOOTHER:
@@ -224,9 +224,7 @@ class _Smoothed(NamedTuple):
     softest: float
 
 
-def _smoothed(
-    begin: Rough, evidence: Evidence, goal: _Goal, outlines: _Outlines | None, each: _Try
-) -> _Smoothed | None:
+def _smoothed(begin: Rough, evidence: Evidence, goal: _Goal, outlines: _Outlines, each: _Try) -> _Smoothed | None:
     """Estimate the surface and place the template on it; None where triangles cross or are folded."""
     points, cells, sphere = begin
     rounds = {"rounds": _ROUNDS_DRAWN} if each.drawn else {}
@@ -247,8 +245,7 @@ def _smoothed(
         if goal.cells.shape[1] == 3:
             mean = float(triangle_quality(placed.points, placed.cells).mean())
             short.append((1.0 - mean) / (1.0 - _MEAN))
-        if outlines is not None:
-            short.append(outlines.short(placed, estimate, surface))
+        short.append(outlines.short(placed, estimate, surface))
         return _Smoothed(surface, placed, quality, max(short), redrawn, each.softest)
 
     best = judged(_carried(goal, surface, chart), False)

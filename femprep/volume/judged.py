@@ -5,7 +5,7 @@ The limits a mesh was judged by when it was made travel with it (:mod:`femprep.m
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from femprep.errors import InputError, OptionError
@@ -55,11 +55,16 @@ def _given(options: CheckOptions) -> dict[str, Any]:
     return {name: getattr(options, name) for name in options.model_fields_set}
 
 
-def carry(mesh: VolumeMesh, limits: CheckOptions, mesher: str) -> VolumeMesh:
-    """The mesh with the limits it was judged by, as any later check, and any file that can hold them, has them."""
-    return with_verdict(mesh, mesher=mesher, limits=limits.model_dump(mode="json", exclude=_NO_LIMITS))
+def carry(mesh: VolumeMesh, limits: CheckOptions, mesher: str, labels: Sequence[str] = ()) -> VolumeMesh:
+    """The mesh with the limits it was judged by, as any later check, and any file that can hold them, has them.
+
+    ``labels`` are failures against the labels it was made from, which a check of the mesh alone cannot find.
+    """
+    failures = {**verdict_of(mesh).get("failures", {}), **({"labels": list(labels)} if labels else {})}
+    more: dict[str, Any] = {"failures": failures} if failures else {}
+    return with_verdict(mesh, mesher=mesher, limits=limits.model_dump(mode="json", exclude=_NO_LIMITS), **more)
 
 
 def carried_failures(mesh: VolumeMesh) -> tuple[str, ...]:
-    """One line for each part that could not be made when the mesh was."""
-    return tuple(f"{part}: {line}" for part, line in verdict_of(mesh).get("failures", {}).items())
+    """Lines of what failed when the mesh was made, and is not to be found by judging it alone."""
+    return tuple(line for lines in verdict_of(mesh).get("failures", {}).values() for line in lines)

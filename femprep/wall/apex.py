@@ -2,7 +2,9 @@
 
 Short-axis stacks mostly end in a slice that still holds cavity. There the cavity and the whole ventricle share their
 last slice, so that both fitted surfaces would end at the same height and the wall would have no thickness. The
-epicardium is therefore continued beyond the slice by a dome, as thick as the wall around the cavity nearby.
+epicardium is therefore continued beyond the slice by a dome, as thick as the wall around the cavity nearby. Where a
+slice holds labels they win: nothing is added or taken away there, and a wall that is too thin between two slices is
+thickened where the wall is built.
 """
 
 from __future__ import annotations
@@ -29,10 +31,6 @@ logger = logging.getLogger(__name__)
 
 #: Slices with cavity at the apical end in which the thickness of the wall is measured.
 _MEASURED = 2
-#: Slices with cavity at the apical end that are covered where they lie bare.
-_COVERED = 4
-#: Points that stand as high as a cover but for rounding stand out of it, mm.
-_LEVEL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -62,9 +60,10 @@ class Pile:
     spacing: FloatArray
     height: float
 
-    def uncapped(self, k: int) -> BoolArray:
-        """Cavity of slice k that lies bare in the direction of the apex."""
-        return np.asarray(self.cavity[k] & ~(self.whole[k - 1] if k else self.beyond))
+    @property
+    def uncapped(self) -> float:
+        """Share of the cavity of slice 0 over which the slice beyond holds no label."""
+        return float((self.cavity[0] & ~self.beyond).sum() / self.cavity[0].sum())
 
 
 def extend_apex(
@@ -76,15 +75,14 @@ def extend_apex(
     options: WallOptions | None = None,
     **changes: Any,
 ) -> BoundaryPoints:
-    """Continue an epicardium beyond the last slice, where the labels leave the cavity uncapped at the apex.
+    """Continue an epicardium beyond the last slice, where the labels end with the cavity still open.
 
-    Over the last slice with cavity the surface becomes a dome: with s running from 0 at the edge of the cavity to 1 at
-    the edge of the myocardium, it stands ``(e + t) sqrt(1 - s^2)`` above the centre of the slice, e being how far the
-    endocardium reaches beyond it (half the distance of slices where that is not given) and t the thickness of the wall
-    nearby. It leaves the contour of the slice at a right angle to
-    the slice, as an ellipse around the edge of the cavity does, and clears the cavity by about t everywhere. Where
-    slices of myocardium cap the cavity in part, the dome adds what is missing. Shoulders of the cavity that lie bare
-    in the slices next to the last one are covered to the thickness t likewise.
+    Over the last slice, one with cavity, the surface becomes a dome: with s running from 0 at the edge of the cavity to
+    1 at the edge of the myocardium, it stands ``(e + t) sqrt(1 - s^2)`` above the centre of the slice, e being how far
+    the endocardium reaches beyond it (half the distance of slices where that is not given) and t the thickness of the
+    wall nearby. It leaves the contour of the slice at a right angle to the slice, as an ellipse around the edge of the
+    cavity does, and clears the cavity by about t everywhere. Where a slice beyond holds myocardium, were it over a part
+    of the cavity only, the labels end the ventricle themselves and the points stay as they are.
 
     Parameters
     ----------
@@ -102,8 +100,8 @@ def extend_apex(
     Returns
     -------
     BoundaryPoints
-        To be passed to ``fit_surface(obj, boundary=...)``. Where the labels cap the cavity they are as they were;
-        ``info["apex"]`` tells which, and by how many mm the epicardium was extrapolated.
+        To be passed to ``fit_surface(obj, boundary=...)``. Where the labels end the ventricle they are as they were;
+        ``info["apex"]`` tells which, and by how many mm the epicardium was extrapolated, and where.
 
     Raises
     ------
@@ -113,22 +111,25 @@ def extend_apex(
     chosen = choose(WallOptions, options, changes)
     boundary = boundary_points(obj) if boundary is None else boundary
     pile = _pile(seg, obj, chosen)
-    bare = pile.uncapped(0)
-    info: dict[str, Any] = {"uncapped_share": float(bare.sum() / pile.cavity[0].sum()), "extrapolated_mm": 0.0}
-    if not any(pile.uncapped(k).any() for k in range(min(_COVERED, len(pile.cavity)))):
+    info: dict[str, Any] = {"uncapped_share": pile.uncapped, "extrapolated_mm": 0.0}
+    if pile.beyond.any():
         return replace(boundary, info={**boundary.info, "apex": info})
     thickness = max(_thickness(pile), chosen.minimum_thickness, float(pile.spacing.min()))
-    info.update(extrapolated_mm=thickness, slice_thickness_mm=pile.height)
+    reach = _reach(pile, obj, endo)
+    points = _raised(boundary, obj, pile, _dome(pile, reach + thickness))
+    centre, outward = _end(pile, obj)
+    tip = points[int(np.argmax((points - centre) @ outward))]
+    info.update(
+        extrapolated_mm=thickness,
+        slice_thickness_mm=pile.height,
+        beyond_last_slice_mm=reach + thickness,
+        tip_at_mm=[round(float(x), 1) for x in tip],
+    )
     logger.warning(
-        "the labels leave %.0f %% of the cavity uncapped at the apex; the epicardium was extrapolated by %.1f mm",
-        100 * info["uncapped_share"],
+        "the labels end with the cavity open at the apex; the epicardium was extrapolated by %.1f mm beyond the cavity",
         thickness,
     )
-    for k in range(min(_COVERED, len(pile.cavity))):
-        if pile.uncapped(k).any():
-            height = _dome(pile, _reach(pile, obj, endo) + thickness) if k == 0 else _cover(pile, k, thickness)
-            boundary = _raise(boundary, obj, pile, k, height)
-    return replace(boundary, info={**boundary.info, "apex": info})
+    return replace(boundary, points=points, info={**boundary.info, "apex": info})
 
 
 def _pile(seg: Segmentation, obj: LabelObject, options: WallOptions) -> Pile:
@@ -190,14 +191,14 @@ def _reach(pile: Pile, obj: LabelObject, endo: Surface | None) -> float:
     """How far the endocardium reaches beyond the centre of slice 0, mm: by no more than a slice."""
     if endo is None:
         return 0.5 * pile.height
-    centre, outward = _end(pile, obj, pile.first)
+    centre, outward = _end(pile, obj)
     return float(np.clip(((endo.points - centre) @ outward).max(), 0.0, pile.height))
 
 
-def _end(pile: Pile, obj: LabelObject, number: int) -> tuple[FloatArray, FloatArray]:
-    """A point of the middle plane of a slice, by its number on the grid, and the unit vector towards the apex."""
+def _end(pile: Pile, obj: LabelObject) -> tuple[FloatArray, FloatArray]:
+    """A point of the middle plane of slice 0, and the unit vector towards the apex."""
     outward = np.asarray(obj.grid.direction, dtype=float)[:, pile.axis]
-    centre = obj.grid.to_world(np.where(np.arange(3) == pile.axis, number, 0.0)[None])[0]
+    centre = obj.grid.to_world(np.where(np.arange(3) == pile.axis, pile.first, 0.0)[None])[0]
     return centre, outward / np.linalg.norm(outward) * pile.towards
 
 
@@ -209,29 +210,11 @@ def _dome(pile: Pile, top: float) -> FloatArray:
     return np.where(pile.whole[0], top * np.sqrt(np.maximum(1.0 - s**2, 0.0)), 0.0)
 
 
-def _cover(pile: Pile, k: int, thickness: float) -> FloatArray:
-    """Height above the centre of slice k of what covers its bare cavity, mm; that of the voxels elsewhere."""
-    away = distance_transform_edt(~pile.uncapped(k), sampling=pile.spacing)
-    return np.asarray(0.5 * pile.height + np.sqrt(np.maximum(thickness**2 - away**2, 0.0)))
-
-
-def _raise(boundary: BoundaryPoints, obj: LabelObject, pile: Pile, k: int, height: FloatArray) -> BoundaryPoints:
-    """Raise the points of a slice's flat end to a height above its centre, and drop what lies beneath."""
-    number = pile.first - k * pile.towards
+def _raised(boundary: BoundaryPoints, obj: LabelObject, pile: Pile, height: FloatArray) -> FloatArray:
+    """Boundary points with those of the flat end of slice 0 raised to a height above its centre."""
     column = tuple(np.delete(boundary.voxel, pile.axis, axis=1).T)
-    centre, outward = _end(pile, obj, number)
+    centre, outward = _end(pile, obj)
     facing = (boundary.axis == pile.axis) & (boundary.normal @ outward > 0.5)
-    beyond = (boundary.voxel[:, pile.axis] - number) * pile.towards
-    ending = facing & (beyond == 0)
-    # Points of slices beyond stay where they stand out of it.
+    ending = facing & (boundary.voxel[:, pile.axis] == pile.first)
     level = (boundary.points - centre) @ outward
-    keep = (beyond <= 0) | (level >= height[column] - _LEVEL)
-    points = boundary.points + np.where(ending, height[column] - level, 0.0)[:, None] * outward
-    return BoundaryPoints(
-        points[keep],
-        boundary.normal[keep],
-        boundary.axis[keep],
-        boundary.spacing[keep],
-        boundary.voxel[keep],
-        boundary.info,
-    )
+    return np.asarray(boundary.points + np.where(ending, height[column] - level, 0.0)[:, None] * outward)

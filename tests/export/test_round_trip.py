@@ -112,7 +112,7 @@ def test_the_limits_a_mesh_was_judged_by_come_back(case: Case, tmp_path: Path) -
     mesh = carry(
         mesh_of("tetra"), CheckOptions(purpose="explicit", mean_of_mean_ratio=0.1, minimum_dihedral=None), "sweep"
     )
-    mesh = with_verdict(mesh, failures={"fibres": line})
+    mesh = with_verdict(mesh, failures={"fibres": [f"fibres: {line}"]})
     write_mesh(mesh, tmp_path / case.filename, format=case.format)
     back = read_mesh(tmp_path / case.filename)
     if case.format == "opencarp":  # its files have no room for comments

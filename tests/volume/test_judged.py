@@ -61,7 +61,7 @@ def test_a_swept_mesh_that_nobody_judged_has_the_limits_of_the_sweep(foreign: Vo
 
 
 def test_what_could_not_be_made_stays_a_failure_until_it_is(foreign: VolumeMesh) -> None:
-    mesh = with_verdict(foreign, failures={"fibres": "no facets tagged 'base'"})
+    mesh = with_verdict(foreign, failures={"fibres": ["fibres: no facets tagged 'base'"]})
     assert "fibres: no facets tagged 'base'" in check(mesh).failures
     made = replace(mesh, info=without_failure(mesh.info, "fibres"))
     assert check(made).failures == check(foreign).failures
@@ -71,3 +71,9 @@ def test_limits_of_another_version_and_wrong_ones(foreign: VolumeMesh) -> None:
     assert check(with_verdict(foreign, limits={"of_tomorrow": 3, "worst": 2})).options.worst == 2
     with pytest.raises(InputError, match=r"minimum_dihedral.*-3"):
         check(with_verdict(foreign, limits={"minimum_dihedral": -3}))
+
+
+def test_failures_against_the_labels_go_along(foreign: VolumeMesh) -> None:
+    first = check(foreign)
+    mesh = carry(foreign, first.options, "tetwild", ["epi lies 3 pixels off the labels"])
+    assert check(mesh).failures == (*first.failures, "epi lies 3 pixels off the labels")
