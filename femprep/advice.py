@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.anatomies import ANATOMIES
+from femprep.anatomies import ANATOMIES, Progress, lay_out
 from femprep.errors import FemprepError
 from femprep.fidelity import Fidelity, judge_fidelity, surface_fidelity
 from femprep.image import Segmentation, align_slices, estimate_shifts
@@ -72,8 +72,12 @@ def _beside(seg: Segmentation) -> dict[int, float]:
 
 def _reached(seg: Segmentation, options: Options) -> float | None:
     """Greatest distance from the outlines, in pixels, of surfaces fitted to another label map; None where none fit."""
+
+    def untold(_: str) -> nullcontext[Progress]:
+        return nullcontext(lambda stage, fraction: None)
+
     try:
-        parts = ANATOMIES[options.anatomy](seg, options, lambda _: nullcontext(lambda stage, fraction: None))
+        parts = ANATOMIES[options.anatomy](seg, lay_out(seg, options, untold), options, untold)
     except FemprepError:
         return None
     surfaces = {name: surface for name, surface in parts.surfaces.items() if name in parts.objects}

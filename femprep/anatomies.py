@@ -1,4 +1,7 @@
-"""A segmentation in, the closed surfaces and planes of a wall out, by anatomy; ``pipeline`` fills it."""
+"""A segmentation in, the closed surfaces and planes of a wall out, by anatomy; ``pipeline`` fills it.
+
+What labels and options tell at once, objects, planes and openings, is laid out before any surface is fitted.
+"""
 
 from __future__ import annotations
 
@@ -22,6 +25,7 @@ from femprep.wall import (
     Envelope,
     Opening,
     Part,
+    check_openings,
     extend_apex,
     find_apex,
     find_base,
@@ -49,6 +53,25 @@ _JOINT: Final = 4.0
 _BELOW: Final = (2.0, 1.0, 0.5, 0.0)
 #: Width over which the grooves between the chambers of the whole heart are rounded, mm.
 _GROOVE: Final = 6.0
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What is known of a wall before any surface is fitted.
+
+    Attributes
+    ----------
+    objects : mapping of str to LabelObject
+        What surfaces are fitted to, in this order.
+    base, apex : Plane, optional
+    openings : list of Opening
+        To be cut into the wall.
+    """
+
+    objects: Mapping[str, LabelObject]
+    base: Plane | None = None
+    apex: Plane | None = None
+    openings: list[Opening] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -90,48 +113,76 @@ class Parts:
         return {name: replace(surface, name=name) for name, surface in found.items()}
 
 
-def left_ventricle(seg: Segmentation, options: Options, stages: Stages) -> Parts:
-    """Endo- and epicardium of the left ventricle, fitted to ``lv`` and ``lv`` + ``myo``."""
+#: Chambers of the whole heart, those first whose surfaces are trusted most: what each body is made of.
+CHAMBERS: Final = {"lv": ("lv", "myo"), "rv": ("rv", "rv_wall"), "la": ("la", "la_wall"), "ra": ("ra", "ra_wall")}
+
+
+def lay_out(seg: Segmentation, options: Options, stages: Stages) -> Layout:
+    """Objects, planes and openings of the anatomy asked for, by the labels.
+
+    Raises
+    ------
+    InputError
+        A structure is missing or no solid object; no base or apex is found; a given opening is none.
+    """
+    wall, whole = options.wall, options.anatomy == "whole-heart"
+    openings: list[Opening] = []
+    if whole:
+        with stages("openings"):
+            openings = given_openings(wall.valves)
+            if wall.openings == "labels":
+                named = {opening.name for opening in openings}
+                openings += [opening for opening in find_openings(seg) if opening.name not in named]
+            check_openings(seg, openings)
     with stages("objects"):
-        objects = {
-            "lv": seg.object("lv", name="lv", options=options.image),
-            "epi": seg.object("lv", "myo", name="epi", options=options.image),
-        }
+        parts = _structures(seg, options.anatomy)
+        objects = {name: seg.object(*own, name=name, options=options.image) for name, own in parts.items()}
+    if whole:
+        return Layout(objects, openings=openings)
     with stages("planes"):
-        base = find_base(seg, options=options.wall)
-        clipped = options.wall.apex == "clipped"
-        apex = find_apex(seg, options=options.wall) if clipped else None
+        base = (find_base if options.anatomy == "lv" else find_common_base)(seg, options=wall)
+        apex = find_apex(seg, options=wall) if wall.apex == "clipped" else None
+    return Layout(objects, base, apex)
+
+
+def _structures(seg: Segmentation, anatomy: str) -> dict[str, tuple[str, ...]]:
+    """Structures that each object of an anatomy is the union of."""
+    if anatomy == "lv":
+        return {"lv": ("lv",), "epi": ("lv", "myo")}
+    if anatomy == "biv":
+        right = {"rv_epi": ("rv", "rv_wall")} if "rv_wall" in seg.structures else {}
+        return {"lv": ("lv",), "rv": ("rv",), "lv_epi": ("lv", "myo"), **right}
+    cavities: dict[str, tuple[str, ...]] = {name: (name,) for name in CHAMBERS}
+    bodies = {f"{name}_epi": own for name, own in CHAMBERS.items() if own[1] in seg.structures or name == "lv"}
+    return {**cavities, **bodies}
+
+
+def left_ventricle(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> Parts:
+    """Endo- and epicardium of the left ventricle, fitted to ``lv`` and ``lv`` + ``myo``."""
+    objects, base, apex = layout.objects, layout.base, layout.apex
     fitted: dict[str, Surface] = {}
     for name, obj, begun in in_turn(objects, options.surface):
         with stages(f"surface {name}") as report:
-            closed = name == "epi" and not clipped
+            closed = name == "epi" and apex is None
             own = extend_apex(seg, obj, endo=fitted["lv"], options=options.wall) if closed else None
             fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report, begun=begun)
     outlines = Outline("endo", objects["lv"]), Outline("epi", objects["epi"])
     return Parts(objects, {"lv": fitted["lv"]}, fitted["epi"], base, apex, outlines=outlines)
 
 
-def both_ventricles(seg: Segmentation, options: Options, stages: Stages) -> Parts:
+def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> Parts:
     """Both endocardia and the common epicardium.
 
     The epicardium encloses the left ventricle (``lv`` + ``myo``) and the right one: where the labels have its wall
     (``rv_wall``) as they have it, else its cavity grown by ``rv_wall_thickness``; in any case all cavities grown by
     ``minimum_thickness``.
     """
-    wall, walled = options.wall, "rv_wall" in seg.structures
-    with stages("objects"):
-        parts = {"lv": ("lv",), "rv": ("rv",), "lv_epi": ("lv", "myo")}
-        if walled:
-            parts["rv_epi"] = ("rv", "rv_wall")
-        objects = {name: seg.object(*own, name=name, options=options.image) for name, own in parts.items()}
-    with stages("planes"):
-        base = find_common_base(seg, options=wall)
-        clipped = wall.apex == "clipped"
-        apex = find_apex(seg, options=wall) if clipped else None
+    objects, base, apex = layout.objects, layout.base, layout.apex
+    wall, walled = options.wall, "rv_epi" in objects
     fitted: dict[str, Surface] = {}
     for name, obj, begun in in_turn(objects, options.surface):
         with stages(f"surface {name}") as report:
-            closed = name == "lv_epi" and not clipped
+            closed = name == "lv_epi" and apex is None
             own = extend_apex(seg, obj, endo=fitted["lv"], options=wall) if closed else None
             fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report, begun=begun)
     with stages("surface epi") as report:
@@ -149,11 +200,7 @@ def both_ventricles(seg: Segmentation, options: Options, stages: Stages) -> Part
     return Parts(objects, cavities, epi, base, apex, fitted["lv_epi"], repaired=repaired, outlines=outlines)
 
 
-#: Chambers of the whole heart, those first whose surfaces are trusted most: what each body is made of.
-CHAMBERS: Final = {"lv": ("lv", "myo"), "rv": ("rv", "rv_wall"), "la": ("la", "la_wall"), "ra": ("ra", "ra_wall")}
-
-
-def whole_heart(seg: Segmentation, options: Options, stages: Stages) -> Parts:
+def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> Parts:
     """Endocardia of the four chambers and the epicardium around them, all closed.
 
     The epicardium encloses the body of each chamber, cavity and wall, as the labels have it (a chamber without a
@@ -162,17 +209,8 @@ def whole_heart(seg: Segmentation, options: Options, stages: Stages) -> Parts:
     chambers the less trusted one gives way. Both are told in ``repaired``. Walls of vessels are left out. Openings are
     those of the labels, or given ones, where they are asked for.
     """
-    wall = options.wall
-    with stages("openings"):
-        openings = given_openings(wall.valves)
-        if wall.openings == "labels":
-            named = {opening.name for opening in openings}
-            openings += [opening for opening in find_openings(seg) if opening.name not in named]
+    wall, objects = options.wall, layout.objects
     given = {"rv": wall.rv_wall_thickness, "la": wall.atrial_wall_thickness, "ra": wall.atrial_wall_thickness}
-    with stages("objects"):
-        parts: dict[str, tuple[str, ...]] = {name: (name,) for name in CHAMBERS}
-        parts |= {f"{name}_epi": own for name, own in CHAMBERS.items() if own[1] in seg.structures or name == "lv"}
-        objects = {name: seg.object(*own, name=name, options=options.image) for name, own in parts.items()}
     fitted = {}
     for name, obj, begun in in_turn(objects, options.surface):
         with stages(f"surface {name}") as report:
@@ -190,7 +228,15 @@ def whole_heart(seg: Segmentation, options: Options, stages: Stages) -> Parts:
         grown = [Part(surface, wall.minimum_thickness, least) for surface in cavities.values()]
         epi = _enclose([*bodies, *grown], seg, options, report, repaired)
     outlines = _outlines(objects, tuple(CHAMBERS), wall.atrial_wall_thickness)
-    return Parts(objects, cavities, epi, body=fitted["lv_epi"], openings=openings, repaired=repaired, outlines=outlines)
+    return Parts(
+        objects,
+        cavities,
+        epi,
+        body=fitted["lv_epi"],
+        openings=layout.openings,
+        repaired=repaired,
+        outlines=outlines,
+    )
 
 
 def _outlines(objects: Mapping[str, LabelObject], chambers: tuple[str, ...], wall: float) -> tuple[Outline, ...]:
@@ -243,8 +289,8 @@ def _enclose(
     return found
 
 
-#: What makes the parts of each anatomy.
-ANATOMIES: Final[Mapping[str, Callable[[Segmentation, Options, Stages], Parts]]] = {
+#: What makes the parts of each anatomy from its layout.
+ANATOMIES: Final[Mapping[str, Callable[[Segmentation, Layout, Options, Stages], Parts]]] = {
     "lv": left_ventricle,
     "biv": both_ventricles,
     "whole-heart": whole_heart,

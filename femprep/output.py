@@ -14,6 +14,7 @@ import numpy as np
 from femprep.bullseyes import report_bulls_eyes
 from femprep.export import write_facets, write_format, write_mesh, write_surface, write_wall
 from femprep.geometry.facets import facet_triangles
+from femprep.model import verdict_of
 from femprep.pipeline import Run, Surfaces
 from femprep.report.fidelity_tables import fidelity_tables
 from femprep.report.folder import whole_folder
@@ -72,7 +73,8 @@ def write_run(
             start_picture(painter, run.mesh, png)
             with ThreadPoolExecutor(1) as pool:  # VTK compresses while the decks are put into words
                 vtk = pool.submit(_write_vtk, run, folder)
-                for name in run.options.formats:
+                left_out = verdict_of(run.mesh).get("failures", {})
+                for name in (name for name in run.options.formats if name not in left_out):
                     write_format(run.mesh, folder, name, options=run.options.export)
                 (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
                 slices, volumes, details = _slices(run), _volumes(run), _details(run)

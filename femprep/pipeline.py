@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from femprep.advice import what_helps
-from femprep.anatomies import ANATOMIES, Parts
+from femprep.anatomies import ANATOMIES, Layout, Parts, lay_out
 from femprep.anatomy import (
     VentricularAxes,
     WallFields,
@@ -19,15 +19,19 @@ from femprep.anatomy import (
     flip,
     on_wall,
     orient,
-    ventricular_axes,
 )
+from femprep.errors import FemprepError
+from femprep.export.content import content_of, refusals
 from femprep.fidelity import Fidelity, judge_fidelity, mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.image import LabelObject, Segmentation, align_slices
-from femprep.model import Surface, VolumeMesh, Wall
+from femprep.model import Surface, VolumeMesh, Wall, with_verdict
 from femprep.options import FibreOptions, Options, choose
+from femprep.preflight import check_labels, check_options
 from femprep.surface import fit_surface
+from femprep.surface.fit import check_fit
 from femprep.surface.matching import match_surfaces
 from femprep.volume import QualityReport, check, tetrahedralize
+from femprep.volume.judged import carry
 from femprep.volume.sweep import boundary_wall, sweep
 from femprep.volume.ventricles import label_chambers, label_ventricles
 from femprep.wall import build_wall, fill_cavities, open_wall
@@ -134,20 +138,43 @@ def mesh_segmentation(
     """
     options = choose(Options, options, changes)
     stages = Stages(progress)
-    seg = flip(seg) if options.flip else seg
-    seg = _prepared(seg, options, stages)
-    parts = ANATOMIES[options.anatomy](seg, options, stages)
+    seg, layout, axes = begin(seg, options, stages)
+    parts = ANATOMIES[options.anatomy](seg, layout, options, stages)
     fill = _swept if options.volume.mesher == "sweep" else _tetrahedra
     wall, mesh = fill(parts, options, stages)
-    if options.fibres is not None:
+    if axes is not None:
         with stages("anatomy"):
-            axes = ventricular_axes(seg, basal_end=options.wall.basal_end, mirrored=options.fibres.mirrored)
-            mesh = on_wall(mesh, partial(_with_fibres, axes=axes, options=options.fibres))
+            mesh = _with_anatomy(mesh, axes, options)
     with stages("quality"):
-        quality = check(mesh, options=options.limits)
-        fidelity = mesh_fidelity(mesh, parts.outlines, seg.grid, options.limits.maximum_label_distance)
-        quality = with_fidelity(quality, fidelity, what_helps(seg, fidelity, options))
-    return Run(seg, options, parts.objects, parts.surfaces, wall, mesh, quality, fidelity, stages.seconds)
+        quality = check(mesh, options=options.check)
+        fidelity = mesh_fidelity(mesh, parts.outlines, seg.grid, quality.options.maximum_label_distance)
+        judged = with_fidelity(quality, fidelity, what_helps(seg, fidelity, options))
+        mesh = carry(mesh, quality.options, options.volume.mesher, judged.failures[len(quality.failures) :])
+    return Run(seg, options, parts.objects, parts.surfaces, wall, mesh, judged, fidelity, stages.seconds)
+
+
+def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmentation, Layout, VentricularAxes | None]:
+    """All that labels and options tell, and every refusal that follows from it, before anything takes long."""
+    check_options(options)
+    seg = _prepared(flip(seg) if options.flip else seg, options, stages)
+    layout = lay_out(seg, options, stages)
+    with stages("preflight"):
+        return seg, layout, check_labels(seg, layout, options)
+
+
+def _with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> VolumeMesh:
+    """The mesh with coordinates, segments and fibres; where they fail, without, and with what failed in its verdict.
+
+    The mesh is good for much without them, and took most of the time.
+    """
+    assert options.fibres is not None
+    try:
+        return on_wall(mesh, partial(_with_fibres, axes=axes, options=options.fibres))
+    except FemprepError as error:
+        failures = {"fibres": [f"fibres: not made: {error}"]}
+        for name, reason in refusals(content_of(mesh), options.formats, options.export).items():
+            failures[name] = [f"{name}: not written: {reason}"]
+        return with_verdict(mesh, failures=failures)
 
 
 def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: FibreOptions) -> VolumeMesh:
@@ -228,11 +255,14 @@ def fit_surfaces(
     options = options or Options()
     stages = Stages(progress)
     seg = _prepared(seg, options, stages)
-    found, surfaces = {}, {}
-    for name, parts in objects.items():
+    with stages("objects"):
+        found = {name: seg.object(*parts, name=name, options=options.image) for name, parts in objects.items()}
+        for obj in found.values():
+            check_fit(obj, options.surface)
+    surfaces = {}
+    for name, obj in found.items():
         with stages(f"surface {name}") as report:
-            found[name] = seg.object(*parts, name=name, options=options.image)
-            fitted = fit_surface(found[name], options=options.surface, progress=report)
+            fitted = fit_surface(obj, options=options.surface, progress=report)
             surfaces[name] = replace(fitted, name=name)
     fidelity = surface_fidelity(surfaces, found, seg.grid)
     return Surfaces(seg, options, found, surfaces, fidelity, stages.seconds)

@@ -14,7 +14,7 @@ from femprep.export.series import write_pvd, write_xdmf_series
 from femprep.image import Segmentation
 from femprep.options import Options, choose
 from femprep.output import write_run
-from femprep.pipeline import Run, mesh_segmentation
+from femprep.pipeline import Run, Stages, begin, mesh_segmentation
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import PhaseRecord, SequenceManifest
 from femprep.report.volumes import cavity_volume, voxel_volume
@@ -110,6 +110,11 @@ def mesh_sequence(
         raise OptionError(f"option 'anatomy' is {options.anatomy!r}; a sequence is swept, which meshes lv alone")
     options = _with(options, volume={"mesher": "sweep"})
     offsets = phase_base_offsets(phases, options=options.wall)
+    for number, seg in enumerate(phases):  # a phase that cannot be meshed is known before the first is
+        try:
+            begin(seg, _with(options, wall={"base_offset": offsets[number]}), Stages(None))
+        except InputError as error:
+            raise InputError(f"phase {number}: {error}") from None
 
     def run(number: int, chosen: Options) -> Run:
         report = progress or (lambda stage, fraction: None)

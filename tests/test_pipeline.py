@@ -87,6 +87,15 @@ def test_mesh_is_sound(folder: Path) -> None:
     assert report.measures["mean_ratio"].mean >= 0.82
 
 
+def test_every_file_of_the_run_is_judged_as_the_run(folder: Path) -> None:
+    judged = json.loads((folder / "quality.json").read_text())
+    for file in ("mesh.vtu", "mesh.inp", "mesh.msh", "dolfinx/mesh.xdmf"):
+        report = fp.check(fp.read_mesh(folder / file))
+        assert report.options.model_dump(mode="json") == judged["options"], file
+        assert list(report.failures) == judged["failures"], file
+        assert "the mesh's own" in report.limits_from, file
+
+
 def meshio_facets(path: Path) -> np.ndarray:
     """Facets in the numbers of the volume mesh (the file counts from 1), read by VTK."""
     import pyvista as pv

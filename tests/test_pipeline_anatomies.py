@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import femprep as fp
-from femprep.anatomies import ANATOMIES
+from femprep.anatomies import ANATOMIES, lay_out
 from femprep.cli import main
 from femprep.errors import OptionError
 from femprep.geometry.closest import ClosestFinder
@@ -166,7 +166,8 @@ def test_a_rim_keeps_its_vertices_alone():
         pytest.skip("FEMPREP_DATA is unset: no real segmentations")
     path = Path(os.environ["FEMPREP_DATA"]) / "acdc" / "training" / "patient051" / "patient051_frame01_gt.nii.gz"
     seg = fp.orient(fp.read_segmentation(path, preset="acdc"))
-    parts = ANATOMIES["biv"](seg, Options(anatomy="biv", surface={"vertices": 1500}), Stages(None))
+    options = Options(anatomy="biv", surface={"vertices": 1500})
+    parts = ANATOMIES["biv"](seg, lay_out(seg, options, Stages(None)), options, Stages(None))
     wall = fp.build_wall(epi=parts.epi, endo=parts.endo, base=parts.base)
     assert is_manifold(wall.triangles)
     assert triangle_quality(wall.points, wall.triangles).min() >= 0.2

@@ -45,3 +45,19 @@ def test_elements(image: Path, tmp_path: Path, element: str, cells: str) -> None
     cavity = json.loads((out / "run.json").read_text())["volumes"][0]
     assert abs(cavity["difference_percent"]) < 3.0
     assert "fiber" in fp.read_mesh(out / "mesh.vtu").cell_data
+
+
+def test_one_verdict(image: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What ``mesh`` passes by the limits of the sweep, ``check`` passes: moved, and converted, too."""
+    out = mesh(image, tmp_path / "out", "--quiet", "--layers", "4")
+    report = json.loads((out / "quality.json").read_text())
+    assert report["passed"]
+    assert 0.75 < report["measures"]["mean_ratio"]["mean"] < 0.82
+    moved = (out / "mesh.vtu").rename(tmp_path / "moved.vtu")
+    for name in ("moved.vtu", "deck.inp", "mesh.msh"):
+        if name != "moved.vtu":
+            assert main(["convert", str(moved), str(tmp_path / name), "--quiet"]) == 0
+        capsys.readouterr()
+        assert main(["check", str(tmp_path / name)]) == 0, name
+        assert "the mesh's own" in capsys.readouterr().out
+    assert main(["check", str(moved), "--purpose", "implicit", "--mean-of-mean-ratio", "0.82", "--quiet"]) == 1

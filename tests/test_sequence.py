@@ -45,6 +45,14 @@ def cavity(endo: tuple[float, float, float], base: float) -> float:
     return float(np.pi * a * b * ((base + c) - (base**3 + c**3) / (3.0 * c * c)))
 
 
+def test_each_phase_is_judged_as_in_its_sequence(out: Path) -> None:
+    for name, phase in zip(PHASES, json.loads((out / "run.json").read_text())["phases"], strict=True):
+        report = fp.check(fp.read_mesh(out / "phases" / name / "mesh.vtu"))
+        assert list(report.failures) == phase["failures"]
+        assert "the mesh's own" in report.limits_from
+        assert "mesher sweep" in report.limits_from
+
+
 def test_phases_share_their_connectivity_and_move_as_the_heart_does(out: Path) -> None:
     ed, es = (fp.read_mesh(out / "phases" / name / "mesh.vtu") for name in PHASES)
     assert np.array_equal(ed.cells["tetra"], es.cells["tetra"])

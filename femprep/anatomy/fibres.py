@@ -44,7 +44,7 @@ from femprep.anatomy.frames import make_frames
 from femprep.anatomy.rules import Sites, at_cells, at_points, node_fields, triads
 from femprep.anatomy.shapes import quadrature
 from femprep.errors import InputError
-from femprep.model import FloatArray, VolumeMesh
+from femprep.model import FloatArray, VolumeMesh, without_failure
 from femprep.options import FibreOptions, choose
 
 logger = logging.getLogger(__name__)
@@ -108,7 +108,7 @@ def add_fibres(
     }
     if "hand" in fields.axes.info.get("assumed", ()) and chosen.mirrored == "auto":
         record["assumed"] = "the heart is not mirrored: nothing in the mesh tells"
-    info = {**mesh.info, "axes": fields.axes.record(), "fibres": record}
+    info = {**without_failure(mesh.info, "fibres"), "axes": fields.axes.record(), "fibres": record}
     return replace(mesh.with_data(cell=cell, point=point), info=info)
 
 

@@ -14,6 +14,7 @@ it well posed.
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cached_property
 from typing import Final
@@ -33,6 +34,21 @@ logger = logging.getLogger(__name__)
 #: Conductivity across the gradient lines, relative to that along them, by coordinate. Round the wall no boundary holds
 #: the lines' beginnings together, so there it has to be larger.
 CROSS: Final = {"across": 1e-2, "upward": 1e-3, "turn": 5e-2}
+
+
+def require_ventricle(facets: Iterable[str]) -> None:
+    """Make sure that a wall has the facets that coordinates, segments and fibres begin from.
+
+    Raises
+    ------
+    InputError
+        Endocardium, epicardium, or base and valves are not among the names of its facets.
+    """
+    have = list(facets)
+    for names in (("endo", "endo_lv"), ("epi",), BASE_FACETS):
+        if not set(names) & set(have):
+            wanted = " or ".join(map(repr, names[:2]))
+            raise InputError(f"the mesh has no facets tagged {wanted}; its facets: {', '.join(have) or 'none'}")
 
 
 class WallFields:
@@ -55,24 +71,21 @@ class WallFields:
 
     def __init__(self, mesh: VolumeMesh, axes: VentricularAxes | None = None) -> None:
         refuse_blood(mesh)
+        require_ventricle(mesh.facet_names)
         self.mesh = mesh
         self.axes = axes or ventricular_axes(mesh)
         self.space = LinearElements(mesh)
         tags = FACET_TAGS
         self.lv = self._nodes("endo", "endo_lv")
-        self.rv = self._nodes("endo_rv", needed=False)
+        self.rv = self._nodes("endo_rv")
         self.epi = self._nodes("epi")
         self.base = self._nodes(*BASE_FACETS)
         self.has_apex_plane = bool(np.any(mesh.facet_tag == tags["apex"]))
         if self.biventricular and not self.axes.insertions:
             self.axes = self._with_insertions(keep_septal=axes is not None)
 
-    def _nodes(self, *names: str, needed: bool = True) -> IntArray:
-        nodes = self.space.facet_nodes(*(FACET_TAGS[name] for name in names))
-        if needed and not len(nodes):
-            have = ", ".join(self.mesh.facet_names) or "none"
-            raise InputError(f"the mesh has no facets tagged {' or '.join(map(repr, names[:2]))}; its facets: {have}")
-        return nodes
+    def _nodes(self, *names: str) -> IntArray:
+        return self.space.facet_nodes(*(FACET_TAGS[name] for name in names))
 
     @property
     def biventricular(self) -> bool:

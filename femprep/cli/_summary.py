@@ -122,6 +122,7 @@ def print_quality(report: Any, console: Console | None = None, *, worst: int = 0
         values = (item.min, item.mean, item.median, item.max)
         table.add_row(name.replace("_", " "), *map(_number, values), _bars(item.histogram.counts))
     console.print(table)
+    console.print(f"limits: {escape(report.limits_from)}")
     console.print(f"stable time step of explicit dynamics {report.time_step:.3g} microseconds")
     if worst:
         _print_worst(report, console, worst)

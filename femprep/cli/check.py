@@ -33,7 +33,8 @@ def check(
 ) -> int:
     """Judge a mesh: element quality, orientation, boundary, tags.
 
-    The purpose chooses the limits, each of which may be given by hand. The exit status is 1 where one is not met.
+    A mesh of femprep's is judged by the limits it was made with, which stand in its file. A purpose chooses others, and
+    each may be given by hand. The exit status is 1 where one is not met.
     """
     from femprep.export import read_mesh
     from femprep.volume import check as judge

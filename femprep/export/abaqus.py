@@ -15,6 +15,7 @@ from femprep.export.fibres import segments
 from femprep.export.names import facet_names, facet_nodes, region_names, region_nodes
 from femprep.export.text import rows, wrapped
 from femprep.export.units import UNITS
+from femprep.export.verdict import verdict_comments
 from femprep.model import IntArray, VolumeMesh
 from femprep.options import ExportOptions
 
@@ -44,7 +45,7 @@ def _parts(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     units = UNITS[options.length_unit]
     regions, facets = region_names(mesh), facet_names(mesh)
     yield "*HEADING\nfemprep volume mesh\n"
-    yield f"** Units: {units.line}\n"
+    yield f"** Units: {units.line}\n" + verdict_comments(mesh, "**")
     yield "** Tags: " + " ".join(f"{name}={tag}" for name, tag in {**regions, **facets}.items()) + "\n"
     yield "*NODE, NSET=NALL\n"
     yield rows(np.arange(1, len(mesh.points) + 1), mesh.points * units.per_mm)

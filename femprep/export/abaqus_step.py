@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from femprep.errors import InputError
+from femprep.export.content import Content
 from femprep.export.fibres import directions, orthotropic
 from femprep.export.names import facet_names
 from femprep.export.text import rows
 from femprep.export.units import UNITS, Units
-from femprep.model import VolumeMesh, is_blood
+from femprep.model import VolumeMesh
 from femprep.options import ExportOptions
 
 #: Name of the orientation whose first axis is the fibre, the second the sheet.
@@ -33,48 +34,36 @@ def orientation(mesh: VolumeMesh) -> Iterator[str]:
     yield f"*ORIENTATION, NAME={ORIENTATION}, SYSTEM=RECTANGULAR\nfibre_directions\n"
 
 
-def endocardium(mesh: VolumeMesh) -> list[str]:
-    """Names of the facet tags that an inflation step presses on; the base, which it holds, is there.
+def require(content: Content, options: ExportOptions) -> None:
+    """Make sure that a mesh has what the step in its deck needs.
 
     Raises
     ------
     InputError
-        The mesh has no ``base``, no endocardium, or blood pools.
-    """
-    if is_blood(mesh.region).any():
-        raise InputError("an inflation step is for a wall alone; this mesh has blood pools, and the deck one material")
-    names = facet_names(mesh)
-    endo = [name for name in names if name == "endo" or name.startswith("endo_")]
-    if "base" not in names or not endo:
-        found = ", ".join(names) or "none"
-        raise InputError(f"an inflation step needs facets tagged base and endo; this mesh has {found}")
-    return endo
-
-
-def require_fibres(mesh: VolumeMesh, options: ExportOptions) -> None:
-    """Make sure that a material with fibres has them.
-
-    Raises
-    ------
-    InputError
-        It has none.
-    """
-    if options.material == "orthotropic" and "fiber" not in mesh.cell_data:
-        raise InputError("the orthotropic material needs fibres; add them (add_fibres, or --fibres) or choose linear")
-
-
-def step(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
-    """Section, material, base held, pressure on every endocardium; nothing where no step is asked for.
-
-    Raises
-    ------
-    InputError
-        The mesh has no ``base`` to hold, no endocardium to press on, or lacks the fibres its material needs.
+        There is no ``base`` to hold, no endocardium to press on, or there are blood pools; or the material needs fibres
+        that are not there.
     """
     if options.step == "none":
         return
-    endo = endocardium(mesh)
-    require_fibres(mesh, options)
+    if content.blood:
+        raise InputError("an inflation step is for a wall alone; this mesh has blood pools, and the deck one material")
+    if "base" not in content.facets or not endocardium(content.facets):
+        found = ", ".join(content.facets) or "none"
+        raise InputError(f"an inflation step needs facets tagged base and endo; this mesh has {found}")
+    if options.material == "orthotropic" and not content.fibres:
+        raise InputError("the orthotropic material needs fibres; add them (add_fibres, or --fibres) or choose linear")
+
+
+def endocardium(names: Iterable[str]) -> list[str]:
+    """Those of the names of facets that an inflation step presses on."""
+    return [name for name in names if name == "endo" or name.startswith("endo_")]
+
+
+def step(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
+    """Section, material, base held, pressure on every endocardium; nothing where no step is asked for."""
+    if options.step == "none":
+        return
+    endo = endocardium(facet_names(mesh))
     units = UNITS[options.length_unit]
     oriented = f", ORIENTATION={ORIENTATION}" if options.material == "orthotropic" else ""
     yield "*MATERIAL, NAME=myocardium\n" + _material(options, units)

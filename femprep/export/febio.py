@@ -9,11 +9,12 @@ from typing import Final
 
 import numpy as np
 
-from femprep.export.abaqus_step import endocardium, require_fibres
+from femprep.export.abaqus_step import endocardium
 from femprep.export.fibres import directions, orthotropic, segments
 from femprep.export.names import facet_names, facet_nodes, region_names
 from femprep.export.text import wrapped
 from femprep.export.units import UNITS, Units
+from femprep.export.verdict import verdict_lines
 from femprep.model import IntArray, VolumeMesh
 from femprep.options import ExportOptions
 
@@ -46,15 +47,7 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     Element numbers follow the parts. ``NodeSet`` and ``Surface`` carry the facet tag's name, ``ElementSet`` those of
     regions and AHA segments; fibre and sheet are the material axes of every element. The material is that of the
     options, so that FEBio reads the file with and without the inflation step.
-
-    Raises
-    ------
-    InputError
-        The step lacks a facet tag or fibres.
     """
-    if options.step == "inflation":
-        endocardium(mesh)
-        require_fibres(mesh, options)
     with (folder / f"{stem}.feb").open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(_document(mesh, options))
 
@@ -63,6 +56,7 @@ def _document(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     units = UNITS[options.length_unit]
     parts = _parts(mesh)
     yield f'<?xml version="1.0" encoding="UTF-8"?>\n<!-- femprep volume mesh; {units.line} -->\n'
+    yield "".join(f"<!-- {line} -->\n" for line in verdict_lines(mesh))
     yield '<febio_spec version="4.0">\n<Module type="solid"/>\n'
     if options.step == "inflation":
         yield _CONTROL
@@ -82,7 +76,7 @@ def _document(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
             yield "</ElementData>\n"
         yield "</MeshData>\n"
     if options.step == "inflation":
-        yield _step(endocardium(mesh), options.pressure * units.per_kpa)
+        yield _step(endocardium(facet_names(mesh)), options.pressure * units.per_kpa)
     yield '<Output>\n<plotfile type="febio">\n<var type="displacement"/>\n<var type="stress"/>\n'
     yield '<var type="reaction forces"/>\n</plotfile>\n</Output>\n</febio_spec>\n'
 

@@ -12,7 +12,9 @@ import numpy as np
 from femprep.elements import ELEMENTS, FACET_CORNERS, FACET_TYPES
 from femprep.errors import InputError
 from femprep.export.names import Numbers
+from femprep.export.vtk_xml import record_of
 from femprep.model import VolumeMesh
+from femprep.model.verdict import VERDICT
 
 log = logging.getLogger(__name__)
 
@@ -70,6 +72,7 @@ def from_meshio(mesh: Any) -> VolumeMesh:
     region, region_from = _tags(mesh, volume, numbers, own_names.get(3, {}), facet=False)
     facet_tag, facet_from = _tags(mesh, surface, numbers, own_names.get(2, {}), facet=True)
     taken = {region_from, facet_from, *_BOOKKEEPING}
+    record = record_of(mesh.field_data)
     points = np.asarray(mesh.points, dtype=np.float64)
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
@@ -85,6 +88,7 @@ def from_meshio(mesh: Any) -> VolumeMesh:
         info={
             "source": {"region": region_from, "facet_tag": facet_from, "left_out": left_out},
             **numbers.info,
+            **({VERDICT: record[VERDICT]} if VERDICT in record else {}),
         },
     )
 

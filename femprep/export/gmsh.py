@@ -12,6 +12,7 @@ import numpy as np
 from femprep.export.names import facet_names, region_names
 from femprep.export.text import rows
 from femprep.export.units import UNITS
+from femprep.export.verdict import verdict_lines
 from femprep.model import IntArray, VolumeMesh
 from femprep.options import ExportOptions
 
@@ -78,7 +79,8 @@ def _write(path: Path, *parts: Iterator[str]) -> None:
 
 def _head(version: str, mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield f"$MeshFormat\n{version} 0 8\n$EndMeshFormat\n"
-    yield f"$Comments\nfemprep volume mesh; {UNITS[options.length_unit].line}\n$EndComments\n"
+    lines = [f"femprep volume mesh; {UNITS[options.length_unit].line}", *verdict_lines(mesh)]
+    yield "$Comments\n" + "\n".join(lines) + "\n$EndComments\n"
     names = [(2, tag, name) for name, tag in facet_names(mesh).items() if tag > 0]
     names += [(3, tag, name) for name, tag in region_names(mesh).items() if tag > 0]
     yield f"$PhysicalNames\n{len(names)}\n"

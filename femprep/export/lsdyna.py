@@ -10,10 +10,12 @@ import numpy as np
 
 from femprep.elements import ELEMENTS
 from femprep.errors import InputError
+from femprep.export.content import Content
 from femprep.export.fibres import directions, segments
 from femprep.export.names import facet_names, facet_nodes, region_names
 from femprep.export.text import number
 from femprep.export.units import UNITS
+from femprep.export.verdict import verdict_comments
 from femprep.model import IntArray, VolumeMesh
 from femprep.options import ExportOptions
 
@@ -30,6 +32,21 @@ PLACES: Final = {
 FORMULATIONS: Final = {"tetra": 13, "tetra10": 16, "wedge": 15, "hexahedron": 2}
 
 
+def require(content: Content, options: ExportOptions) -> None:
+    """Refuse elements that LS-DYNA does not know.
+
+    Raises
+    ------
+    InputError
+        There are elements of 15 or 20 nodes.
+    """
+    unknown = [kind for kind in content.elements if kind not in PLACES]
+    if unknown:
+        raise InputError(
+            f"the LS-DYNA file holds no elements of type {', '.join(unknown)}; write linear elements or tetra10"
+        )
+
+
 def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
     """Write ``stem.k``, to be included in a deck that adds materials and loads.
 
@@ -38,23 +55,16 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     segment (1000 + segment). Fibre and sheet stand with each element (``*ELEMENT_SOLID_ORTHO``: a and d). Segments
     of quadratic facets have their corners, as LS-DYNA wants.
 
-    Raises
-    ------
-    InputError
-        The mesh has elements of 15 or 20 nodes.
+    The mesh has no elements of 15 or 20 nodes, see :func:`require`.
     """
-    unknown = [kind for kind in mesh.cells if kind not in PLACES]
-    if unknown:
-        raise InputError(
-            f"the LS-DYNA file holds no elements of type {', '.join(unknown)}; write linear elements or tetra10"
-        )
     with (folder / f"{stem}.k").open("w", encoding="ascii", errors="replace", newline="\n") as file:
         file.writelines(_deck(mesh, options))
 
 
 def _deck(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     units = UNITS[options.length_unit]
-    yield f"*KEYWORD\n$ femprep volume mesh; {units.line}\n*TITLE\nfemprep volume mesh\n"
+    yield f"*KEYWORD\n$ femprep volume mesh; {units.line}\n" + verdict_comments(mesh, "$")
+    yield "*TITLE\nfemprep volume mesh\n"
     points = mesh.points * units.per_mm
     yield "*NODE\n$#   nid               x               y               z\n"
     yield "".join(f"{i:8d}{_wide(x)}{_wide(y)}{_wide(z)}\n" for i, (x, y, z) in enumerate(points.tolist(), start=1))

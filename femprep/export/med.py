@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 from collections.abc import Iterable
 from dataclasses import replace
@@ -16,7 +17,8 @@ from femprep.export.fibres import segments
 from femprep.export.foreign import from_meshio
 from femprep.export.names import facet_names, facet_nodes, region_names
 from femprep.export.units import UNITS, Units
-from femprep.model import IntArray, VolumeMesh
+from femprep.model import IntArray, VolumeMesh, verdict_of
+from femprep.model.verdict import VERDICT
 from femprep.options import ExportOptions
 
 log = logging.getLogger(__name__)
@@ -31,6 +33,8 @@ MED_ORDER: Final = {
     "hexahedron": (0, 3, 2, 1, 4, 7, 6, 5),
     "hexahedron20": (0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 15, 14, 13, 12, 16, 19, 18, 17),
 }
+#: Attribute of the mesh, which readers of MED leave alone, that keeps its verdict as JSON.
+_VERDICT: Final = "FEMPREP_VERDICT"
 
 
 def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
@@ -55,17 +59,19 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     )
     out.cell_tags, out.point_tags = families, node_families
     meshio.write(folder / f"{stem}.med", out, file_format="med")
-    _describe(folder / f"{stem}.med", UNITS[options.length_unit])
+    _describe(folder / f"{stem}.med", UNITS[options.length_unit], verdict_of(mesh))
 
 
-def _describe(path: Path, units: Units) -> None:
-    """Name the unit of each axis, which meshio leaves empty, and the mesh."""
+def _describe(path: Path, units: Units, verdict: dict[str, Any]) -> None:
+    """Name the unit of each axis, which meshio leaves empty, and the mesh; its verdict is an attribute of our own."""
     import h5py
 
     with h5py.File(path, "r+") as file:
         attributes = file["ENS_MAA/mesh"].attrs
         attributes["UNI"] = np.bytes_("".join(f"{units.length:<16}" for _ in range(3)))
         attributes["DES"] = np.bytes_(f"femprep volume mesh; {units.line}")
+        if verdict:
+            attributes[_VERDICT] = np.bytes_(json.dumps(verdict))
 
 
 def unit_of(path: Path) -> str:
@@ -78,6 +84,15 @@ def unit_of(path: Path) -> str:
             if name in UNITS:
                 return name
     return "mm"
+
+
+def _verdict_in(path: Path) -> dict[str, Any]:
+    """What a MED file of ours keeps of the mesh's verdict, as ``info`` has it; empty for anyone else's."""
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        kept = [mesh.attrs[_VERDICT] for mesh in file["ENS_MAA"].values() if _VERDICT in mesh.attrs]
+    return {VERDICT: json.loads(bytes(kept[0]))} if kept else {}
 
 
 def _split(values: np.ndarray, cells: list[tuple[str, Any]]) -> list[np.ndarray]:
@@ -158,7 +173,7 @@ def read(path: Path, mesh: Any) -> VolumeMesh:
     found = from_meshio(mesh)
     points = found.points / UNITS[unit_of(path)].per_mm
     data = {name: values for name, values in found.point_data.items() if name != "point_tags"}
-    return replace(found, points=points, point_data=data)
+    return replace(found, points=points, point_data=data, info={**found.info, **_verdict_in(path)})
 
 
 def _inside_out(nodes: IntArray, points: np.ndarray, kind: str) -> np.ndarray:

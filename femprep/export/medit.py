@@ -14,6 +14,7 @@ from femprep.export.names import facet_names, region_names
 from femprep.export.split import linear
 from femprep.export.text import rows
 from femprep.export.units import UNITS
+from femprep.export.verdict import verdict_comments
 from femprep.model import VolumeMesh
 from femprep.options import ExportOptions
 
@@ -50,7 +51,7 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
 
 def _mesh(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     units = UNITS[options.length_unit]
-    yield f"MeshVersionFormatted 2\n\n# femprep volume mesh; {units.line}\n"
+    yield f"MeshVersionFormatted 2\n\n# femprep volume mesh; {units.line}\n" + verdict_comments(mesh, "#")
     names = {**region_names(mesh), **facet_names(mesh)}
     yield "".join(f"# {tag} {name}\n" for name, tag in names.items())
     yield f"\nDimension 3\n\nVertices\n{len(mesh.points)}\n"

@@ -15,7 +15,9 @@ import numpy as np
 from femprep.errors import FemprepError, FileError, InputError, MissingDependencyError
 from femprep.export.foreign import from_meshio
 from femprep.export.units import UNITS
+from femprep.export.verdict import verdict_in
 from femprep.model import VolumeMesh
+from femprep.model.verdict import VERDICT
 
 
 def read_mesh(path: str | Path) -> VolumeMesh:
@@ -34,7 +36,8 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         Files of ours give every region, facet tag, name and fibre back. Of others', regions and facet tags are taken
         from the tag arrays, physical groups and sets that the file holds; elements keep their orientation, so that a
         check finds inverted ones. ``info["source"]`` says what was taken from where, and what was left out. Lengths
-        are those of the file: femprep takes them as mm, except where a file of ours names another unit.
+        are those of the file: femprep takes them as mm, except where a file of ours names another unit. The limits by
+        which a mesh of ours was judged come along, but from openCARP's files, which have no room for them.
 
     Raises
     ------
@@ -48,6 +51,8 @@ def read_mesh(path: str | Path) -> VolumeMesh:
     try:
         mesh = read(path)
         _require_finite(mesh)
+        if path.suffix.lower() in _COMMENTED and (verdict := verdict_in(path)):
+            mesh = replace(mesh, info={**mesh.info, VERDICT: verdict})
     except MissingDependencyError:
         raise
     except FemprepError as error:
@@ -175,6 +180,9 @@ def meshio_mesh(path: Path) -> Any:
         reason = " ".join(reason.split()) or type(error).__name__
         raise FileError(f"{str(path)!r} is damaged or of an unknown format: {reason}") from error
 
+
+#: Endings of text files with comments, in which a mesh's verdict stands.
+_COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")
 
 _READERS: Final[dict[str, Callable[[Path], VolumeMesh]]] = {
     ".vtu": _vtk,

@@ -13,9 +13,10 @@ from femprep.export.fibres import directions
 from femprep.export.names import facet_names
 from femprep.export.polydata import polydata
 from femprep.export.units import UNITS
-from femprep.export.vtk_xml import add_arrays, save
+from femprep.export.vtk_xml import add_arrays, add_record, save
 from femprep.export.vtu import bare_grid
-from femprep.model import VolumeMesh
+from femprep.model import VolumeMesh, verdict_of
+from femprep.model.verdict import VERDICT
 from femprep.options import ExportOptions
 
 
@@ -32,6 +33,8 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     add_arrays(grid.GetPointData(), nodes, "point data")
     ids = {"GlobalElementID": np.arange(1, mesh.n_cells + 1), "DOMAIN_ID": mesh.region, "ModelRegionID": mesh.region}
     add_arrays(grid.GetCellData(), {**ids, **mesh.cell_data}, "cell data")
+    if verdict := verdict_of(mesh):
+        add_record(grid, {VERDICT: verdict})
     save(grid, folder / "mesh-complete.mesh.vtu")
     (folder / "mesh-surfaces").mkdir()
     element, _ = match_facets(mesh.cells, mesh.facets)

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
 from femprep.errors import OptionError
 from femprep.model import VolumeMesh
 from femprep.options import ExportOptions
+
+if TYPE_CHECKING:
+    from femprep.export.content import Content
 
 #: Writes a mesh as files into a folder that exists: ``writer(mesh, folder, stem, options)``.
 Writer = Callable[[VolumeMesh, Path, str, ExportOptions], None]
@@ -43,6 +46,8 @@ class Format:
         The programs that read it in our tests.
     unread_by : str
         The programs it is meant for that our tests do not run.
+    needs : str
+        ``module:function`` that refuses what the format cannot hold, by its content; empty where it holds everything.
     folder : bool
         Whether the path names a folder of files instead of one file.
     """
@@ -57,14 +62,30 @@ class Format:
     units: str
     read_by: str
     unread_by: str = ""
+    needs: str = ""
     folder: bool = False
 
     @property
     def writer(self) -> Writer:
         """The function that writes it."""
-        module, function = self.home.split(":")
-        writer: Writer = getattr(import_module(f"femprep.export.{module}"), function)
+        writer: Writer = _load(self.home)
         return writer
+
+    def require(self, content: Content, options: ExportOptions) -> None:
+        """Make sure that the format can hold a mesh, made or still to be made.
+
+        Raises
+        ------
+        InputError
+            It cannot; the message says what is in the way.
+        """
+        if self.needs:
+            _load(self.needs)(content, options)
+
+
+def _load(home: str) -> Any:
+    module, function = home.split(":")
+    return getattr(import_module(f"femprep.export.{module}"), function)
 
 
 FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
@@ -96,6 +117,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 units="as asked, named in the file",
                 read_by="CalculiX",
                 unread_by="Abaqus",
+                needs="abaqus_step:require",
             ),
             Format(
                 name="dolfinx",
@@ -158,6 +180,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 units="as asked, named in the file",
                 read_by="febio-python",
                 unread_by="FEBio",
+                needs="abaqus_step:require",
             ),
             Format(
                 name="opencarp",
@@ -224,6 +247,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 units="as asked, named in the file",
                 read_by="ansys-dyna-core (PyDyna)",
                 unread_by="LS-DYNA",
+                needs="lsdyna:require",
             ),
         )
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from femprep.export.content import content_of
 from femprep.export.files import whole_files
 from femprep.export.table import FORMATS, format_of, require_formats
 from femprep.model import Surface, VolumeMesh, Wall
@@ -51,6 +52,7 @@ def write_mesh(
     path = Path(path)
     kind = format_of(path) if format is None else require_formats([format])[0]
     options = choose(ExportOptions, options, changes)
+    kind.require(content_of(mesh), options)
     path = path.absolute()
     with whole_files(path.parent) as (partial, moved):
         if kind.folder:

@@ -16,7 +16,8 @@ from femprep.export.fibres import directions
 from femprep.export.names import facet_names, region_names
 from femprep.export.split import linear, to_tetrahedra
 from femprep.export.units import UNITS
-from femprep.model import VolumeMesh
+from femprep.model import VolumeMesh, verdict_of
+from femprep.model.verdict import VERDICT
 from femprep.options import ExportOptions
 
 log = logging.getLogger(__name__)
@@ -105,7 +106,8 @@ def _write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions, wh
             document.attribute(grid, FACET_TAGS, "Cell", "facet_tags/values", mesh.facet_tag)
     tags = {name.upper(): [tag, 3] for name, tag in region_names(mesh).items()}
     tags |= {name.upper(): [tag, 2] for name, tag in facet_names(mesh).items()}
-    info = {"length_unit": units.length, "units": units.line, "source": "femprep", "changed": note}
+    info: dict[str, Any] = {"length_unit": units.length, "units": units.line, "source": "femprep", "changed": note}
+    info |= {VERDICT: verdict} if (verdict := verdict_of(mesh)) else {}
     (folder / "markers.json").write_text(json.dumps(tags, indent=2) + "\n", encoding="utf-8")
     (folder / "info.json").write_text(json.dumps(info, indent=2) + "\n", encoding="utf-8")
     return mesh

@@ -15,6 +15,7 @@ from femprep.export.names import Numbers
 from femprep.export.units import UNITS
 from femprep.export.xdmf import CELL_TAGS, FACET_TAGS, MESH, TOPOLOGY
 from femprep.model import VolumeMesh
+from femprep.model.verdict import VERDICT
 
 
 def read_own(path: Path) -> VolumeMesh | None:
@@ -52,7 +53,7 @@ def read_own(path: Path) -> VolumeMesh | None:
         facet_tag=facet_tag,
         cell_data=_attributes(whole, "Cell", path),
         point_data=_attributes(whole, "Node", path),
-        info=numbers.info,
+        info={**numbers.info, **({VERDICT: info[VERDICT]} if VERDICT in info else {})},
     )
 
 

@@ -11,6 +11,7 @@ from femprep.model.arrays import BoolArray, FloatArray, IntArray, TagArray, read
 from femprep.model.plane import Plane
 from femprep.model.surface import SphereMap, Surface, split_quads
 from femprep.model.tags import FACET_TAGS, REGION_TAGS, endo_tags, is_blood, tag_name
+from femprep.model.verdict import verdict_of, with_verdict, without_failure
 from femprep.model.volume_mesh import VolumeMesh
 from femprep.model.wall import BloodPools, Wall
 
@@ -32,4 +33,7 @@ __all__ = [
     "readonly",
     "split_quads",
     "tag_name",
+    "verdict_of",
+    "with_verdict",
+    "without_failure",
 ]

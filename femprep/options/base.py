@@ -44,6 +44,8 @@ def describe(error: ValidationError) -> str:
         name = ".".join(str(part) for part in item["loc"])
         if item["type"] == "extra_forbidden":
             parts.append(f"unknown option {name!r}")
+        elif item["type"] == "value_error" and not name:  # options that do not go together
+            parts.append(str(item["ctx"]["error"]))
         else:
             parts.append(f"option {name!r} is {item['input']!r}: {item['msg'][:1].lower()}{item['msg'][1:]}")
     return "; ".join(parts)

@@ -49,6 +49,7 @@ def quality_tables(report: QualityReport) -> str:
             worst.append((name, item.value, f"{item.type} {item.element}", item.region, place))
     return (
         f"<h3>Limits for the purpose: {escape(report.options.purpose)}</h3>"
+        f"<p>Limits: {escape(report.limits_from)}</p>"
         + table(limits, ("", "asked", "found", ""))
         + "<h3>Worst elements</h3>"
         + table(worst, ("", "value", "element", "region", "centroid x y z, mm LPS"))

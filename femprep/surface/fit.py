@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -112,9 +112,7 @@ def fit_surface(
     chosen = choose(SurfaceOptions, options, changes)
     tell = progress or (lambda stage, fraction: None)
     tell("surface", 0.0)
-    boundary = boundary_points(obj) if boundary is None else boundary
-    if len(boundary) < 12:
-        raise InputError(f"object {obj.name!r} has {len(boundary)} boundary points, too few for a surface")
+    boundary = _enough(obj, boundary_points(obj) if boundary is None else boundary)
     axes, turn = image_axes(obj)
     template = (cubed_template if chosen.cells == "quad" else charge_template)(chosen.vertices)
     directions = template.directions @ (turn if obj.frame is None else obj.frame).T
@@ -167,22 +165,9 @@ def _target(
     tell: Callable[[str, float], None],
 ) -> tuple[Target, dict[str, Any]]:
     """The paper's field about an object and what its boundary asks of the stopping function; what was chosen for it."""
-    area = _area(obj, boundary)
-    number = _default_number(obj, area)
-    singularities = number if chosen.singularities is None else chosen.singularities
-    control_points = number if chosen.control_points is None else chosen.control_points
-    centre = obj.barycentre
-    radius = float(chosen.sphere_ratio * np.linalg.norm(boundary.points - centre, axis=1).max())
-    # The paper erodes by two isotropic voxels and leaves their size open: the image's smallest. Singularities closer to
-    # the surface than about half their distance from each other would dent it, so that fine voxels are not followed.
-    wanted = max(float(obj.grid.spacing.min()), _DENT_FREE * float(np.sqrt(area / singularities)))
-    voxel = float(np.clip(wanted, radius / _FINEST, radius / _COARSEST))
-    memory = required_memory(len(boundary), singularities, control_points, chosen.vertices, radius / voxel)
-    if memory > chosen.memory_limit:
-        raise ResourceError(
-            f"fitting {obj.name!r} with {control_points} control points to {len(boundary)} boundary points needs about "
-            f"{memory:.1f} GB, the limit is {chosen.memory_limit:g} GB; lower control_points, or raise memory_limit"
-        )
+    amounts = _amounts(obj, boundary, chosen)
+    singularities, control_points = amounts.singularities, amounts.control_points
+    radius, voxel, memory, centre = amounts.radius, amounts.voxel, amounts.memory, obj.barycentre
     tell("surface", 0.1)
     even = isotropic(obj, voxel)
     sources, placement = place_sources(
@@ -217,6 +202,57 @@ def _target(
         "sources": placement,
         "memory_gb": memory,
     }
+
+
+class _Amounts(NamedTuple):
+    """Singularities, control points, radius of their sphere and voxel they are placed by, mm; memory, GB."""
+
+    singularities: int
+    control_points: int
+    radius: float
+    voxel: float
+    memory: float
+
+
+def _amounts(obj: LabelObject, boundary: BoundaryPoints, chosen: SurfaceOptions) -> _Amounts:
+    """What the paper's field about an object takes, refused where that is too much."""
+    area = _area(obj, boundary)
+    number = _default_number(obj, area)
+    singularities = number if chosen.singularities is None else chosen.singularities
+    control_points = number if chosen.control_points is None else chosen.control_points
+    radius = float(chosen.sphere_ratio * np.linalg.norm(boundary.points - obj.barycentre, axis=1).max())
+    # The paper erodes by two isotropic voxels and leaves their size open: the image's smallest. Singularities closer to
+    # the surface than about half their distance from each other would dent it, so that fine voxels are not followed.
+    wanted = max(float(obj.grid.spacing.min()), _DENT_FREE * float(np.sqrt(area / singularities)))
+    voxel = float(np.clip(wanted, radius / _FINEST, radius / _COARSEST))
+    memory = required_memory(len(boundary), singularities, control_points, chosen.vertices, radius / voxel)
+    if memory > chosen.memory_limit:
+        raise ResourceError(
+            f"fitting {obj.name!r} with {control_points} control points to {len(boundary)} boundary points needs about "
+            f"{memory:.1f} GB, the limit is {chosen.memory_limit:g} GB; lower control_points, or raise memory_limit"
+        )
+    return _Amounts(singularities, control_points, radius, voxel, memory)
+
+
+def check_fit(obj: LabelObject, options: SurfaceOptions) -> None:
+    """Check that a surface can be begun on an object, before anything is computed.
+
+    Raises
+    ------
+    InputError
+        The object is too small.
+    ResourceError
+        The fit would need more memory than ``memory_limit``.
+    """
+    boundary = _enough(obj, boundary_points(obj))
+    if options.method != "smooth":
+        _amounts(obj, boundary, options)
+
+
+def _enough(obj: LabelObject, boundary: BoundaryPoints) -> BoundaryPoints:
+    if len(boundary) < 12:
+        raise InputError(f"object {obj.name!r} has {len(boundary)} boundary points, too few for a surface")
+    return boundary
 
 
 def required_memory(boundary: int, singularities: int, control_points: int, vertices: int, radius: float) -> float:

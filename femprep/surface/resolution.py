@@ -30,15 +30,27 @@ def corners_of(options: SweepOptions) -> int:
     return 3 if template == "triangle" else 4
 
 
+def check_columns(options: SweepOptions, corners: int, clipped: bool) -> int:
+    """What the number of columns of a template is a multiple of.
+
+    Raises
+    ------
+    OptionError
+        The number given is none.
+    """
+    multiple = 4 if corners == 4 else 1 if clipped else 5
+    if options.columns is not None and options.columns % multiple:
+        raise OptionError(f"option 'columns' is {options.columns}, expected a multiple of {multiple} for this template")
+    return multiple
+
+
 def resolution(
     axial: Axial, endo: Surface, epi: Surface, options: SweepOptions, corners: int, clipped: bool
 ) -> tuple[int, int, int]:
     """Columns, rows and layers for an edge length, those given in options as they are."""
     edge = options.edge_length
     girth, length, thickness = axial.size(endo.points, epi.points)
-    multiple = 5 if corners == 3 else 4
-    if clipped and corners == 3:
-        multiple = 1
+    multiple = check_columns(options, corners, clipped)
     least = max(multiple, 6)
     columns = options.columns
     if columns is None:
@@ -49,8 +61,6 @@ def resolution(
         at_apex = 0.0 if clipped else columns / 5 if corners == 3 else columns / 8
         rows = max(round(total - at_apex), 1)
     layers = options.layers or max(round(thickness / (edge * HEIGHT[corners])), 1)
-    if columns % multiple:
-        raise OptionError(f"option 'columns' is {columns}, expected a multiple of {multiple} for this template")
     return columns, rows, layers
 
 

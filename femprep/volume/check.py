@@ -13,6 +13,7 @@ from femprep.geometry.topology import pieces
 from femprep.geometry.triangles import areas
 from femprep.model import FloatArray, IntArray, VolumeMesh, is_blood, tag_name
 from femprep.options import CheckOptions, choose
+from femprep.volume.judged import carried_failures, limits_for
 from femprep.volume.limits import judge
 from femprep.volume.measures import MEASURES, centroids, element_measures
 from femprep.volume.percentiles import percentiles
@@ -50,7 +51,8 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     mesh : VolumeMesh
         Elements of any types of ``femprep.elements.ELEMENTS``, mixed too; with or without tags.
     options : CheckOptions, optional
-        Limits.
+        Limits. Where not given: those by which the mesh was judged when it was made, which travel with it, unless a
+        purpose is given; else those of the purpose and of the mesher that made it.
     **changes
         Limits by name in place of those given; None leaves a limit out.
 
@@ -66,8 +68,8 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     OptionError
         A limit is out of range.
     """
-    limits = choose(CheckOptions, options, changes).resolved()
     _check_input(mesh)
+    limits, source = limits_for(mesh, choose(CheckOptions, options, changes))
     measures = {name: element_measures(mesh.points, block, name) for name, block in mesh.cells.items() if len(block)}
     found = {key: [values[key] for values in measures.values() if key in values] for key in MEASURES}
     overall = {key: own[0] if len(own) == 1 else np.concatenate(own) for key, own in found.items() if own}
@@ -120,8 +122,9 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         worst=_worst(mesh, measures, limits.worst),
         validity=sound,
         options=limits,
+        limits_from=source,
         limits=verdicts,
-        failures=failures,
+        failures=(*failures, *carried_failures(mesh)),
         notes=tuple(notes),
     )
 

@@ -126,6 +126,7 @@ class QualityReport(Record):
     worst: tuple[WorstElement, ...]
     validity: Validity
     options: CheckOptions
+    limits_from: str = Field(description="Where the limits come from: the mesh, the defaults, given by hand.")
     limits: tuple[LimitRecord, ...]
     fidelity: tuple[FidelityRecord, ...] | None = Field(
         None, description="Distance to the labels the mesh was made from; null where they are not at hand."

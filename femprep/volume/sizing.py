@@ -110,6 +110,28 @@ def sizing_field(wall: Wall, options: VolumeOptions, sizing: Sizing | None = Non
     )
 
 
+def lengths_at(
+    points: FloatArray, thickness: float, options: VolumeOptions, volume: float, sizing: Sizing | None = None
+) -> SizingField:
+    """Edge lengths asked for at points spread evenly over a wall not yet made, of a mean thickness, mm; no elements.
+
+    Raises
+    ------
+    InputError, FileError
+        As :func:`sizing_field`.
+    """
+    if sizing is None and options.sizing is not None:
+        sizing = read_sizing(Path(options.sizing))
+    values = np.full(len(points), np.inf) if sizing is None else _lengths(sizing, points)
+    if options.elements_through_wall is not None:
+        values = np.minimum(values, THROUGH * thickness / options.elements_through_wall)
+    if options.largest_edge is not None:
+        values = np.minimum(values, options.largest_edge)
+    elements = float((1.0 / values**3).mean()) * volume
+    none = np.empty((0, 4), dtype=np.int64)
+    return SizingField(points, none, values, float(values.min()), float(values.max()), elements)
+
+
 def thickness_at(wall: Wall, points: FloatArray) -> FloatArray:
     """Thickness of the wall at points inside it, ``(n,)`` mm: the distances from the two nearest of its sheets, added.
 

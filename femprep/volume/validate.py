@@ -111,16 +111,26 @@ def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0) -> 
     ResourceError
         The mesh would need more memory than the limit.
     """
-    thickness = mean_thickness(wall)
-    if options.edge_length > thickness:
+    return check_amount(size * wall.volume, mean_thickness(wall), options)
+
+
+def check_amount(volume: float, thickness: float, options: VolumeOptions, slack: float = 1.0) -> Estimate:
+    """The same for a volume to be filled, mm3, and the mean thickness of its wall, mm, known within a factor ``slack``.
+
+    Raises
+    ------
+    OptionError, ResourceError
+        As :func:`check_edge_length`, where that is certain.
+    """
+    if options.edge_length > slack * thickness:
         raise OptionError(
             f"option 'edge_length' is {options.edge_length:g} mm, but the wall is only {thickness:.3g} mm thick on "
             f"average; choose at most {thickness:.2g}, better {thickness / 3:.2g} for three elements through the wall"
         )
-    need = estimate(wall, options.edge_length, size)
-    if need.gigabytes > options.memory_limit:
+    need = _estimate(TETS_PER_CUBE * volume / options.edge_length**3)
+    if need.gigabytes > slack * options.memory_limit:
         room = max(options.memory_limit * 1e9 - BASE_BYTES, 0.02e9)
-        least = (TETS_PER_CUBE * size * wall.volume * BYTES_PER_TET / room) ** (1 / 3)
+        least = (TETS_PER_CUBE * volume * BYTES_PER_TET / room) ** (1 / 3)
         raise ResourceError(
             f"an edge length of {options.edge_length:g} mm makes about {need.elements:.2g} elements and needs about "
             f"{need.gigabytes:.3g} GB, more than the {options.memory_limit:g} GB of option memory_limit; "
@@ -129,8 +139,10 @@ def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0) -> 
     return need
 
 
-def check_sizing(field: SizingField, options: VolumeOptions, size: float = 1.0) -> Estimate:
-    """Check that elements of edge lengths that vary fit into memory; ``size`` as for :func:`check_edge_length`.
+def check_sizing(field: SizingField, options: VolumeOptions, size: float = 1.0, slack: float = 1.0) -> Estimate:
+    """Check that elements of edge lengths that vary fit into memory.
+
+    ``size`` is as for :func:`check_edge_length`, ``slack`` as for :func:`check_amount`.
 
     Raises
     ------
@@ -138,7 +150,7 @@ def check_sizing(field: SizingField, options: VolumeOptions, size: float = 1.0) 
         The mesh would need more memory than the limit.
     """
     need = _estimate(TETS_PER_CUBE * size * field.elements)
-    if need.gigabytes > options.memory_limit:
+    if need.gigabytes > slack * options.memory_limit:
         raise ResourceError(
             f"edge lengths from {field.finest:.3g} to {field.coarsest:.3g} mm make about {need.elements:.2g} elements "
             f"and need about {need.gigabytes:.3g} GB, more than the {options.memory_limit:g} GB of option "

@@ -15,7 +15,7 @@ from femprep.wall.cavity import cavity_surface
 from femprep.wall.common_base import find_common_base
 from femprep.wall.envelope import Envelope, Part, thin_wall
 from femprep.wall.landmarks import find_apex, find_base
-from femprep.wall.openings import Opening, find_openings, given_openings, open_wall
+from femprep.wall.openings import Opening, check_openings, find_openings, given_openings, open_wall
 from femprep.wall.phase_bases import phase_base_offsets
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "Part",
     "build_wall",
     "cavity_surface",
+    "check_openings",
     "extend_apex",
     "fill_cavities",
     "find_apex",

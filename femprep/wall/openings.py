@@ -201,6 +201,39 @@ def given_openings(planes: Mapping[str, tuple[float, ...]]) -> list[Opening]:
     return found
 
 
+def check_openings(seg: Segmentation, openings: list[Opening]) -> None:
+    """Refuse openings given by hand that the labels contradict: not a matter of a few millimetres.
+
+    The line along an opening's normal through its centre has to lead, within the reach of a hole, out of the labels of
+    its cavity into those of what lies beyond.
+
+    Raises
+    ------
+    InputError
+        It does not.
+    """
+    labels = np.asarray(seg.labels)
+    steps = np.arange(-_REACH, _REACH + _STEP, _STEP)
+    for opening in openings:
+        if opening.plane.source != "given":
+            continue
+        line = opening.plane.point + steps[:, None] * opening.plane.normal
+        index = np.round(seg.grid.to_index(line)).astype(int)
+        inside = np.all((index >= 0) & (index < labels.shape), axis=1)
+        met = np.zeros(len(steps), dtype=labels.dtype)
+        met[inside] = labels[tuple(index[inside].T)]
+        within, beyond = (
+            np.isin(met, (0,) if part is None else seg.structures.get(part, ()))
+            for part in (opening.cavity, opening.beyond)
+        )
+        if not (within.any() and beyond[int(np.argmax(within)) :].any()):
+            raise InputError(
+                f"the {opening.name} opening given at {place(opening.plane.point)} leads from no voxel of "
+                f"{opening.cavity!r} to {'the outside' if opening.beyond is None else repr(opening.beyond)} within "
+                f"{_REACH:g} mm along its normal; give centre and normal, out of the chamber, in mm LPS"
+            )
+
+
 def open_wall(wall: Wall, openings: list[Opening]) -> Wall:
     """Cut openings into the closed wall of a whole heart.
 

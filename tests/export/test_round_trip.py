@@ -12,7 +12,10 @@ from same_mesh import assert_same, copies
 
 from femprep.elements import ELEMENTS
 from femprep.export import FORMATS, read_mesh, write_mesh
-from femprep.model import VolumeMesh
+from femprep.model import VolumeMesh, with_verdict
+from femprep.options import CheckOptions
+from femprep.volume import check
+from femprep.volume.judged import carry
 
 KINDS = [*ELEMENTS, "mixed"]
 LINEAR = ("tetra", "wedge", "hexahedron", "mixed")
@@ -101,6 +104,32 @@ def test_units_are_named_where_the_file_can_and_read_back(case: Case, unit: str,
     # Metres need an exponent in a field of 20 characters: 13 digits are left; of 16 characters, 9.
     digits = 1e-9 if case.format == "ls-dyna" else 1e-13
     np.testing.assert_allclose(back.points, mesh.points, rtol=digits, atol=10 * digits)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.format)
+def test_the_limits_a_mesh_was_judged_by_come_back(case: Case, tmp_path: Path) -> None:
+    line = 'no "base" -- try --openings; <b>'
+    mesh = carry(
+        mesh_of("tetra"), CheckOptions(purpose="explicit", mean_of_mean_ratio=0.1, minimum_dihedral=None), "sweep"
+    )
+    mesh = with_verdict(mesh, failures={"fibres": [f"fibres: {line}"]})
+    write_mesh(mesh, tmp_path / case.filename, format=case.format)
+    back = read_mesh(tmp_path / case.filename)
+    if case.format == "opencarp":  # its files have no room for comments
+        assert check(back).limits_from == "the defaults (purpose general)"
+        return
+    assert back.info["verdict"] == mesh.info["verdict"]
+    one, other = check(mesh), check(back)
+    assert (other.options, other.limits_from) == (one.options, one.limits_from)
+    assert f"fibres: {line}" in other.failures
+
+
+def test_the_verdict_goes_on_through_further_formats(tmp_path: Path) -> None:
+    """Judged, written as a deck, read, written as VTK, read: as from the first file."""
+    mesh = carry(mesh_of("tetra"), CheckOptions(mean_of_mean_ratio=0.2, maximum_dihedral=175.0), "tetwild")
+    write_mesh(mesh, tmp_path / "one.inp")
+    write_mesh(read_mesh(tmp_path / "one.inp"), tmp_path / "two.vtu")
+    assert check(read_mesh(tmp_path / "two.vtu")).options == check(mesh).options
 
 
 def test_vtu_keeps_every_array_and_record(tmp_path: Path) -> None:

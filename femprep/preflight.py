@@ -1,0 +1,174 @@
+"""Options, label map and what is laid out from it in; an error within seconds where the run could not but fail.
+
+The checks are those of the stages themselves, asked of what the labels say the stage will get.
+"""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from typing import Final
+
+import numpy as np
+
+from femprep.anatomies import Layout
+from femprep.anatomy import VentricularAxes, ventricular_axes
+from femprep.anatomy.fields import require_ventricle
+from femprep.errors import InputError, MissingDependencyError, OptionError
+from femprep.export.content import Content, refusals
+from femprep.image import Segmentation
+from femprep.model import FloatArray
+from femprep.options import Options
+from femprep.surface.fit import check_fit
+from femprep.surface.resolution import check_columns, corners_of
+from femprep.volume.sizing import lengths_at
+from femprep.volume.validate import check_amount, check_sizing
+
+#: Element types of order 2.
+_QUADRATIC: Final = {"tetra": "tetra10", "wedge": "wedge15", "hexahedron": "hexahedron20"}
+#: How far volume and thickness of a wall by its voxels may be off: what is refused is certain. The base cuts away up
+#: to a fifth, voxel faces along the stack tell areas within a quarter.
+_SLACK: Final = 1.5
+#: Voxels at which a sizing field is asked, at most.
+_MOST_VOXELS: Final = 20_000
+
+
+def check_options(options: Options) -> None:
+    """Refuse options that contradict each other whatever the labels.
+
+    Raises
+    ------
+    OptionError
+        A format is unknown or cannot hold what will be made, fibres have nothing to begin from, the sweep's template
+        does not fit.
+    MissingDependencyError
+        The mesher is not installed.
+    """
+    if options.volume.mesher == "sweep":
+        check_columns(options.layers, corners_of(options.layers), options.wall.apex == "clipped")
+    else:
+        if options.surface.cells == "quad":
+            raise OptionError("option 'surface.cells' is 'quad'; the mesher tetwild takes a wall of triangles alone")
+        if find_spec("pytetwild") is None:
+            raise MissingDependencyError("the mesher tetwild needs pytetwild; install it with pip install pytetwild")
+    if options.wall.openings != "labels":
+        _check_content(options, [name.partition("_")[0] for name in options.wall.valves])
+
+
+def check_labels(seg: Segmentation, layout: Layout, options: Options) -> VentricularAxes | None:
+    """Refuse a label map on which a later stage could not but fail.
+
+    Parameters
+    ----------
+    seg : Segmentation
+    layout : Layout
+        Of this map.
+    options : Options
+
+    Returns
+    -------
+    VentricularAxes or None
+        Of the heart, where fibres are asked for.
+
+    Raises
+    ------
+    InputError
+        A plane misses the heart, fibres find no axes, the openings shown are not those that fibres or a format need.
+    OptionError, ResourceError
+        The edge length is larger than the wall is thick, or needs more memory than the limit.
+    FileError
+        The sizing field cannot be read.
+    """
+    _check_content(options, [opening.name for opening in layout.openings])
+    for obj in layout.objects.values():
+        check_fit(obj, options.surface)
+    _check_planes(layout)
+    if options.volume.mesher == "tetwild":
+        _check_amount(seg, layout, options)
+    if options.fibres is None:
+        return None
+    try:
+        return ventricular_axes(seg, basal_end=options.wall.basal_end, mirrored=options.fibres.mirrored)
+    except InputError as error:
+        raise InputError(f"fibres need the axes of the heart: {error}; or leave fibres out") from None
+
+
+def _check_content(options: Options, openings: list[str]) -> None:
+    """What the mesh will hold against what fibres and formats need."""
+    content = _forecast(options, openings)
+    if content.fibres:
+        try:
+            require_ventricle(content.facets)
+        except InputError as error:
+            shown = ", ".join(openings) or "none"
+            raise OptionError(
+                f"fibres need a base or a valve to begin from; openings of this whole heart: {shown} ({error}); cut "
+                "valves open by openings 'labels' (--openings labels) or at a given plane (--valve mitral=...), or "
+                "leave fibres out"
+            ) from None
+    for name, reason in refusals(content, options.formats, options.export).items():
+        raise OptionError(f"format {name!r}: {reason}")
+
+
+def _forecast(options: Options, openings: list[str]) -> Content:
+    """What the mesh will have, by the options and the openings to be cut."""
+    element = options.layers.element if options.volume.mesher == "sweep" else "tetra"
+    order = options.layers.order if options.volume.mesher == "sweep" else options.volume.order
+    cut = ("base", "apex") if options.wall.apex == "clipped" else ("base",)
+    facets: tuple[str, ...] = {
+        "lv": ("endo", "epi", *cut),
+        "biv": ("endo_lv", "endo_rv", "epi", *cut),
+        "whole-heart": ("endo_lv", "endo_rv", "endo_la", "endo_ra", "epi", *dict.fromkeys(openings)),
+    }[options.anatomy]
+    kind = _QUADRATIC[element] if order == 2 else element
+    return Content((kind,), facets, options.fibres is not None, options.blood_pool)
+
+
+def _check_planes(layout: Layout) -> None:
+    """Base and apex plane cut the heart, and leave some of the cavity between them."""
+    planes = {name: plane for name, plane in (("base", layout.base), ("apex", layout.apex)) if plane is not None}
+    if not planes:
+        return
+    cavity = layout.objects["lv"]
+    points = cavity.grid.to_world(np.argwhere(cavity.mask))
+    away = {name: plane.signed_distance(points) for name, plane in planes.items()}
+    for name, distance in away.items():
+        # Beyond the centres of its outermost voxels the cavity goes on for no more than a voxel.
+        reach = float(np.abs(planes[name].normal @ cavity.grid.direction) @ cavity.grid.spacing)
+        if distance.min() >= 0.0 or distance.max() <= -reach:
+            side = "cuts all of it away" if distance.min() >= 0.0 else "cuts nothing away"
+            raise InputError(
+                f"the {name} plane misses the cavity and {side} (its voxels lie {distance.min():.1f} to "
+                f"{distance.max():.1f} mm from it along its normal); change base_offset or basal_end"
+            )
+    if not np.all([distance < 0.0 for distance in away.values()], axis=0).any():
+        raise InputError("nothing of the cavity lies between base and apex plane; change base_offset")
+
+
+def _check_amount(seg: Segmentation, layout: Layout, options: Options) -> None:
+    """Elements asked for against the wall and the memory, by voxels."""
+    pairs = [
+        (layout.objects[name.removesuffix("_epi") if "_" in name else "lv"], body)
+        for name, body in layout.objects.items()
+        if name.endswith("epi")
+    ]
+    tissue = sum(body.volume - cavity.volume for cavity, body in pairs)
+    if tissue <= 0.0:
+        return
+    thickness = 2.0 * tissue / sum(_side(obj.mask, obj.grid.spacing, obj.stack_axis) for pair in pairs for obj in pair)
+    blood = sum(obj.volume for name, obj in layout.objects.items() if not name.endswith("epi"))
+    volume = tissue + (blood if options.blood_pool else 0.0)
+    if options.volume.sizing is None and options.volume.elements_through_wall is None:
+        check_amount(volume, thickness, options.volume, _SLACK)
+        return
+    inside = np.argwhere(seg.mask("myo"))
+    where = seg.grid.to_world(inside[:: max(1, len(inside) // _MOST_VOXELS)])
+    check_sizing(lengths_at(where, thickness, options.volume, volume), options.volume, slack=_SLACK)
+
+
+def _side(mask: np.ndarray, spacing: FloatArray, stack: int) -> float:
+    """Area of an object's sides, mm2: of its voxel faces along the stack, a quarter less for their steps."""
+    area = 0.0
+    for axis in set(range(3)) - {stack}:
+        faces = np.count_nonzero(np.diff(mask.astype(np.int8), axis=axis))
+        area += faces * float(np.prod(spacing) / spacing[axis])
+    return area * np.pi / 4.0
