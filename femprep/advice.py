@@ -3,12 +3,13 @@ back would reach."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import nullcontext
 from typing import Final
 
 import numpy as np
 
-from femprep.anatomies import ANATOMIES, Progress, lay_out
+from femprep.anatomies import ANATOMIES, Parts, Progress, lay_out
 from femprep.errors import FemprepError
 from femprep.fidelity import Fidelity, judge_fidelity, surface_fidelity
 from femprep.image import Segmentation, align_slices, estimate_shifts
@@ -18,7 +19,7 @@ from femprep.options import Options
 _BESIDE: Final = 1.0
 
 
-def what_helps(seg: Segmentation, found: Fidelity, options: Options) -> list[str]:
+def what_helps(seg: Segmentation, found: Fidelity, parts: Parts, options: Options) -> list[str]:
     """Advice where surfaces of a finished mesh lie too far from the outlines of their labels; nothing where none does.
 
     Parameters
@@ -26,6 +27,8 @@ def what_helps(seg: Segmentation, found: Fidelity, options: Options) -> list[str
     seg : Segmentation
         The label map as it was meshed.
     found : Fidelity
+    parts : Parts
+        The surfaces the mesh was made from.
     options : Options
         Of the run.
 
@@ -33,16 +36,31 @@ def what_helps(seg: Segmentation, found: Fidelity, options: Options) -> list[str
     -------
     list of str
         How far the slices concerned lie beside where their neighbours put them, and whether ``--correct-shifts`` helps:
-        with the figure that the surfaces fitted to the slices moved back reach.
+        with the figure that the surfaces fitted to the slices moved back reach. Where no slice is displaced, whether it
+        is the surfaces or the mesh between them that leave the labels.
     """
-    if not judge_fidelity(found.records, options.limits)[1]:
+    failed = [record for record in found.records if judge_fidelity([record], options.limits)[1]]
+    if not failed:
         return []
-    limit = options.limits.maximum_label_distance or np.inf
-    off = sorted({s.slice for record in found.records for s in record.slices if s.greatest_pixels > limit})
-    pixel = min(record.pixel_mm for record in found.records)
+    # A surface too far in the mean is so over all of its slices.
+    limit = min(options.limits.maximum_label_distance or np.inf, max(record.greatest_pixels for record in failed))
+    off = {one.slice for record in failed for one in record.slices if one.greatest_pixels >= limit}
+    pixel = min(record.pixel_mm for record in failed)
     beside = {k: away for k, away in _beside(seg).items() if k in off and away > _BESIDE * pixel}
-    if not beside:
-        return []
+    shifted = [] if not beside else _shifted(seg, beside, options)
+    own = _greatest(parts, seg)
+    if own > (options.limits.maximum_label_distance or np.inf):
+        return shifted or [f"the surfaces fitted to the labels are {own:.1f} pixels off themselves: look at the labels"]
+    finer = "--mesher tetwild or fewer --layers" if options.volume.mesher == "sweep" else "a smaller --edge-length"
+    return [
+        *shifted,
+        f"the surfaces fitted to the labels lie within {own:.1f} pixels; what leaves them is the mesh between them, "
+        f"which {finer} may bring nearer",
+    ]
+
+
+def _shifted(seg: Segmentation, beside: Mapping[int, float], options: Options) -> list[str]:
+    """What there is to say of slices that lie beside their neighbours by so many mm."""
     told = ", ".join(f"slice {k} by {away:.1f} mm" for k, away in beside.items())
     line = f"slices lie beside where their neighbours put them: {told}"
     if options.image.correct_shifts:
@@ -80,5 +98,12 @@ def _reached(seg: Segmentation, options: Options) -> float | None:
         parts = ANATOMIES[options.anatomy](seg, lay_out(seg, options, untold), options, untold)
     except FemprepError:
         return None
+    return _greatest(parts, seg)
+
+
+def _greatest(parts: Parts, seg: Segmentation) -> float:
+    """Greatest distance of fitted surfaces from the outlines of their objects within the planes, in pixels."""
     surfaces = {name: surface for name, surface in parts.surfaces.items() if name in parts.objects}
-    return max(record.greatest_pixels for record in surface_fidelity(surfaces, parts.objects, seg.grid).records)
+    planes = [plane for plane in (parts.base, parts.apex) if plane is not None]
+    found = surface_fidelity(surfaces, parts.objects, seg.grid, planes)
+    return max(record.greatest_pixels for record in found.records)

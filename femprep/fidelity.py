@@ -105,7 +105,9 @@ def mesh_fidelity(mesh: VolumeMesh, outlines: Iterable[Outline], grid: Grid, lim
     )
 
 
-def surface_fidelity(surfaces: Mapping[str, Surface], objects: Mapping[str, LabelObject], grid: Grid) -> Fidelity:
+def surface_fidelity(
+    surfaces: Mapping[str, Surface], objects: Mapping[str, LabelObject], grid: Grid, planes: Sequence[Plane] = ()
+) -> Fidelity:
     """Measure closed surfaces against the outlines of the objects they were fitted to.
 
     Parameters
@@ -113,6 +115,8 @@ def surface_fidelity(surfaces: Mapping[str, Surface], objects: Mapping[str, Labe
     surfaces, objects : mappings by the same names
     grid : Grid
         Of the label map, whose slices are counted.
+    planes : sequence of Plane
+        Outlines beyond them do not count.
 
     Returns
     -------
@@ -120,7 +124,7 @@ def surface_fidelity(surfaces: Mapping[str, Surface], objects: Mapping[str, Labe
     """
     return _gather(
         ((name, found.points, found.triangles, Outline(name, objects[name])) for name, found in surfaces.items()),
-        [],
+        planes,
         grid,
         None,
     )

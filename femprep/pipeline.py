@@ -148,7 +148,7 @@ def mesh_segmentation(
     with stages("quality"):
         quality = check(mesh, options=options.check)
         fidelity = mesh_fidelity(mesh, parts.outlines, seg.grid, quality.options.maximum_label_distance)
-        judged = with_fidelity(quality, fidelity, what_helps(seg, fidelity, options))
+        judged = with_fidelity(quality, fidelity, what_helps(seg, fidelity, parts, options))
         mesh = carry(mesh, quality.options, options.volume.mesher, judged.failures[len(quality.failures) :])
     return Run(seg, options, parts.objects, parts.surfaces, wall, mesh, judged, fidelity, stages.seconds)
 
