@@ -121,8 +121,9 @@ def whole_folder(out: Path) -> Iterator[Path]:
             made = [path.relative_to(partial).as_posix() for path in partial.rglob("*") if path.is_file()]
             with alone(out.parent):
                 swap(partial, out, _require(out, made))
-    except DiskFullError as error:
-        raise cannot_write(what, error, _REMEDY) from error
+    except DiskFullError as error:  # it speaks of the folder that is gone
+        cause = error.__cause__
+        raise cannot_write(what, cause if isinstance(cause, OSError) else error, _REMEDY) from error
     except FemprepError:
         raise
     except OSError as error:
