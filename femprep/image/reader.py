@@ -140,7 +140,10 @@ def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
         writer.SetFileName(str(partial / file.name))
         with _quiet() as said:
             writer.Execute(image)
-        require_whole(partial / file.name)  # on a full disk some of ITK's writers end early and say nothing
+            # On a full disk some of ITK's writers end early and say nothing.
+            written = sitk.GetArrayFromImage(sitk.ReadImage(str(partial / file.name), imageIO=kind))
+        if not np.array_equal(written, seg.labels.T):
+            raise OSError("it is cut short")
         for made in sorted(partial.iterdir()):
             os.replace(made, file.absolute().parent / made.name)
     except (RuntimeError, OSError) as error:

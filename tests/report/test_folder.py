@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 from pathlib import Path
@@ -186,6 +187,17 @@ def test_folder_keeps_its_permissions(out: Path) -> None:
     out.chmod(0o770)
     make(out, SECOND)
     assert out.stat().st_mode & 0o777 == 0o770
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EFBIG])
+def test_disk_that_becomes_full_leaves_the_earlier_folder(out: Path, number: int) -> None:
+    with pytest.raises(DiskFullError, match=r"out' cannot be written whole") as error, whole_folder(out) as folder:
+        write(folder, SECOND)
+        raise OSError(number, os.strerror(number), str(folder / "mesh.inp"))
+    assert error.value.exit_status == 3
+    assert "partial" not in str(error.value)
+    assert held(out) == {**FIRST, **MINE}
+    assert [p.name for p in out.parent.iterdir()] == ["out"]
 
 
 def test_disk_without_room_is_refused_before_any_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
