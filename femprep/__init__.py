@@ -33,6 +33,7 @@ _HOMES = {
     "FemprepError": "femprep.errors",
     "InputError": "femprep.errors",
     "OptionError": "femprep.errors",
+    "DiskFullError": "femprep.errors",
     "FileError": "femprep.errors",
     "ResourceError": "femprep.errors",
     "StageError": "femprep.errors",

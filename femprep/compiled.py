@@ -76,6 +76,13 @@ class _Kept(FunctionCache):  # type: ignore[misc]
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
 
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep machine code; where there is no room for it, the next process compiles it anew."""
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            _log.warning("compiled code cannot be kept in %s: %s", self.cache_path, error.strerror or error)
+
 
 #: Where a later numba has no such methods, its own way is taken.
 _KEPT: Final = (

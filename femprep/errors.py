@@ -5,7 +5,11 @@ Every message is one line: what is wrong, where, the value found, and what to do
 
 from __future__ import annotations
 
-from typing import ClassVar
+import errno
+from typing import ClassVar, Final
+
+#: What the system says where no room is left: on the disk, within a quota, within a limit of the size of a file.
+_FULL: Final = frozenset({errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)})
 
 
 class FemprepError(Exception):
@@ -32,6 +36,12 @@ class FileError(FemprepError, OSError):
     exit_status = 2
 
 
+class DiskFullError(FileError):
+    """No room is left for what is written: the disk or a quota is full, or a limit of file size is reached."""
+
+    exit_status = 3
+
+
 class ResourceError(FemprepError, MemoryError):
     """What was asked needs more memory than the stated limit; nothing was computed."""
 
@@ -54,3 +64,21 @@ class QualityError(FemprepError, RuntimeError):
     """A finished mesh does not reach the quality asked of it."""
 
     exit_status = 1
+
+
+def cannot_write(what: str, error: OSError, remedy: str) -> FileError:
+    """The error to raise where the system refuses to write.
+
+    Parameters
+    ----------
+    what : str
+        What is written, with its name: ``"folder 'out'"``.
+    error : OSError
+        What the system said.
+    remedy : str
+        Where else it could be written.
+    """
+    if isinstance(error, DiskFullError) or error.errno in _FULL:
+        said = f" ({error.strerror})" if error.strerror else ""
+        return DiskFullError(f"{what} cannot be written whole, no room is left{said}; free some space, or {remedy}")
+    return FileError(f"{what} cannot be written: {error.strerror or error}; {remedy}")

@@ -18,10 +18,10 @@ from femprep.model import verdict_of
 from femprep.pipeline import Run, Surfaces
 from femprep.report.fidelity_tables import fidelity_tables
 from femprep.report.folder import whole_folder
-from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, plain
+from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, hashes, plain
 from femprep.report.notices import gather, mesh_notices, object_notices, wall_notices
 from femprep.report.page import report_page
-from femprep.report.picture import finish_picture, start_painter, start_picture
+from femprep.report.picture import end_painter, finish_picture, start_painter, start_picture
 from femprep.report.quality_page import quality_charts, quality_tables
 from femprep.report.slices import STROKES, slice_pictures
 from femprep.report.volumes import cavity_volume, voxel_volume
@@ -45,7 +45,8 @@ def write_run(
     run : Run
         What :func:`femprep.mesh_segmentation` returned.
     out : path
-        Folder to make. One that femprep made before is replaced when the new one is whole.
+        Folder to make. Of one that femprep made before, the files it wrote are replaced when the new one is whole;
+        whatever else the folder holds stays where it is.
     source : path, optional
         The image file the run began with; its name and hash go into ``run.json``.
     progress : callable, optional
@@ -61,7 +62,10 @@ def write_run(
     Raises
     ------
     FileError
-        The folder cannot be written, or holds files that femprep did not write.
+        The folder cannot be written, was not made by femprep, or holds files in the way: those that were changed
+        since an earlier run, or that femprep did not write. The folder is then as it was.
+    DiskFullError
+        There is no room; nothing new is left.
     """
     start = time.perf_counter()
     report = progress or (lambda stage, fraction: None)
@@ -79,14 +83,15 @@ def write_run(
                 (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
                 slices, volumes, details = _slices(run), _volumes(run), _details(run)
                 vtk.result()
-        finally:
             picture = finish_picture(painter, png)
+        finally:
+            end_painter(painter)
             png.unlink(missing_ok=True)
             png.with_suffix(".npz").unlink(missing_ok=True)
         stages = {**run.seconds, "write": time.perf_counter() - start}
         manifest = _manifest(run, stages, source, volumes, details, folder, more=("report.html",))
         (folder / "report.html").write_text(_page(run, manifest, slices, picture), encoding="utf-8")
-        _write_manifest(manifest, folder)
+        manifest = _write_manifest(manifest, folder)
     report("write", 1.0)
     return manifest
 
@@ -117,8 +122,7 @@ def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | No
             for name, surface in fitted.surfaces.items()
         ]
         manifest = _manifest(fitted, fitted.seconds, source, volumes, _surface_details(fitted), folder)
-        _write_manifest(manifest, folder)
-    return manifest
+        return _write_manifest(manifest, folder)
 
 
 def _write_vtk(run: Run, folder: Path) -> None:
@@ -143,8 +147,10 @@ def _write_cavities(run: Run, folder: Path) -> None:
         write_surface(cavity_surface(run.mesh, name), folder / "cavities" / f"{name}.vtp")
 
 
-def _write_manifest(manifest: RunManifest, folder: Path) -> None:
+def _write_manifest(manifest: RunManifest, folder: Path) -> RunManifest:
+    manifest = manifest.model_copy(update={"sha256": hashes(folder, manifest.files)})
     (folder / "run.json").write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
+    return manifest
 
 
 def _manifest(

@@ -16,7 +16,7 @@ from femprep.options import Options, choose
 from femprep.output import write_run
 from femprep.pipeline import Run, Stages, begin, mesh_segmentation
 from femprep.report.folder import whole_folder
-from femprep.report.manifest import PhaseRecord, SequenceManifest
+from femprep.report.manifest import PhaseRecord, SequenceManifest, hashes
 from femprep.report.volumes import cavity_volume, voxel_volume
 from femprep.volume.sweep import displacements, template_of
 from femprep.wall import phase_base_offsets
@@ -161,7 +161,7 @@ def write_sequence(
         As for :func:`femprep.write_run`.
     """
     paths = [Path(source) for source in sources] if sources is not None else [None] * len(sequence.runs)
-    names = _names(paths)
+    names = phase_names(paths)
     records = []
     with whole_folder(Path(out)) as folder:
         (folder / "phases").mkdir()
@@ -194,9 +194,18 @@ def write_sequence(
             ejection_fraction_percent=sequence.ejection_fraction,
             label_ejection_fraction_percent=sequence.label_ejection_fraction,
             files=sorted(files),
+            sha256=hashes(folder, files),
         )
         (folder / "run.json").write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
     return manifest
+
+
+def phase_names(paths: Sequence[Path | None]) -> list[str]:
+    """A folder name for each phase: its file's name without endings; numbered where that does not tell them apart."""
+    stems = [path.name.split(".")[0] if path else "" for path in paths]
+    if "" in stems or len(set(stems)) < len(stems):
+        return [f"{number:03d}" + (f"_{stem}" if stem else "") for number, stem in enumerate(stems)]
+    return stems
 
 
 def _with(options: Options, **groups: dict[str, Any]) -> Options:
@@ -209,11 +218,3 @@ def _with(options: Options, **groups: dict[str, Any]) -> Options:
 
 def _ejected(volumes: Sequence[float]) -> float:
     return 100.0 * (max(volumes) - min(volumes)) / max(volumes)
-
-
-def _names(paths: Sequence[Path | None]) -> list[str]:
-    """A folder name for each phase: its file's name without endings; numbered where that does not tell them apart."""
-    stems = [path.name.split(".")[0] if path else "" for path in paths]
-    if "" in stems or len(set(stems)) < len(stems):
-        return [f"{number:03d}" + (f"_{stem}" if stem else "") for number, stem in enumerate(stems)]
-    return stems

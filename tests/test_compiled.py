@@ -1,9 +1,14 @@
 """numba's kernels: kept for the next process, and beside each other by the plainest of its libraries for threads."""
 
+import errno
 import os
 import subprocess
 import sys
 from pathlib import Path
+
+from numba.core.caching import FunctionCache
+
+from femprep.compiled import compiled
 
 #: Two threads search at once; numba's own work queue ends the process where two kernels are spread at a time.
 _TWO_AT_ONCE = """
@@ -56,3 +61,17 @@ def test_kept_code_is_read_without_the_compiler_and_finds_the_same(tmp_path: Pat
         told.append(done.stdout.split())
     assert [readied for readied, _ in told] == ["True", "False"]
     assert told[0][1] == told[1][1]
+
+
+def test_full_disk_keeps_no_machine_code_and_stops_nothing(monkeypatch, caplog):
+    def refuse(self, sig, data):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(FunctionCache, "save_overload", refuse)
+
+    @compiled()
+    def twice(x):
+        return 2 * x
+
+    assert twice(21) == 42
+    assert "cannot be kept" in caplog.text

@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose
 
 import femprep as fp
 from femprep.cli import main
+from femprep.cli._names import mesh_names
 from femprep.cli.schema import schema_texts
 from femprep.elements import boundary_faces
 from femprep.phantoms import lv_ellipsoid
@@ -45,6 +46,8 @@ def test_folder_is_what_the_manifest_lists(folder: Path) -> None:
     assert files == manifest["files"]
     assert {"mesh.vtu", "facets.vtp", "wall.vtp", "surfaces/lv.vtp", "surfaces/epi.vtp", "report.html"} <= set(files)
     assert {"mesh.inp", "mesh.msh", "dolfinx/mesh.xdmf"} <= set(files)
+    assert set(mesh_names(FORMATS)) <= set(files)
+    assert set(manifest["sha256"]) == set(files) - {"run.json"}
     assert [path.name for path in folder.parent.iterdir()] == ["out"]
 
 

@@ -13,6 +13,7 @@ import pytest
 
 import femprep as fp
 from femprep.cli import main
+from femprep.cli._names import sequence_names
 from femprep.phantoms import lv_ellipsoid
 
 #: Cavity and epicardium at rest and contracted; the wall thickens as the cavity shrinks.
@@ -67,6 +68,12 @@ def test_phases_share_their_connectivity_and_move_as_the_heart_does(out: Path) -
     inward = -np.einsum("ij,ij->i", moved[:count], across)[girth] / np.linalg.norm(across[girth], axis=1)
     assert inward.mean() == pytest.approx(7.0, abs=0.7)
     assert inward.min() > 4.0
+
+
+def test_the_names_known_before_are_written(out: Path) -> None:
+    files = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
+    assert set(sequence_names(PHASES, ())) <= files
+    assert set(json.loads((out / "run.json").read_text())["files"]) == files
 
 
 def test_the_record_tells_volumes_and_ejection_fraction(out: Path) -> None:

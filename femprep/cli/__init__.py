@@ -8,7 +8,7 @@ import signal
 import sys
 from types import FrameType
 
-from femprep.errors import FemprepError
+from femprep.errors import DiskFullError, FemprepError, cannot_write
 
 #: Exit status after Ctrl-C, as shells have it.
 INTERRUPTED = 130
@@ -43,6 +43,12 @@ def main(arguments: list[str] | None = None) -> int:
         return _interrupted()
     except BrokenPipeError:
         return 0
+    except OSError as error:  # what is wrong with a file has been said; a disk may be full anywhere
+        full = cannot_write("what was to be written", error, "write to another disk")
+        if not isinstance(full, DiskFullError):
+            raise
+        print(f"femprep: error: {full}", file=sys.stderr)  # noqa: T201
+        return full.exit_status
     except Exception as error:
         return _usage(error)
 

@@ -27,15 +27,13 @@ def bullseye(
     the left.
     """
     from femprep.bullseyes import draw
-    from femprep.errors import FileError, OptionError
+    from femprep.errors import OptionError
     from femprep.export import read_mesh
+    from femprep.report.pages import write_page
 
     if out.suffix.lower() != ".svg":
         raise OptionError(f"bull's eyes are written as .svg, not {out.suffix or 'without an ending'!r}; name OUT.svg")
     picture = draw(read_mesh(mesh), field, statistic=statistic, label=label)
-    try:
-        out.write_text(picture + "\n", encoding="utf-8")
-    except OSError as error:
-        raise FileError(f"{str(out)!r} cannot be written: {error.strerror}") from error
+    write_page(out, picture + "\n", "choose another name")
     if not quiet:
         typer.echo(out)

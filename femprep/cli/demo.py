@@ -19,16 +19,17 @@ def demo(
     """
     import tempfile
 
+    from femprep.cli._names import mesh_names
     from femprep.cli.mesh import mesh_file
     from femprep.options import Options
     from femprep.phantoms import lv_ellipsoid
     from femprep.report.folder import require_writable
 
-    require_writable(out)
+    options = Options(preset="acdc", formats=("abaqus", "dolfinx", "gmsh"))
+    require_writable(out, mesh_names(options.formats))
 
     from femprep.image import write_segmentation
 
-    options = Options(preset="acdc", formats=("abaqus", "dolfinx", "gmsh"))
     with tempfile.TemporaryDirectory(prefix="femprep-demo-") as folder:
         path = Path(folder) / "phantom.nii.gz"
         write_segmentation(lv_ellipsoid().segmentation(spacing=(1.4, 1.4, 8.0)), path)

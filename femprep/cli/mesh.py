@@ -11,6 +11,7 @@ from femprep.cli import _arguments as shared
 from femprep.cli._arguments import INPUT, OUTPUT
 from femprep.cli._configuration import parse_structures, parse_valves, read_options
 from femprep.cli._fields import option
+from femprep.cli._names import mesh_names, sequence_names
 from femprep.errors import OptionError
 from femprep.export.table import FORMATS
 from femprep.options import (
@@ -119,7 +120,8 @@ def mesh(
     """Mesh the myocardial wall of a segmented image.
 
     Makes the folder OUT: surfaces/*.vtp, wall.vtp, mesh.vtu, facets.vtp, one deck per --format, quality.json,
-    run.json and report.html. A run that fails writes nothing and leaves an earlier OUT as it was.
+    run.json and report.html. A run that fails writes nothing and leaves an earlier OUT as it was; one that succeeds
+    replaces the files of the earlier run and leaves yours.
     """
     if len(segmentation) > 1 and not sequence:
         raise OptionError(f"{len(segmentation)} label maps given; add --sequence where they are phases of one heart")
@@ -193,7 +195,9 @@ def mesh_phases(paths: list[Path], out: Path, options: Options, *, quiet: bool, 
     require_writable(out)
 
     from femprep.image import read_segmentation
-    from femprep.sequence import mesh_sequence, write_sequence
+    from femprep.sequence import mesh_sequence, phase_names, write_sequence
+
+    require_writable(out, sequence_names(phase_names(paths), options.formats))
 
     with bars(quiet or json) as progress:
         phases = [read_segmentation(path, structures=options.labels, options=options.image) for path in paths]
@@ -216,7 +220,7 @@ def mesh_file(segmentation: Path, out: Path, options: Options, *, quiet: bool, j
 
     # What can be wrong without any computing is found before anything else.
     require_formats(options.formats)
-    require_writable(out)
+    require_writable(out, mesh_names(options.formats))
 
     from femprep.image import read_segmentation
 

@@ -64,10 +64,12 @@ def surface(
         surface__singularities=singularities,
         surface__control_points=control_points,
     )
+    from femprep.cli._names import surface_names
     from femprep.cli._progress import bars
     from femprep.report.folder import require_writable
 
-    require_writable(out)
+    objects = parse_objects(object, options.labels)
+    require_writable(out, surface_names(objects))
 
     from femprep.image import read_segmentation
     from femprep.output import write_surfaces
@@ -75,7 +77,7 @@ def surface(
 
     with bars(quiet or json) as progress:
         seg = read_segmentation(segmentation, structures=options.labels, options=options.image)
-        fitted = fit_surfaces(seg, parse_objects(object, options.labels), options, progress)
+        fitted = fit_surfaces(seg, objects, options, progress)
         manifest = write_surfaces(fitted, out, source=segmentation)
     if json:
         typer.echo(manifest.model_dump_json(indent=2))

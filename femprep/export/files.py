@@ -9,47 +9,63 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from femprep.errors import FemprepError, FileError
+from femprep.errors import FemprepError, FileError, cannot_write
 
 
 @contextmanager
 def whole_files(parent: Path) -> Iterator[tuple[Path, list[Path]]]:
     """A temporary folder, and a list that names what was in it, moved to ``parent``, once the block has ended well.
 
-    Files and folders of the same name in ``parent`` are replaced; on an error nothing there is touched.
+    Files of the same name in ``parent`` are replaced; what else a folder of the same name holds stays. On an error
+    nothing there is touched.
 
     Raises
     ------
     FileError
-        The folder does not exist or cannot be written.
+        The folder does not exist or cannot be written, or a folder is where a file should go, or a file where a folder.
+    DiskFullError
+        There is no room.
     """
     moved: list[Path] = []
     if not parent.is_dir():
         raise FileError(f"folder {str(parent)!r} does not exist; make it, or write elsewhere")
+    what, remedy = f"folder {str(parent)!r}", "choose another"
     try:
         partial = Path(tempfile.mkdtemp(prefix=".femprep-", dir=parent))
     except OSError as error:
-        raise FileError(f"folder {str(parent)!r} cannot be written: {error.strerror}; choose another") from None
+        raise cannot_write(what, error, remedy) from None
     try:
         yield partial, moved
-        for path in sorted(partial.iterdir()):
-            target = parent / path.name
-            _replace(path, target)
-            moved.append(target)
+        paths = sorted(partial.iterdir())
+        for path in paths:
+            _require_room(path, parent / path.name)
+        for path in paths:
+            _replace(path, parent / path.name)
+            moved.append(parent / path.name)
     except FemprepError:
         raise
     except OSError as error:
-        raise FileError(f"writing into {str(parent)!r} failed: {error.strerror or error}") from error
+        raise cannot_write(what, error, remedy) from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
 
 
-def _replace(path: Path, target: Path) -> None:
+def _require_room(path: Path, target: Path) -> None:
+    """Make sure that a file or folder can take a name: before anything is replaced."""
+    folder = target.is_dir() and not target.is_symlink()
     if path.is_dir():
-        if target.is_dir() and not target.is_symlink():
-            shutil.rmtree(target)
-        path.rename(target)
-        return
-    if target.is_dir():
+        if folder:
+            for child in path.iterdir():
+                _require_room(child, target / child.name)
+        elif os.path.lexists(target):
+            raise FileError(f"{str(target)!r} is a file, not a folder; choose another name")
+    elif folder:
         raise FileError(f"{str(target)!r} is a folder, not a file; choose another name")
-    os.replace(path, target)
+
+
+def _replace(path: Path, target: Path) -> None:
+    if path.is_dir() and target.is_dir():
+        for child in path.iterdir():
+            _replace(child, target / child.name)
+    else:
+        os.replace(path, target)

@@ -6,6 +6,7 @@ import json
 import logging
 from collections.abc import Iterable
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
@@ -58,15 +59,17 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
         cell_data={"cell_tags": _split(tags, cells), **_fields(mesh, cells)},
     )
     out.cell_tags, out.point_tags = families, node_families
-    meshio.write(folder / f"{stem}.med", out, file_format="med")
-    _describe(folder / f"{stem}.med", UNITS[options.length_unit], verdict_of(mesh))
+    content = BytesIO()  # in memory first: HDF5 does not bear a full disk
+    meshio.write(content, out, file_format="med")
+    _describe(content, UNITS[options.length_unit], verdict_of(mesh))
+    (folder / f"{stem}.med").write_bytes(content.getbuffer())
 
 
-def _describe(path: Path, units: Units, verdict: dict[str, Any]) -> None:
+def _describe(content: BytesIO, units: Units, verdict: dict[str, Any]) -> None:
     """Name the unit of each axis, which meshio leaves empty, and the mesh; its verdict is an attribute of our own."""
     import h5py
 
-    with h5py.File(path, "r+") as file:
+    with h5py.File(content, "r+") as file:
         attributes = file["ENS_MAA/mesh"].attrs
         attributes["UNI"] = np.bytes_("".join(f"{units.length:<16}" for _ in range(3)))
         attributes["DES"] = np.bytes_(f"femprep volume mesh; {units.line}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
@@ -50,6 +50,8 @@ class Format:
         ``module:function`` that refuses what the format cannot hold, by its content; empty where it holds everything.
     folder : bool
         Whether the path names a folder of files instead of one file.
+    beside : tuple of str
+        Names of the files it always writes beside that one, or into that folder.
     """
 
     name: str
@@ -64,6 +66,15 @@ class Format:
     unread_by: str = ""
     needs: str = ""
     folder: bool = False
+    beside: tuple[str, ...] = ()
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Files of an output folder that it always writes; tags and data of a mesh may need more."""
+        home = PurePosixPath(self.filename)
+        if self.folder:
+            return tuple(str(home / name) for name in self.beside)
+        return (str(home), *(str(home.with_name(name)) for name in self.beside))
 
     @property
     def writer(self) -> Writer:
@@ -132,6 +143,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 elements="tetra, tetra10, hexahedron; of hexahedron20 the corners; others cut into tetrahedra",
                 units="as asked, named in info.json",
                 read_by="dolfinx 0.5; cardiac_geometries 0.12 on dolfinx 0.9, where a Python has them",
+                beside=("mesh.h5", "markers.json", "info.json"),
             ),
             Format(
                 name="fenics",
@@ -143,6 +155,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 elements="tetra; others cut into tetrahedra",
                 units="as asked, named in info.json",
                 read_by="dolfin 2019.2",
+                beside=("mesh.h5", "markers.json", "info.json"),
             ),
             Format(
                 name="gmsh",
@@ -193,6 +206,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 units="micrometres",
                 read_by="a parser after meshtool's sources",
                 unread_by="openCARP, meshtool",
+                beside=("mesh.elem", "mesh.lon", "mesh.tags.txt"),
             ),
             Format(
                 name="svmultiphysics",
@@ -209,6 +223,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 read_by="VTK",
                 unread_by="svMultiPhysics",
                 folder=True,
+                beside=("mesh-complete.mesh.vtu",),
             ),
             Format(
                 name="med",

@@ -95,21 +95,26 @@ def record_of(fields: Mapping[str, np.ndarray]) -> dict[str, Any]:
 def save(dataset: Any, path: Path) -> None:
     """Write a VTK data set as binary XML, byte for byte the same each time.
 
+    VTK puts it into memory: on a full disk its own writing ends the process.
+
     Raises
     ------
+    OSError
+        The file cannot be written.
     FileError
-        VTK could not write it.
+        VTK could not put it into words.
     """
     from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
 
     writer = vtkXMLPolyDataWriter() if dataset.IsA("vtkPolyData") else vtkXMLUnstructuredGridWriter()
-    writer.SetFileName(str(path))
     writer.SetInputData(dataset)
     writer.SetDataModeToBinary()
     writer.SetCompressorTypeToZLib()
     writer.SetCompressionLevel(1)
+    writer.WriteToOutputStringOn()
     if not writer.Write():
-        raise FileError(f"{str(path)!r} could not be written by VTK; is the disk full?")
+        raise FileError(f"{str(path)!r} could not be put into words by VTK")
+    path.write_text(writer.GetOutputString(), encoding="ascii", newline="\n")
 
 
 def load(path: Path) -> Any:

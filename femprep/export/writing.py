@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from femprep.errors import cannot_write
 from femprep.export.content import content_of
 from femprep.export.files import whole_files
 from femprep.export.table import FORMATS, format_of, require_formats
@@ -27,7 +28,7 @@ def write_mesh(
     mesh : VolumeMesh
     path : path
         File to write (a folder, for a format that is one). Its folder must exist; an earlier file is replaced when
-        the new one is whole.
+        the new one is whole, and what else a folder holds stays.
     format : str, optional
         A name of ``FORMATS``; from the ending where it is unambiguous.
     options : ExportOptions, optional
@@ -46,6 +47,8 @@ def write_mesh(
         The format is unknown, or an option wrong.
     FileError
         The folder cannot be written.
+    DiskFullError
+        There is no room; nothing of it is left.
     InputError
         The format cannot hold the mesh.
     """
@@ -89,9 +92,18 @@ def write_format(
     """
     require_formats([format])
     path = Path(folder) / FORMATS[format].filename
-    if Path(folder).is_dir():
-        path.parent.mkdir(exist_ok=True)
-    return write_mesh(mesh, path, format=format, options=options, **changes)
+    made = Path(folder).is_dir() and not path.parent.exists()
+    if made:
+        try:
+            path.parent.mkdir()
+        except OSError as error:
+            raise cannot_write(f"folder {str(path.parent)!r}", error, "choose another") from None
+    try:
+        return write_mesh(mesh, path, format=format, options=options, **changes)
+    except BaseException:
+        if made:
+            path.parent.rmdir()
+        raise
 
 
 def write_facets(mesh: VolumeMesh, path: str | Path) -> Path:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree
@@ -138,7 +139,8 @@ class Document:
         import h5py
 
         self._path, self._h5 = folder / f"{stem}.xdmf", f"{stem}.h5"
-        self._store = h5py.File(folder / self._h5, "w")
+        self._content = BytesIO()  # in memory first: HDF5 does not bear a full disk
+        self._store = h5py.File(self._content, "w")
         self._root = ElementTree.Element("Xdmf", {"Version": "3.0"})
         self._points: Mapping[str, str] = {}
         self.domain = ElementTree.SubElement(self._root, "Domain")
@@ -149,6 +151,7 @@ class Document:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         self._store.close()
         if kind is None:
+            self._path.with_name(self._h5).write_bytes(self._content.getbuffer())
             ElementTree.indent(self._root)
             ElementTree.ElementTree(self._root).write(self._path, encoding="utf-8", xml_declaration=True)
 

@@ -17,13 +17,20 @@ def captured_stderr() -> Iterator[list[str]]:
     """
     said: list[str] = []
     sys.stderr.flush()
-    with tempfile.TemporaryFile() as store:
-        try:
-            saved = os.dup(2)
-        except OSError:
-            # The process has no standard error, so that there is nothing to catch.
-            yield said
-            return
+    try:
+        saved = os.dup(2)
+    except OSError:
+        # The process has no standard error, so that there is nothing to catch.
+        yield said
+        return
+    try:
+        place = tempfile.TemporaryFile()  # noqa: SIM115
+    except OSError:
+        # No room for it: what is said goes where it always goes.
+        os.close(saved)
+        yield said
+        return
+    with place as store:
         try:
             os.dup2(store.fileno(), 2)
             yield said

@@ -7,15 +7,17 @@ from __future__ import annotations
 
 import logging
 import os
+import shutil
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from femprep.errors import FileError, InputError, OptionError
+from femprep.errors import DiskFullError, FileError, InputError, OptionError, cannot_write
 from femprep.image.affine import choose_spacing, spacing_warning
 from femprep.image.files import format_of, require_whole
 from femprep.image.grid import Grid
@@ -25,6 +27,9 @@ from femprep.model import FloatArray
 from femprep.options import PRESETS, ImageOptions, choose
 
 log = logging.getLogger(__name__)
+
+#: A disk with less room than this is full, bytes.
+_FULL: Final = 2**16
 
 
 def read_segmentation(
@@ -112,6 +117,8 @@ def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
     ------
     FileError
         The ending is unknown, or the file cannot be written.
+    DiskFullError
+        There is no room; an earlier file stays.
     """
     import SimpleITK as sitk
 
@@ -124,13 +131,28 @@ def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
     image.SetDirection([float(x) for x in seg.grid.direction.ravel()])
     writer = sitk.ImageFileWriter()
     writer.SetImageIO(kind)
-    writer.SetFileName(str(file))
     writer.SetUseCompression(True)
     try:
+        partial = Path(tempfile.mkdtemp(prefix=".femprep-", dir=file.absolute().parent))
+    except OSError as error:
+        raise cannot_write(str(file), error, "write elsewhere") from None
+    try:
+        writer.SetFileName(str(partial / file.name))
         with _quiet() as said:
             writer.Execute(image)
-    except RuntimeError as error:
-        raise FileError(f"{file}: cannot be written ({_reason(error, said)})") from None
+            # On a full disk some of ITK's writers end early and say nothing.
+            written = sitk.GetArrayFromImage(sitk.ReadImage(str(partial / file.name), imageIO=kind))
+        if not np.array_equal(written, seg.labels.T):
+            raise OSError("it is cut short")
+        for made in sorted(partial.iterdir()):
+            os.replace(made, file.absolute().parent / made.name)
+    except (RuntimeError, OSError) as error:
+        if shutil.disk_usage(partial).free < _FULL:
+            raise DiskFullError(f"{file}: cannot be written whole, no room is left; free some space") from None
+        reason = error.strerror or str(error) if isinstance(error, OSError) else _reason(error, said)
+        raise FileError(f"{file}: cannot be written ({reason})") from None
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 def _names(structures: Mapping[str, int | Sequence[int]] | None, preset: str | None) -> dict[str, tuple[int, ...]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -75,6 +75,9 @@ class RunManifest(Record):
     )
     deterministic: bool = Field(description="Whether a second run gives the same bytes (fTetWild does not).")
     files: list[str] = Field(default_factory=list, description="Files of the output folder.")
+    sha256: dict[str, str] = Field(
+        default_factory=dict, description="SHA-256 of each of them but run.json; a later run replaces no other file."
+    )
 
 
 class PhaseRecord(Record):
@@ -110,6 +113,9 @@ class SequenceManifest(Record):
     )
     label_ejection_fraction_percent: float = Field(description="The same of all voxels of the cavity.")
     files: list[str] = Field(default_factory=list, description="Files of the output folder.")
+    sha256: dict[str, str] = Field(
+        default_factory=dict, description="SHA-256 of each of them but run.json; a later run replaces no other file."
+    )
 
 
 def library_versions() -> dict[str, str]:
@@ -123,6 +129,11 @@ def _version(library: str) -> str:
         return version(library)
     except PackageNotFoundError:
         return "not installed"
+
+
+def hashes(folder: Path, files: Iterable[str]) -> dict[str, str]:
+    """SHA-256 of each of a folder's files but ``run.json``, by name."""
+    return {name: file_sha256(folder / name) for name in sorted(files) if name != "run.json"}
 
 
 def file_sha256(path: Path) -> str:

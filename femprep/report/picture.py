@@ -19,6 +19,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.elements import ELEMENTS, FACET_CORNERS, boundary_faces, set_numbers
+from femprep.errors import DiskFullError, cannot_write
 from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
 
 logger = logging.getLogger(__name__)
@@ -26,6 +27,8 @@ logger = logging.getLogger(__name__)
 #: A rendering that takes longer is given up, s.
 TIME_LIMIT = 60.0
 
+#: Exit status of the child where no room is left for the picture.
+_NO_ROOM: Final = 75
 #: Width and height of the picture, pixels; colours of the tags (ColorBrewer's Set2), of the cut and of edges.
 _SIZE: Final = (1200, 600)
 _TAG_COLOURS: Final = (
@@ -41,10 +44,10 @@ def draw_picture(mesh: VolumeMesh, png: Path) -> bool:
     painter = start_painter()
     try:
         start_picture(painter, mesh, png)
+        return finish_picture(painter, png) is not None
     finally:
-        drawn = finish_picture(painter, png) is not None
+        end_painter(painter)
         png.with_suffix(".npz").unlink(missing_ok=True)
-    return drawn
 
 
 def start_painter() -> subprocess.Popen[bytes]:
@@ -79,13 +82,21 @@ def end_painter(painter: subprocess.Popen[bytes]) -> None:
 
 
 def finish_picture(painter: subprocess.Popen[bytes], png: Path) -> str | None:
-    """Wait for a picture; a ``data:`` address of it, or None where it could not be drawn."""
+    """Wait for a picture; a ``data:`` address of it, or None where it could not be drawn.
+
+    Raises
+    ------
+    DiskFullError
+        It was drawn, and there is no room for it.
+    """
     try:
         painter.communicate(timeout=TIME_LIMIT)  # until it closes its end of the pipe; to wait is to look now and then
     except subprocess.TimeoutExpired:
         logger.warning("no picture: rendering took more than %g s", TIME_LIMIT)
     finally:
         end_painter(painter)
+    if painter.returncode == _NO_ROOM:
+        raise DiskFullError(f"no room is left for the picture {str(png)!r}; free some space")
     if painter.returncode != 0 or not png.is_file():
         logger.warning("no picture: VTK could not render off screen (exit status %s)", painter.returncode)
         return None
@@ -160,7 +171,10 @@ def main() -> None:
         facets = _polydata(arrays["facets_points"], arrays["facets_polygons"], arrays["tag"])
         cut = _polydata(arrays["cut_points"], arrays["cut_polygons"])
         camera = arrays["camera"].tolist()
-    _draw((facets, cut), camera, Path(png))
+    try:
+        _draw((facets, cut), camera, Path(png))
+    except OSError as error:
+        os._exit(_NO_ROOM if isinstance(cannot_write(png, error, ""), DiskFullError) else 1)
     os._exit(0)  # the picture is there: VTK and Python would take half as long again to clear up
 
 
@@ -186,6 +200,7 @@ def _draw(meshes: tuple[Any, Any], camera: list[Any], png: Path | None) -> None:
     """Draw two surfaces side by side, into a file or for nothing."""
     # The parts of VTK that are needed and no others: all of it takes a second longer to load.
     import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
+    from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkIOImage import vtkPNGWriter
     from vtkmodules.vtkRenderingCore import (
         vtkActor,
@@ -228,8 +243,9 @@ def _draw(meshes: tuple[Any, Any], camera: list[Any], png: Path | None) -> None:
         shot.ReadFrontBufferOff()
         writer.SetCompressionLevel(1)  # of edges and flat colours smaller than by higher levels, and quicker
         writer.SetInputConnection(shot.GetOutputPort())
-        writer.SetFileName(str(png))
+        writer.WriteToMemoryOn()  # on a full disk its own writing may end the process
         writer.Write()
+        png.write_bytes(vtk_to_numpy(writer.GetResult()).tobytes())
     window.Finalize()
 
 

@@ -6,8 +6,8 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from femprep.errors import FileError
 from femprep.report.page import STYLE, histogram, table
+from femprep.report.pages import write_page
 
 if TYPE_CHECKING:
     from femprep.volume.report import QualityReport
@@ -82,7 +82,4 @@ def write_quality_page(report: QualityReport, path: Path, *, title: str) -> None
 {quality_tables(report)}
 </body></html>
 """
-    try:
-        path.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise FileError(f"page {str(path)!r} cannot be written: {error.strerror}; choose another with --html") from None
+    write_page(path, page, "choose another with --html")

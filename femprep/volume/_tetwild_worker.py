@@ -8,6 +8,7 @@ elsewhere the parent starts a watchdog (see ``guard``). Besides, a native timer 
 """
 
 import ctypes
+import errno
 import faulthandler
 import json
 import os
@@ -18,6 +19,9 @@ from pathlib import Path
 
 _PR_SET_PDEATHSIG = 1
 _GRACE = 10.0
+#: Exit status where no room is left for the result, as ``guard`` has it.
+_NO_ROOM = 75
+_FULL = {errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
 
 
 def follow_parent(parent: int) -> None:
@@ -63,8 +67,15 @@ def main(folder: Path, parent: int, time_limit: float) -> None:
         given.pop("points"), given.pop("triangles").astype(np.uint32), vtk_ordering=True, **settings, **given
     )
     record = {"peak_bytes": peak_memory(), "processor_seconds": time.process_time()}
+    for left in Path().glob("__*"):  # fTetWild leaves its surface, larger than what is written now
+        left.unlink()
     # Written whole or not at all: the parent never sees half of it.
-    np.savez("part.npz", points=points, cells=cells, record=json.dumps(record))
+    try:
+        np.savez("part.npz", points=points, cells=cells, record=json.dumps(record))
+    except OSError as error:
+        if error.errno in _FULL:
+            sys.exit(_NO_ROOM)
+        raise
     Path("part.npz").replace("output.npz")
 
 

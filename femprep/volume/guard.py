@@ -29,13 +29,17 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from femprep.errors import MissingDependencyError, ResourceError, StageError
+from femprep.errors import DiskFullError, MissingDependencyError, ResourceError, StageError, cannot_write
 from femprep.model import FloatArray, IntArray
+from femprep.volume.room import REMEDY, is_full, require_room, temporary
 
 _log = logging.getLogger(__name__)
 
 #: The script the child runs.
 WORKER: Final = Path(__file__).with_name("_tetwild_worker.py")
+
+#: Exit status of the child where no room is left for its result, as the script has it.
+NO_ROOM: Final = 75
 
 #: Seconds between two looks at the child.
 PULSE: Final = 0.2
@@ -94,6 +98,7 @@ def run_tetwild(
     arrays: Mapping[str, npt.NDArray[Any]] | None = None,
     time_limit: float,
     memory_limit: float,
+    least_room: float = 0.0,
     pulse: Callable[[float], None] | None = None,
 ) -> Run:
     """Run fTetWild once, in a child process.
@@ -111,6 +116,8 @@ def run_tetwild(
         Processor time, s, where the system tells (Linux); five times as much by the clock.
     memory_limit : float
         GB; watched while it runs on Linux.
+    least_room : float
+        Bytes without which in the folder for temporary files nothing is begun.
     pulse : callable, optional
         Called with the seconds gone, about five times a second; what it raises ends the run.
 
@@ -122,13 +129,22 @@ def run_tetwild(
         It took more memory than the limit.
     MissingDependencyError
         pytetwild cannot be imported.
+    DiskFullError
+        The folder for temporary files is full.
+    FileError
+        There is none that can be written.
     """
     start = time.perf_counter()
     with _watched_folder() as (name, watchdog):
         folder = Path(name)
         content: dict[str, Any] = {"points": points, "triangles": triangles, **(arrays or {})}
-        np.savez(folder / "input.npz", settings=json.dumps(dict(settings)), **content)
-        with (folder / "log.txt").open("wb") as log:
+        require_room(folder, least_room + sum(np.asarray(array).nbytes for array in content.values()))
+        try:
+            np.savez(folder / "input.npz", settings=json.dumps(dict(settings)), **content)
+            log = (folder / "log.txt").open("wb")
+        except OSError as error:
+            raise cannot_write(temporary(folder), error, REMEDY) from None
+        with log:
             # -P keeps the script's own folder off the import path; this process' path goes to the child as it is.
             child = subprocess.Popen(
                 [os.fsdecode(get_executable()), "-P", str(WORKER), name, str(os.getpid()), str(_PATIENCE * time_limit)],
@@ -145,6 +161,8 @@ def run_tetwild(
                 child.kill()
                 child.wait()
         seconds = time.perf_counter() - start
+        if child.returncode == NO_ROOM or (child.returncode != 0 and is_full(folder)):
+            raise DiskFullError(f"{temporary(folder)} became full while the mesher ran; free some space, or {REMEDY}")
         _judge_exit(child.returncode, seconds, _last_line(folder / "log.txt"))
         with np.load(folder / "output.npz") as data:
             record = json.loads(str(data["record"]))
@@ -160,7 +178,11 @@ def run_tetwild(
 @contextmanager
 def _watched_folder() -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
     """A temporary folder that goes when the block ends, or when this process does, and the watchdog that sees to it."""
-    with tempfile.TemporaryDirectory(prefix="femprep-tetwild-", ignore_cleanup_errors=True) as name:
+    try:
+        made = tempfile.TemporaryDirectory(prefix="femprep-tetwild-", ignore_cleanup_errors=True)
+    except OSError as error:
+        raise cannot_write("a temporary folder", error, REMEDY) from None
+    with made as name:
         watchdog = start_watchdog(name)
         try:
             yield name, watchdog

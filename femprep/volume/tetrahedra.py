@@ -28,6 +28,8 @@ Progress = Callable[[str, float], None]
 
 _log = logging.getLogger(__name__)
 
+#: Least room for temporary files, bytes for each element expected; the files hold 18 to 21, estimates lie within 30 %.
+_BYTES_PER_ELEMENT: Final = 12.0
 #: Share of the progress that belongs to the mesher.
 _MESHER_SHARE: Final = 0.9
 #: Least share of endocardial nodes with as many elements through the wall as asked for.
@@ -86,6 +88,8 @@ def tetrahedralize(
         The mesh would need more memory than the limit.
     StageError
         Every attempt crashed, ran out of time or gave a wrong mesh.
+    DiskFullError
+        The folder for temporary files is full.
 
     References
     ----------
@@ -186,6 +190,7 @@ def _mesh(
         arrays={} if field is None else {"bg_vertices": field.points, "bg_tets": field.tets, "bg_values": field.values},
         time_limit=options.time_limit,
         memory_limit=options.memory_limit,
+        least_room=_BYTES_PER_ELEMENT * need.elements,
         pulse=lambda gone: report("volume", _MESHER_SHARE * (1.0 - float(np.exp(-gone / expected)))),
     )
 

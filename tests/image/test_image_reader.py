@@ -11,14 +11,21 @@ import sys
 
 import numpy as np
 import pytest
+from full_disks import small_disk, small_files
 from scipy.spatial.transform import Rotation
 
-from femprep.errors import FileError, InputError, OptionError
+from femprep.errors import DiskFullError, FileError, InputError, OptionError
 from femprep.image import Grid, Segmentation, read_segmentation, write_segmentation
 
 SimpleITK = pytest.importorskip("SimpleITK")
 FORMATS = ["nii", "nii.gz", "nrrd", "mha", "mhd", "nhdr"]
 DIRECTION = Rotation.from_euler("xyz", [20, -30, 50], degrees=True).as_matrix()
+
+
+def noise() -> Segmentation:
+    """Labels that are not compressed to next to nothing."""
+    labels = np.random.default_rng(0).integers(0, 4, (30, 40, 12)).astype(np.uint8)
+    return Segmentation(labels, heart().grid, heart().structures)
 
 
 def heart(grid: Grid | None = None) -> Segmentation:
@@ -345,6 +352,25 @@ def test_writing_where_it_cannot_be(tmp_path):
         write_segmentation(heart(), tmp_path / "heart.stl")
     with pytest.raises(FileError, match="cannot be written"):
         write_segmentation(heart(), tmp_path / "nowhere" / "heart.nii.gz")
+
+
+@pytest.mark.parametrize("name", ["heart.nii", "heart.nii.gz", "heart.nrrd", "heart.mha", "heart.mhd"])
+def test_writing_what_finds_no_room(tmp_path, name):
+    path = tmp_path / name
+    path.write_text("earlier")
+    with small_files(100), pytest.raises(FileError, match="cannot be written"):
+        write_segmentation(heart(), path)
+    assert path.read_text() == "earlier"
+    assert [entry.name for entry in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize("name", ["heart.nii", "heart.nii.gz", "heart.mha"])
+def test_writing_on_a_full_disk(tmp_path, name):
+    with small_disk(tmp_path / "disk", "8k") as disk:
+        (disk / "full").write_bytes(bytes(4096))
+        with pytest.raises(DiskFullError, match="no room is left"):
+            write_segmentation(noise(), disk / name)
+        assert [entry.name for entry in disk.iterdir()] == ["full"]
 
 
 def test_large_labels_keep_their_numbers(tmp_path):

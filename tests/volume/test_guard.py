@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from full_disks import small_disk, small_files
 
-from femprep.errors import MissingDependencyError, ResourceError, StageError
+from femprep.errors import DiskFullError, FileError, MissingDependencyError, ResourceError, StageError
 from femprep.volume import guard
 
 POINTS = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=float)
@@ -85,6 +86,51 @@ def test_crash_becomes_one_line(monkeypatch, tmp_path, temporary):
         run()
     assert "\n" not in str(error.value)
     assert not list(temporary.iterdir())
+
+
+def test_result_that_finds_no_room_blames_the_folder_for_temporary_files(temporary):
+    with small_files(4096), pytest.raises(DiskFullError, match=rf"'{temporary}', became full .* set TMPDIR") as error:
+        guard.run_tetwild(
+            POINTS, TRIANGLES, {"edge_length_abs": 0.05, "num_threads": 1}, time_limit=60.0, memory_limit=4.0
+        )
+    assert error.value.exit_status == 3
+    assert "\n" not in str(error.value)
+    assert not list(temporary.iterdir())
+
+
+def test_crash_on_a_full_disk_blames_the_disk(monkeypatch, tmp_path):
+    fake_worker(
+        monkeypatch,
+        tmp_path,
+        """
+        import os, signal
+        try:
+            with open("large", "wb") as file:
+                while True:
+                    file.write(bytes(4096))
+                    file.flush()
+        except OSError:
+            os.kill(os.getpid(), signal.SIGABRT)
+        """,
+    )
+    with small_disk(tmp_path / "disk", "200k") as disk:
+        monkeypatch.setattr(tempfile, "tempdir", str(disk))
+        with pytest.raises(DiskFullError, match="became full while the mesher ran"):
+            run()
+        assert not list(disk.iterdir())
+
+
+def test_room_is_looked_for_before_the_run(monkeypatch, tmp_path, temporary):
+    fake_worker(monkeypatch, tmp_path, "raise RuntimeError('was started')")
+    with pytest.raises(DiskFullError, match=r"MB left, the mesher needs 1000000000000\.0 MB or more; .* TMPDIR"):
+        run(least_room=1e18)
+    assert not list(temporary.iterdir())
+
+
+def test_missing_folder_for_temporary_files_is_said(monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
+    with pytest.raises(FileError, match=r"a temporary folder cannot be written: .*; set TMPDIR"):
+        run()
 
 
 def test_exception_in_the_child_is_quoted(monkeypatch, tmp_path):
