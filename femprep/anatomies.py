@@ -12,7 +12,7 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.image import LabelObject, Segmentation
-from femprep.model import Plane, Surface
+from femprep.model import Notice, Plane, Surface, noted
 from femprep.options import Options
 from femprep.surface import fit_surface
 from femprep.surface.ahead import in_turn
@@ -30,6 +30,7 @@ from femprep.wall import (
     keep_apart,
     thin_wall,
 )
+from femprep.wall.assumed import assumed_wall, closed_openings, filled_groove, unused_structures
 
 logger = logging.getLogger(__name__)
 
@@ -65,7 +66,9 @@ class Parts:
     openings : list of Opening
         To be cut into the wall.
     repaired : list of dict
-        What was done to the surfaces, JSON-ready.
+        What was done to the surfaces, JSON-ready, each with its notice.
+    notices : list of Notice
+        What was assumed, or left out, where the labels do not tell or nobody asked.
     """
 
     objects: Mapping[str, LabelObject]
@@ -76,6 +79,7 @@ class Parts:
     body: Surface | None = None
     openings: list[Opening] = field(default_factory=list)
     repaired: list[dict[str, Any]] = field(default_factory=list)
+    notices: list[Notice] = field(default_factory=list)
 
     @property
     def surfaces(self) -> dict[str, Surface]:
@@ -138,7 +142,8 @@ def both_ventricles(seg: Segmentation, options: Options, stages: Stages) -> Part
         enclosed.append(Part(cavities["rv"], thickness, least if walled else _ROUNDING * thickness))
         enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
         epi = _enclose(enclosed, seg, options, report, repaired)
-    return Parts(objects, cavities, epi, base, apex, fitted["lv_epi"], repaired=repaired)
+    notices = [] if walled else [assumed_wall("rv", thickness)]
+    return Parts(objects, cavities, epi, base, apex, fitted["lv_epi"], repaired=repaired, notices=notices)
 
 
 #: Chambers of the whole heart, those first whose surfaces are trusted most: what each body is made of.
@@ -181,7 +186,11 @@ def whole_heart(seg: Segmentation, options: Options, stages: Stages) -> Parts:
         least = _LEAST_ROUNDING * wall.minimum_thickness
         grown = [Part(surface, wall.minimum_thickness, least) for surface in cavities.values()]
         epi = _enclose([*bodies, *grown], seg, options, report, repaired)
-    return Parts(objects, cavities, epi, body=fitted["lv_epi"], openings=openings, repaired=repaired)
+    notices = [assumed_wall(name, thickness) for name, thickness in given.items() if f"{name}_epi" not in fitted]
+    notices += closed_openings(wall)
+    notices += unused_structures(seg, [structure for own in CHAMBERS.values() for structure in own])
+    body = fitted["lv_epi"]
+    return Parts(objects, cavities, epi, body=body, openings=openings, repaired=repaired, notices=notices)
 
 
 def _enclose(
@@ -216,7 +225,7 @@ def _enclose(
     folds, below, found = best  # what folds are left is mended, or refused, where the wall is built
     if below < np.inf:
         record = {"filled": "grooves of the epicardium, in which it folds", "up_to_mm_below_an_outline": below}
-        repaired.append({**record, "folded_triangles": folds})
+        repaired.append(noted({**record, "folded_triangles": folds}, filled_groove(body, found, folds)))
     return found
 
 

@@ -21,14 +21,18 @@ from femprep.anatomy import (
     ventricular_axes,
 )
 from femprep.image import LabelObject, Segmentation, align_slices
-from femprep.model import Surface, VolumeMesh, Wall
+from femprep.model import Surface, VolumeMesh, Wall, noted
 from femprep.options import FibreOptions, Options, choose
+from femprep.report.manifest import VolumeRecord
 from femprep.surface import fit_surface
 from femprep.surface.matching import match_surfaces
 from femprep.volume import QualityReport, check, tetrahedralize
+from femprep.volume.limits import judge_wall_volume
 from femprep.volume.sweep import boundary_wall, sweep
 from femprep.volume.ventricles import label_chambers, label_ventricles
+from femprep.volumes import volumes_beside_labels, wall_difference
 from femprep.wall import build_wall, fill_cavities, open_wall
+from femprep.wall.build import apex_info
 
 Progress = Callable[[str, float], None]
 
@@ -50,6 +54,8 @@ class Run:
     wall : Wall
     mesh : VolumeMesh
     quality : QualityReport
+    volumes : tuple of VolumeRecord
+        Volumes beside those of the labels.
     seconds : mapping of str to float
         Wall-clock time of each stage, in order.
     """
@@ -61,6 +67,7 @@ class Run:
     wall: Wall
     mesh: VolumeMesh
     quality: QualityReport
+    volumes: tuple[VolumeRecord, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -128,13 +135,15 @@ def mesh_segmentation(
     parts = ANATOMIES[options.anatomy](seg, options, stages)
     fill = _swept if options.volume.mesher == "sweep" else _tetrahedra
     wall, mesh = fill(parts, options, stages)
+    wall = replace(wall, info=noted(wall.info, *parts.notices))
     if options.fibres is not None:
         with stages("anatomy"):
             axes = ventricular_axes(seg, basal_end=options.wall.basal_end, mirrored=options.fibres.mirrored)
             mesh = on_wall(mesh, partial(_with_fibres, axes=axes, options=options.fibres))
     with stages("quality"):
-        quality = check(mesh, options=options.limits)
-    return Run(seg, options, parts.objects, parts.surfaces, wall, mesh, quality, stages.seconds)
+        volumes = volumes_beside_labels(mesh, parts.objects, wall.planes)
+        quality = judge_wall_volume(check(mesh, options=options.limits), wall_difference(volumes))
+    return Run(seg, options, parts.objects, parts.surfaces, wall, mesh, quality, tuple(volumes), stages.seconds)
 
 
 def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: FibreOptions) -> VolumeMesh:
@@ -188,7 +197,8 @@ def _swept(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, Volume
         )
     with stages("volume") as report:
         mesh = sweep(matched, options=layers, progress=report)
-    return boundary_wall(mesh), mesh
+    wall = boundary_wall(mesh)
+    return replace(wall, info={**wall.info, "apex": apex_info(parts.epi, parts.apex)}), mesh
 
 
 def fit_surfaces(

@@ -103,6 +103,12 @@ class CheckOptions(StageOptions):
     space_constant: float = Field(
         0.35, gt=0, description="Space constant of the tissue across the fibres, mm, for electrophysiology."
     )
+    maximum_wall_volume_difference: float | None = Field(
+        10.0,
+        gt=0,
+        description="Largest difference between the volume of the left ventricle's wall and that of its labels, per "
+        "cent; tissue extrapolated beyond the last slice at the apex does not count. Judged where the labels are.",
+    )
     plane_tolerance: float = Field(
         1e-9, gt=0, description="How far points of base and apex facets may lie from their plane, mm."
     )

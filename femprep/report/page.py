@@ -51,6 +51,9 @@ def table(rows: Sequence[tuple[Any, ...]], head: Sequence[str] = ()) -> str:
     return "<table>" + "".join(lines) + "</table>"
 
 
+_VOLUMES = ("", "mesh, mL", "segmentation, mL", "difference, %", "of it extrapolated beyond the labels, mL")
+
+
 def report_page(
     manifest: RunManifest,
     *,
@@ -97,14 +100,17 @@ def report_page(
         else "<p>No picture: VTK could not render.</p>"
     )
     segments = f'<h2>AHA segments</h2><div class="grid">{"".join(bulls_eyes)}</div>' if bulls_eyes else ""
-    volumes = [(v.name, v.mesh_ml, v.segmentation_ml, v.difference_percent) for v in manifest.volumes]
+    volumes = [
+        (v.name, v.mesh_ml, v.segmentation_ml, v.difference_percent, v.extrapolated_ml or None)
+        for v in manifest.volumes
+    ]
     return f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{escape(title)} - femprep</title><style>{STYLE}</style></head><body>
 <h1>{escape(title)}</h1>
 {verdict}
 <h2>The mesh</h2>{drawn}
 <h2>The data with the surfaces drawn over it</h2><p>{legend}</p><div class="grid">{"".join(slices)}</div>
-<h2>Volumes</h2>{table(volumes, ("", "mesh, mL", "segmentation, mL", "difference, %"))}
+<h2>Volumes</h2>{table(volumes, _VOLUMES)}
 <h2>Quality</h2>{table(figures)}<div class="grid">{"".join(histograms)}</div>
 {details}
 {segments}

@@ -8,6 +8,7 @@ epicardium is therefore continued beyond the slice by a dome, as thick as the wa
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from scipy.ndimage import distance_transform_edt
 
 from femprep.errors import InputError
 from femprep.image.boundary import BoundaryPoints, boundary_points
-from femprep.model import BoolArray, FloatArray, Surface
+from femprep.model import BoolArray, FloatArray, Notice, Surface, records
 from femprep.options import WallOptions, choose
 from femprep.wall.landmarks import read_stack
 
@@ -128,7 +129,31 @@ def extend_apex(
         if pile.uncapped(k).any():
             height = _dome(pile, _reach(pile, obj, endo) + thickness) if k == 0 else _cover(pile, k, thickness)
             boundary = _raise(boundary, obj, pile, k, height)
+    info["place_mm"] = _tip(boundary, obj, pile)
+    info["notices"] = records(*apex_notices(info))
     return replace(boundary, info={**boundary.info, "apex": info})
+
+
+def apex_notices(info: Mapping[str, Any]) -> list[Notice]:
+    """What was extrapolated at the apex, told from the figures of ``info["apex"]``."""
+    if not info.get("extrapolated_mm"):
+        return []
+    open_ = 100.0 * info["uncapped_share"]
+    if open_ > 0.0:
+        words = (
+            f"the labels end with the cavity still open at the apex ({open_:.0f} % of its last slice have no "
+            "wall below): the epicardium was extrapolated by {amount} beyond the cavity"
+        )
+    else:
+        words = "near the apex the cavity lies bare towards the next slice: there a wall of {amount} was extrapolated"
+    length = float(info["extrapolated_mm"])
+    return [Notice.of("extrapolated", words, amount=length, unit="mm", place=info.get("place_mm"))]
+
+
+def _tip(boundary: BoundaryPoints, obj: LabelObject, pile: Pile) -> list[float]:
+    """Middle of the boundary points nearest to the apex, mm LPS."""
+    height = boundary.points @ _end(pile, obj, pile.first)[1]
+    return [round(float(x), 3) for x in boundary.points[height >= height.max() - _LEVEL].mean(axis=0)]
 
 
 def _pile(seg: Segmentation, obj: LabelObject, options: WallOptions) -> Pile:
