@@ -18,6 +18,7 @@ from femprep.model import Notice, noted
 from femprep.pipeline import Run, Surfaces
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, plain
+from femprep.report.methods import FILES, Words, methods
 from femprep.report.notices import lines
 from femprep.report.page import report_page
 from femprep.report.picture import finish_picture, start_painter, start_picture
@@ -86,7 +87,8 @@ def write_run(
             line = "no picture of the mesh: VTK could not render it here"
             details["report"] = noted({}, Notice.of("left out", line))
         stages = {**run.seconds, "write": time.perf_counter() - start}
-        manifest = _manifest(run, stages, source, volumes, details, folder, more=("report.html",))
+        manifest = _manifest(run, stages, source, volumes, details, folder, more=("report.html", *FILES))
+        write_methods(methods(manifest), folder)
         (folder / "report.html").write_text(_page(run, manifest, slices, picture), encoding="utf-8")
         _write_manifest(manifest, folder)
     report("write", 1.0)
@@ -118,7 +120,8 @@ def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | No
             beside(name, surface.volume, voxel_volume(fitted.objects[name], ()))
             for name, surface in fitted.surfaces.items()
         ]
-        manifest = _manifest(fitted, fitted.seconds, source, volumes, _surface_details(fitted), folder)
+        manifest = _manifest(fitted, fitted.seconds, source, volumes, _surface_details(fitted), folder, more=FILES)
+        write_methods(methods(manifest), folder)
         _write_manifest(manifest, folder)
     return manifest
 
@@ -143,6 +146,12 @@ def _write_cavities(run: Run, folder: Path) -> None:
     cavities = [name.removeprefix("endo_") for name in run.mesh.facet_names if name.startswith("endo")]
     for name in ("lv" if name == "endo" else name for name in cavities):
         write_surface(cavity_surface(run.mesh, name), folder / "cavities" / f"{name}.vtp")
+
+
+def write_methods(words: Words, folder: Path) -> None:
+    """The words for a paper and their references, as files of a folder."""
+    for name, text in zip(FILES, (words.markdown, words.bibtex), strict=True):
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 def _write_manifest(manifest: RunManifest, folder: Path) -> None:

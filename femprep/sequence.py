@@ -14,10 +14,11 @@ from femprep.export.series import write_pvd, write_xdmf_series
 from femprep.image import Segmentation
 from femprep.model import noted
 from femprep.options import Options, choose
-from femprep.output import write_run
+from femprep.output import write_methods, write_run
 from femprep.pipeline import Run, mesh_segmentation
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import PhaseRecord, SequenceManifest
+from femprep.report.methods import FILES, sequence_methods
 from femprep.report.volumes import cavity_volume, voxel_volume
 from femprep.volume.sweep import displacements, template_of
 from femprep.wall import phase_base_offsets
@@ -159,11 +160,11 @@ def write_sequence(
     """
     paths = [Path(source) for source in sources] if sources is not None else [None] * len(sequence.runs)
     names = _names(paths)
-    records, notices = [], {}
+    records, written = [], {}
     with whole_folder(Path(out)) as folder:
         (folder / "phases").mkdir()
         for name, path, run, time in zip(names, paths, sequence.runs, sequence.times, strict=True):
-            notices[name] = write_run(run, folder / "phases" / name, source=path, progress=progress).notices
+            written[name] = write_run(run, folder / "phases" / name, source=path, progress=progress)
             moved = np.linalg.norm(run.mesh.point_data["displacement"], axis=1)
             cavity = run.objects["lv"]
             records.append(
@@ -183,16 +184,18 @@ def write_sequence(
             )
         write_pvd(folder / "sequence.pvd", [f"phases/{name}/mesh.vtu" for name in names], sequence.times)
         write_xdmf_series([run.mesh for run in sequence.runs], folder, "sequence", sequence.times)
-        files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()} | {"run.json"}
+        files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()}
+        files |= {"run.json", *FILES}
         manifest = SequenceManifest(
             reference=sequence.reference,
             template=dict(sequence.template),
             phases=records,
             ejection_fraction_percent=sequence.ejection_fraction,
             label_ejection_fraction_percent=sequence.label_ejection_fraction,
-            notices=_of_phases(notices),
+            notices=_of_phases({name: one.notices for name, one in written.items()}),
             files=sorted(files),
         )
+        write_methods(sequence_methods(written[names[sequence.reference]], manifest), folder)
         (folder / "run.json").write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
     return manifest
 

@@ -140,10 +140,8 @@ def apex_notices(info: Mapping[str, Any]) -> list[Notice]:
         return []
     open_ = 100.0 * info["uncapped_share"]
     if open_ > 0.0:
-        words = (
-            f"the labels end with the cavity still open at the apex ({open_:.0f} % of its last slice have no "
-            "wall below): the epicardium was extrapolated by {amount} beyond the cavity"
-        )
+        much = "end with the cavity still open" if open_ >= 99.5 else f"leave {open_:.0f} % of the cavity's end open"
+        words = f"the labels {much} at the apex: the epicardium was extrapolated by {{amount}} beyond the cavity"
     else:
         words = "near the apex the cavity lies bare towards the next slice: there a wall of {amount} was extrapolated"
     length = float(info["extrapolated_mm"])
