@@ -13,6 +13,7 @@ import numpy as np
 
 from femprep.bullseyes import report_bulls_eyes
 from femprep.export import write_facets, write_format, write_mesh, write_surface, write_wall
+from femprep.export.losses import losses
 from femprep.geometry.facets import facet_triangles
 from femprep.model import Notice, noted
 from femprep.pipeline import Run, Surfaces
@@ -83,6 +84,7 @@ def write_run(
             picture = finish_picture(painter, png)
             png.unlink(missing_ok=True)
             png.with_suffix(".npz").unlink(missing_ok=True)
+        details["formats"] = noted({}, *(one for name in run.options.formats for one in losses(run.mesh, name)))
         if picture is None:
             line = "no picture of the mesh: VTK could not render it here"
             details["report"] = noted({}, Notice.of("left out", line))

@@ -101,6 +101,7 @@ def sequence_methods(reference: RunManifest, sequence: SequenceManifest) -> Word
         "the wall: nodes and elements of one number correspond. Figures above are those of phase "
         f"{name}, from which displacements are counted. The base planes leave out the same share of the labelled "
         f"cavity in all phases{base}. The ejection fraction of the meshes is "
-        f"{sequence.ejection_fraction_percent:.1f} %, that of the labels {sequence.label_ejection_fraction_percent:.1f} %."
+        f"{sequence.ejection_fraction_percent:.1f} %, that of the labels "
+        f"{sequence.label_ejection_fraction_percent:.1f} %."
     )
     return Words(f"{methods(reference).text} {more}")

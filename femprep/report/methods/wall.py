@@ -53,13 +53,9 @@ def _openings(manifest: RunManifest) -> list[str]:
         return [f"{start}, valves and openings of vessels by tissue."]
     holes = listed([f"{one['name']} ({one['between'][0]}, radius {one['radius_mm']:.1f} mm)" for one in cut])
     given = sum(one["source"] == "given" for one in cut)
-    by = (
-        "given planes"
-        if given == len(cut)
-        else "the labels show them"
-        if not given
-        else "labels or given planes have them"
-    )
+    by = "the labels show them"
+    if given:
+        by = "planes were given" if given == len(cut) else f"{by} or planes were given"
     return [f"{start} by tissue but for openings that were cut as round holes where {by}: {holes}."]
 
 
