@@ -70,7 +70,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, Any], list[str]
         [
             "wall of the left ventricle",
             "cut at the base",
-            "extrapolated by a dome",
+            "by a dome",
             "8.4 mm",
             "Hu et al. 2020",
             "manifold3d",

@@ -39,7 +39,7 @@ def _apex(apex: dict[str, Any]) -> str:
     if apex.get("uncapped_share", 1.0) > 0.0:
         return (
             "The labels end with the cavity open at the apex: there the epicardium was extrapolated by a dome beyond "
-            f"the last slice, {length:.1f} mm beyond the cavity, which is the thickness of the wall nearby."
+            f"the last slice, {length:.1f} mm beyond the cavity."
         )
     return (
         f"At the apex, where labels of neighbouring slices leave the cavity bare, {length:.1f} mm of wall were added."
