@@ -46,7 +46,7 @@ def surface(
 ) -> int:
     """Fit closed, smooth surfaces of a chosen number of vertices.
 
-    Makes the folder OUT: surfaces/NAME.vtp, one for each object, and run.json.
+    Makes the folder OUT: surfaces/NAME.vtp, one for each object, run.json, and methods.md with methods.bib.
     """
     options = read_options(
         config,
