@@ -16,7 +16,7 @@ import numpy as np
 from femprep.errors import StageError
 from femprep.fidelity import Outline
 from femprep.image import LabelObject, Segmentation
-from femprep.model import Plane, Surface
+from femprep.model import Notice, Plane, Surface, noted
 from femprep.options import Options
 from femprep.surface import fit_surface
 from femprep.surface.ahead import in_turn
@@ -35,6 +35,7 @@ from femprep.wall import (
     keep_apart,
     thin_wall,
 )
+from femprep.wall.assumed import assumed_wall, closed_openings, filled_groove, unused_structures
 
 logger = logging.getLogger(__name__)
 
@@ -91,9 +92,11 @@ class Parts:
     openings : list of Opening
         To be cut into the wall.
     repaired : list of dict
-        What was done to the surfaces, JSON-ready.
+        What was done to the surfaces, JSON-ready, each with its notice.
     outlines : tuple of Outline
         What the facets of the finished mesh ought to follow.
+    notices : list of Notice
+        What was assumed, or left out, where the labels do not tell or nobody asked.
     """
 
     objects: Mapping[str, LabelObject]
@@ -105,6 +108,7 @@ class Parts:
     openings: list[Opening] = field(default_factory=list)
     repaired: list[dict[str, Any]] = field(default_factory=list)
     outlines: tuple[Outline, ...] = ()
+    notices: list[Notice] = field(default_factory=list)
 
     @property
     def surfaces(self) -> dict[str, Surface]:
@@ -197,7 +201,17 @@ def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages:
         enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
         epi = _enclose(enclosed, seg, options, report, repaired)
     outlines = _outlines(objects, ("lv", "rv"), thickness)
-    return Parts(objects, cavities, epi, base, apex, fitted["lv_epi"], repaired=repaired, outlines=outlines)
+    return Parts(
+        objects,
+        cavities,
+        epi,
+        base,
+        apex,
+        fitted["lv_epi"],
+        repaired=repaired,
+        outlines=outlines,
+        notices=[] if walled else [assumed_wall("rv", thickness)],
+    )
 
 
 def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> Parts:
@@ -227,7 +241,9 @@ def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Sta
         least = _LEAST_ROUNDING * wall.minimum_thickness
         grown = [Part(surface, wall.minimum_thickness, least) for surface in cavities.values()]
         epi = _enclose([*bodies, *grown], seg, options, report, repaired)
-    outlines = _outlines(objects, tuple(CHAMBERS), wall.atrial_wall_thickness)
+    notices = [assumed_wall(name, thickness) for name, thickness in given.items() if f"{name}_epi" not in fitted]
+    notices += closed_openings(wall)
+    notices += unused_structures(seg, [structure for own in CHAMBERS.values() for structure in own])
     return Parts(
         objects,
         cavities,
@@ -235,7 +251,8 @@ def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Sta
         body=fitted["lv_epi"],
         openings=layout.openings,
         repaired=repaired,
-        outlines=outlines,
+        outlines=_outlines(objects, tuple(CHAMBERS), wall.atrial_wall_thickness),
+        notices=notices,
     )
 
 
@@ -285,7 +302,7 @@ def _enclose(
     folds, below, found = best  # what folds are left is mended, or refused, where the wall is built
     if below < np.inf:
         record = {"filled": "grooves of the epicardium, in which it folds", "up_to_mm_below_an_outline": below}
-        repaired.append({**record, "folded_triangles": folds})
+        repaired.append(noted({**record, "folded_triangles": folds}, filled_groove(body, found, folds)))
     return found
 
 

@@ -13,18 +13,21 @@ import numpy as np
 
 from femprep.bullseyes import report_bulls_eyes
 from femprep.export import write_facets, write_format, write_mesh, write_surface, write_wall
+from femprep.export.losses import losses
 from femprep.geometry.facets import facet_triangles
-from femprep.model import verdict_of
+from femprep.model import Notice, noted, verdict_of
 from femprep.pipeline import Run, Surfaces
 from femprep.report.fidelity_tables import fidelity_tables
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, hashes, plain
-from femprep.report.notices import gather, mesh_notices, object_notices, wall_notices
+from femprep.report.methods import FILES, Words, methods
+from femprep.report.notices import lines
 from femprep.report.page import report_page
 from femprep.report.picture import end_painter, finish_picture, start_painter, start_picture
 from femprep.report.quality_page import quality_charts, quality_tables
 from femprep.report.slices import STROKES, slice_pictures
-from femprep.report.volumes import cavity_volume, voxel_volume
+from femprep.report.volumes import voxel_volume
+from femprep.volumes import beside
 from femprep.wall import cavity_surface
 
 Progress = Callable[[str, float], None]
@@ -81,15 +84,20 @@ def write_run(
                 for name in (name for name in run.options.formats if name not in left_out):
                     write_format(run.mesh, folder, name, options=run.options.export)
                 (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
-                slices, volumes, details = _slices(run), _volumes(run), _details(run)
+                slices, volumes, details = _slices(run), list(run.volumes), _details(run)
                 vtk.result()
             picture = finish_picture(painter, png)
         finally:
             end_painter(painter)
             png.unlink(missing_ok=True)
             png.with_suffix(".npz").unlink(missing_ok=True)
+        details["formats"] = noted({}, *(one for name in run.options.formats for one in losses(run.mesh, name)))
+        if picture is None:
+            line = "no picture of the mesh: VTK could not render it here"
+            details["report"] = noted({}, Notice.of("left out", line))
         stages = {**run.seconds, "write": time.perf_counter() - start}
-        manifest = _manifest(run, stages, source, volumes, details, folder, more=("report.html",))
+        manifest = _manifest(run, stages, source, volumes, details, folder, more=("report.html", *FILES))
+        write_methods(methods(manifest), folder)
         (folder / "report.html").write_text(_page(run, manifest, slices, picture), encoding="utf-8")
         manifest = _write_manifest(manifest, folder)
     report("write", 1.0)
@@ -118,10 +126,11 @@ def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | No
     with whole_folder(Path(out)) as folder:
         _write_surfaces(fitted.surfaces, folder)
         volumes = [
-            _beside(name, surface.volume, voxel_volume(fitted.objects[name], ()))
+            beside(name, surface.volume, voxel_volume(fitted.objects[name], ()))
             for name, surface in fitted.surfaces.items()
         ]
-        manifest = _manifest(fitted, fitted.seconds, source, volumes, _surface_details(fitted), folder)
+        manifest = _manifest(fitted, fitted.seconds, source, volumes, _surface_details(fitted), folder, more=FILES)
+        write_methods(methods(manifest), folder)
         return _write_manifest(manifest, folder)
 
 
@@ -145,6 +154,12 @@ def _write_cavities(run: Run, folder: Path) -> None:
     cavities = [name.removeprefix("endo_") for name in run.mesh.facet_names if name.startswith("endo")]
     for name in ("lv" if name == "endo" else name for name in cavities):
         write_surface(cavity_surface(run.mesh, name), folder / "cavities" / f"{name}.vtp")
+
+
+def write_methods(words: Words, folder: Path) -> None:
+    """The words for a paper and their references, as files of a folder."""
+    for name, text in zip(FILES, (words.markdown, words.bibtex), strict=True):
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 def _write_manifest(manifest: RunManifest, folder: Path) -> RunManifest:
@@ -179,7 +194,7 @@ def _manifest(
         volumes=volumes,
         fidelity=list(run.fidelity.records),
         details=details,
-        notices=gather(seg.info, details),
+        notices=lines(seg.info, details),
         deterministic=not (isinstance(run, Run) and run.options.volume.mesher == "tetwild"),
         files=sorted(files),
     )
@@ -198,48 +213,13 @@ def _surface_details(run: Run | Surfaces) -> dict[str, Any]:
             "quality_min": float(quality.min()),
             **plain(surface.info),
         }
-    objects = {
-        name: {**plain(obj.report), "notices": object_notices(name, obj.report)} for name, obj in run.objects.items()
-    }
-    return {"objects": objects, "surfaces": found}
+    return {"objects": {name: plain(obj.report) for name, obj in run.objects.items()}, "surfaces": found}
 
 
 def _details(run: Run) -> dict[str, Any]:
-    planes = {
-        name: {"point_mm": plain(plane.point), "normal": plain(plane.normal), "source": plane.source}
-        for name, plane in run.wall.planes.items()
-    }
-    wall = {**plain(run.wall.info), "planes": planes, "notices": wall_notices(run.wall.info)}
-    mesh = {**plain(run.mesh.info), "notices": mesh_notices(run.mesh.info)}
-    return {**_surface_details(run), "wall": wall, "volume": mesh}
-
-
-def _beside(name: str, mesh_mm3: float, voxels_mm3: float) -> VolumeRecord:
-    return VolumeRecord(
-        name=name,
-        mesh_ml=mesh_mm3 / 1000.0,
-        segmentation_ml=voxels_mm3 / 1000.0,
-        difference_percent=100.0 * (mesh_mm3 - voxels_mm3) / voxels_mm3 if voxels_mm3 > 0.0 else None,
-    )
-
-
-def _volumes(run: Run) -> list[VolumeRecord]:
-    planes = list(run.wall.planes.values())
-    voxels = {name: voxel_volume(obj, planes) for name, obj in run.objects.items()}
-    if run.options.anatomy == "lv":
-        tissue = run.quality.regions["lv"].volume
-        cavity = _beside("cavity", cavity_volume(run.mesh), voxels["lv"])
-        return [cavity, _beside("wall", tissue, voxels["epi"] - voxels["lv"])]
-    cavities = [name.removeprefix("endo_") for name in run.mesh.facet_names if name.startswith("endo_")]
-    found = [_beside(f"{name} cavity", cavity_volume(run.mesh, f"endo_{name}"), voxels[name]) for name in cavities]
-    walls = {name: record.volume for name, record in run.quality.regions.items() if not name.startswith("blood_")}
-    walls = {"lv wall and septum": walls.pop("lv") + walls.pop("septum"), **walls}
-    for name, tissue in walls.items():
-        chamber = name.split()[0]
-        body = voxels.get(f"{chamber}_epi")
-        title = name if " " in name else f"{name} wall"
-        found.append(_beside(title, tissue, 0.0 if body is None else body - voxels[chamber]))
-    return found
+    planes = {name: plane.record() for name, plane in run.wall.planes.items()}
+    wall = {**plain(run.wall.info), "planes": planes}
+    return {**_surface_details(run), "wall": wall, "volume": plain(run.mesh.info)}
 
 
 def _slices(run: Run) -> list[str]:

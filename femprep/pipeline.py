@@ -24,17 +24,21 @@ from femprep.errors import FemprepError
 from femprep.export.content import content_of, refusals
 from femprep.fidelity import Fidelity, judge_fidelity, mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.image import LabelObject, Segmentation, align_slices
-from femprep.model import Surface, VolumeMesh, Wall, with_verdict
+from femprep.model import Surface, VolumeMesh, Wall, noted, with_verdict
 from femprep.options import FibreOptions, Options, choose
 from femprep.preflight import check_labels, check_options
+from femprep.report.manifest import VolumeRecord
 from femprep.surface import fit_surface
 from femprep.surface.fit import check_fit
 from femprep.surface.matching import match_surfaces
 from femprep.volume import QualityReport, check, tetrahedralize
 from femprep.volume.judged import carry
+from femprep.volume.limits import judge_wall_volume
 from femprep.volume.sweep import boundary_wall, sweep
 from femprep.volume.ventricles import label_chambers, label_ventricles
+from femprep.volumes import volumes_beside_labels, wall_difference
 from femprep.wall import build_wall, fill_cavities, open_wall
+from femprep.wall.build import apex_info
 
 Progress = Callable[[str, float], None]
 
@@ -58,6 +62,8 @@ class Run:
     quality : QualityReport
     fidelity : Fidelity
         How far the mesh lies from its labels; the quality report holds its records.
+    volumes : tuple of VolumeRecord
+        Volumes beside those of the labels.
     seconds : mapping of str to float
         Wall-clock time of each stage, in order.
     """
@@ -70,6 +76,7 @@ class Run:
     mesh: VolumeMesh
     quality: QualityReport
     fidelity: Fidelity = field(default_factory=Fidelity)
+    volumes: tuple[VolumeRecord, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -142,15 +149,20 @@ def mesh_segmentation(
     parts = ANATOMIES[options.anatomy](seg, layout, options, stages)
     fill = _swept if options.volume.mesher == "sweep" else _tetrahedra
     wall, mesh = fill(parts, options, stages)
+    wall = replace(wall, info=noted(wall.info, *parts.notices))
     if axes is not None:
         with stages("anatomy"):
             mesh = _with_anatomy(mesh, axes, options)
     with stages("quality"):
         quality = check(mesh, options=options.check)
+        volumes = volumes_beside_labels(mesh, parts.objects, wall.planes)
         fidelity = mesh_fidelity(mesh, parts.outlines, seg.grid, quality.options.maximum_label_distance)
-        judged = with_fidelity(quality, fidelity, what_helps(seg, fidelity, parts, options))
+        judged = judge_wall_volume(quality, wall_difference(volumes))
+        judged = with_fidelity(judged, fidelity, what_helps(seg, fidelity, parts, options))
         mesh = carry(mesh, quality.options, options.volume.mesher, judged.failures[len(quality.failures) :])
-    return Run(seg, options, parts.objects, parts.surfaces, wall, mesh, judged, fidelity, stages.seconds)
+    return Run(
+        seg, options, parts.objects, parts.surfaces, wall, mesh, judged, fidelity, tuple(volumes), stages.seconds
+    )
 
 
 def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmentation, Layout, VentricularAxes | None]:
@@ -228,7 +240,8 @@ def _swept(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, Volume
         )
     with stages("volume") as report:
         mesh = sweep(matched, options=layers, progress=report)
-    return boundary_wall(mesh), mesh
+    wall = boundary_wall(mesh)
+    return replace(wall, info={**wall.info, "apex": apex_info(parts.epi, parts.apex)}), mesh
 
 
 def fit_surfaces(

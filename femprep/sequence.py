@@ -12,14 +12,17 @@ import numpy as np
 from femprep.errors import InputError, OptionError
 from femprep.export.series import write_pvd, write_xdmf_series
 from femprep.image import Segmentation
+from femprep.model import noted
 from femprep.options import Options, choose
-from femprep.output import write_run
+from femprep.output import write_methods, write_run
 from femprep.pipeline import Run, Stages, begin, mesh_segmentation
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import PhaseRecord, SequenceManifest, hashes
+from femprep.report.methods import FILES, sequence_methods
 from femprep.report.volumes import cavity_volume, voxel_volume
 from femprep.volume.sweep import displacements, template_of
 from femprep.wall import phase_base_offsets
+from femprep.wall.phase_bases import base_moved_with_phases
 
 Progress = Callable[[str, float], None]
 
@@ -119,9 +122,9 @@ def mesh_sequence(
     def run(number: int, chosen: Options) -> Run:
         report = progress or (lambda stage, fraction: None)
         own = _with(chosen, wall={"base_offset": offsets[number]})
-        return mesh_segmentation(
-            phases[number], own, progress=lambda stage, fraction: report(f"{number} {stage}", fraction)
-        )
+        moved = base_moved_with_phases(offsets[number] - chosen.wall.base_offset)
+        seg = replace(phases[number], info=noted(phases[number].info, *moved))
+        return mesh_segmentation(seg, own, progress=lambda stage, fraction: report(f"{number} {stage}", fraction))
 
     first = run(reference, options)
     template = template_of(first.mesh)
@@ -162,11 +165,11 @@ def write_sequence(
     """
     paths = [Path(source) for source in sources] if sources is not None else [None] * len(sequence.runs)
     names = phase_names(paths)
-    records = []
+    records, written = [], {}
     with whole_folder(Path(out)) as folder:
         (folder / "phases").mkdir()
         for name, path, run, time in zip(names, paths, sequence.runs, sequence.times, strict=True):
-            write_run(run, folder / "phases" / name, source=path, progress=progress)
+            written[name] = write_run(run, folder / "phases" / name, source=path, progress=progress)
             moved = np.linalg.norm(run.mesh.point_data["displacement"], axis=1)
             cavity = run.objects["lv"]
             records.append(
@@ -186,16 +189,19 @@ def write_sequence(
             )
         write_pvd(folder / "sequence.pvd", [f"phases/{name}/mesh.vtu" for name in names], sequence.times)
         write_xdmf_series([run.mesh for run in sequence.runs], folder, "sequence", sequence.times)
-        files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()} | {"run.json"}
+        files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()}
+        files |= {"run.json", *FILES}
         manifest = SequenceManifest(
             reference=sequence.reference,
             template=dict(sequence.template),
             phases=records,
             ejection_fraction_percent=sequence.ejection_fraction,
             label_ejection_fraction_percent=sequence.label_ejection_fraction,
+            notices=_of_phases({name: one.notices for name, one in written.items()}),
             files=sorted(files),
-            sha256=hashes(folder, files),
         )
+        write_methods(sequence_methods(written[names[sequence.reference]], manifest), folder)
+        manifest = manifest.model_copy(update={"sha256": hashes(folder, files)})
         (folder / "run.json").write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
     return manifest
 
@@ -214,6 +220,13 @@ def _with(options: Options, **groups: dict[str, Any]) -> Options:
         name: choose(type(getattr(options, name)), getattr(options, name), values) for name, values in groups.items()
     }
     return choose(Options, options, changed)
+
+
+def _of_phases(notices: Mapping[str, list[str]]) -> list[str]:
+    """What is said of every phase, once; then what is said of some, with their names."""
+    first = next(iter(notices.values()))
+    common = [line for line in first if all(line in own for own in notices.values())]
+    return common + [f"{name}: {line}" for name, own in notices.items() for line in own if line not in common]
 
 
 def _ejected(volumes: Sequence[float]) -> float:

@@ -72,7 +72,27 @@ def test_record_says_units_input_options_and_stages(folder: Path, image: Path) -
     assert manifest["options"]["volume"]["edge_length"] == 4.0
     assert manifest["deterministic"] is False
     assert [stage["name"] for stage in manifest["stages"]][-2:] == ["quality", "write"]
-    assert any("extrapolated" in line for line in manifest["notices"])
+    (line,) = [line for line in manifest["notices"] if "extrapolated" in line]
+    assert f"{manifest['details']['wall']['apex']['extrapolated_mm']:.1f} mm beyond the cavity, near (" in line
+
+
+def test_a_folder_holds_the_words_for_a_paper_and_their_references(folder: Path) -> None:
+    words, references = (folder / "methods.md").read_text(), (folder / "methods.bib").read_text()
+    assert {"methods.md", "methods.bib"} <= set(json.loads((folder / "run.json").read_text())["files"])
+    assert "700 vertices each" in words
+    assert "tetrahedra of 4 mm by fTetWild [@hu2020]" in words
+    assert "@article{hu2020," in references
+    assert "doi 10.1145/3386569.3392385" in (folder / "report.html").read_text()
+
+
+def test_the_walls_volume_is_judged_beside_that_of_the_labels(folder: Path) -> None:
+    quality, manifest = (json.loads((folder / name).read_text()) for name in ("quality.json", "run.json"))
+    (verdict,) = [limit for limit in quality["limits"] if limit["name"] == "wall_volume_difference"]
+    wall = manifest["volumes"][1]
+    inside = wall["mesh_ml"] - wall["extrapolated_ml"]
+    assert verdict["value"] == pytest.approx(abs(100.0 * (inside / wall["segmentation_ml"] - 1.0)))
+    assert wall["extrapolated_ml"] > 1.0
+    assert verdict["passed"]
 
 
 def test_mesh_is_sound(folder: Path) -> None:

@@ -95,6 +95,10 @@ def test_ventricles_and_their_blood_by_the_command_line_with_fibres(tmp_path):
         cavity = fp.read_surface(out / "cavities" / f"{name}.vtp")
         assert found[f"blood_{name}"] == pytest.approx(cavity.volume, rel=1e-9)
     assert record["volumes"][2]["mesh_ml"] == pytest.approx((found["lv"] + found["septum"]) / 1000.0)
+    assert any("a wall of 4.0 mm was assumed" in line for line in record["notices"])
+    words = (out / "methods.md").read_text()
+    assert "cavity of the right ventricle grown by 4 mm" in words
+    assert "at the apex in the plane" in words
     assert main(["check", str(out / "mesh.vtu"), "--quiet"]) == 0
     np.testing.assert_allclose(np.linalg.norm(mesh.cell_data["fiber"], axis=1), 1.0, atol=1e-6)
 

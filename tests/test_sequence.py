@@ -85,6 +85,14 @@ def test_the_record_tells_volumes_and_ejection_fraction(out: Path) -> None:
     assert record["ejection_fraction_percent"] == pytest.approx(wanted, abs=2.0)
     assert record["label_ejection_fraction_percent"] == pytest.approx(wanted, abs=2.0)
     assert (out / "phases" / "ed" / "report.html").is_file()
+    assert "All 2 phases of this heart were meshed so" in (out / "methods.md").read_text()
+    assert {"methods.md", "methods.bib", "phases/es/methods.md"} <= set(record["files"])
+    for name in PHASES:
+        (line,) = [line for line in record["notices"] if line.startswith(f"{name}: the labels end")]
+        assert "extrapolated" in line
+    (moved,) = [phase for phase in record["phases"] if phase["base_offset_mm"] > 0.0]
+    told = f"{moved['name']}: the base plane was moved by {moved['base_offset_mm']:.1f} mm towards the apex"
+    assert any(line.startswith(told) for line in record["notices"])
 
 
 def test_the_series_files_hold_every_phase(out: Path) -> None:

@@ -27,12 +27,12 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from femprep.anatomy.axes import BASE_FACETS, VentricularAxes, facets_of, ventricular_axes
+from femprep.anatomy.axes import BASE_FACETS, VentricularAxes, facets_of, septum_notices, ventricular_axes
 from femprep.anatomy.fields import WallFields
 from femprep.anatomy.part import refuse_blood
 from femprep.elements import ELEMENTS, match_facets
 from femprep.errors import InputError
-from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
+from femprep.model import FACET_TAGS, FloatArray, VolumeMesh, noted
 
 #: Names of the segments: 1-17 of the left ventricle, 21-29 of the right ventricular free wall.
 SEGMENTS: Final = MappingProxyType(
@@ -117,6 +117,7 @@ def add_aha(mesh: VolumeMesh, *, axes: VentricularAxes | None = None, fields: Wa
         record["assumed"] = "where the septum lies: nothing in the mesh tells"
     if "hand" in axes.info.get("assumed", ()):
         record["assumed_hand"] = "the heart is not mirrored: nothing in the mesh tells"
+    record = noted(record, *septum_notices(axes))
     info = {**mesh.info, "axes": axes.record(), "aha": record}
     return replace(mesh.with_data(cell={"aha": cell}, facet={"aha": on_facets}), info=info)
 

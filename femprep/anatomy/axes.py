@@ -23,7 +23,7 @@ from scipy.special import stdtrit
 
 from femprep.anatomy.frames import normalise
 from femprep.errors import InputError
-from femprep.model import FACET_TAGS, FloatArray, VolumeMesh, readonly
+from femprep.model import FACET_TAGS, FloatArray, Notice, VolumeMesh, readonly
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
@@ -135,6 +135,33 @@ class VentricularAxes:
     def from_record(cls, record: Mapping[str, Any]) -> VentricularAxes:
         """The axes of which ``record`` is the record."""
         return cls(**record)
+
+
+def septum_notices(axes: VentricularAxes) -> list[Notice]:
+    """That the side of the septum was assumed, where nothing tells it."""
+    if "septal" not in axes.info.get("assumed", ()):
+        return []
+    words = (
+        "nothing tells where the right ventricle lies: the septum was assumed where it usually is in a patient, to the "
+        "right and in front"
+    )
+    return [Notice.of("assumed", words)]
+
+
+def hand_notices(axes: VentricularAxes) -> list[Notice]:
+    """That a heart is a mirror image, or that it was taken not to be one where nothing tells; for its fibres."""
+    if axes.mirrored:
+        words = (
+            "the heart is stored mirrored: its fibres were mirrored with it; --flip mirrors the label map first instead"
+        )
+        return [Notice.of("assumed", words)]
+    if "hand" not in axes.info.get("assumed", ()):
+        return []
+    words = (
+        "the right ventricle does not tell whether the heart is stored mirrored: it was taken not to be. If it is, its "
+        "fibres turn the wrong way: --flip, or --mirrored yes, mends that"
+    )
+    return [Notice.of("assumed", words)]
 
 
 def ventricular_axes(

@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from femprep.anatomy.axes import VentricularAxes
+from femprep.anatomy.axes import VentricularAxes, septum_notices
 from femprep.anatomy.fields import WallFields
-from femprep.model import FloatArray, VolumeMesh
+from femprep.model import FloatArray, VolumeMesh, noted
 
 
 def add_coordinates(
@@ -72,6 +72,7 @@ def add_coordinates(
         "apicobasal_length_mm": round(fields.axes.length, 3),
         "rotational_zero": "mid-septum (assumed)" if "septal" in fields.axes.info.get("assumed", ()) else "mid-septum",
     }
+    record = noted(record, *septum_notices(fields.axes))
     info = {**mesh.info, "axes": fields.axes.record(), "coordinates": record}
     return replace(mesh.with_data(cell=cells, point=points), info=info)
 

@@ -38,13 +38,13 @@ from typing import Any
 
 import numpy as np
 
-from femprep.anatomy.axes import VentricularAxes
+from femprep.anatomy.axes import VentricularAxes, hand_notices
 from femprep.anatomy.fields import WallFields
 from femprep.anatomy.frames import make_frames
 from femprep.anatomy.rules import Sites, at_cells, at_points, node_fields, triads
 from femprep.anatomy.shapes import quadrature
 from femprep.errors import InputError
-from femprep.model import FloatArray, VolumeMesh, without_failure
+from femprep.model import FloatArray, Notice, VolumeMesh, noted, without_failure
 from femprep.options import FibreOptions, choose
 
 logger = logging.getLogger(__name__)
@@ -108,6 +108,13 @@ def add_fibres(
     }
     if "hand" in fields.axes.info.get("assumed", ()) and chosen.mirrored == "auto":
         record["assumed"] = "the heart is not mirrored: nothing in the mesh tells"
+    if chosen.mirrored == "auto":
+        record = noted(record, *hand_notices(fields.axes))
+    if degenerate.any():
+        where = fields.space.to_cells(mesh.points[fields.space.nodes])[np.flatnonzero(degenerate)[0]]
+        words = "{amount} have no fibre direction of their own, the first near {place}: theirs follows from no rule"
+        notice = Notice.of("assumed", words, amount=np.count_nonzero(degenerate), unit="elements", place=where)
+        record = noted(record, notice)
     info = {**without_failure(mesh.info, "fibres"), "axes": fields.axes.record(), "fibres": record}
     return replace(mesh.with_data(cell=cell, point=point), info=info)
 

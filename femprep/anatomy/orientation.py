@@ -10,6 +10,7 @@ import numpy as np
 from femprep.anatomy.landmarks import axes_from_labels
 from femprep.errors import InputError
 from femprep.image import Segmentation
+from femprep.model import Notice, noted
 
 _log = logging.getLogger(__name__)
 
@@ -39,8 +40,15 @@ def orient(seg: Segmentation, *, basal_end: str = "auto") -> Segmentation:
         axes = axes_from_labels(seg, basal_end=basal_end)
     except InputError as error:
         _log.info("templates follow the image's axes: %s", error)
-        return replace(seg, frame=None, info={**seg.info, "orientation": {"source": "image", "reason": str(error)}})
+        words = f"vertices are numbered along the image's axes, not the heart's own, which cannot be told: {error}"
+        record = noted({"source": "image", "reason": str(error)}, Notice.of("assumed", words))
+        return replace(seg, frame=None, info={**seg.info, "orientation": record})
     up, side = axes.long_axis, axes.septal
     frame = np.column_stack([side, np.cross(up, side), up])
     record = {"source": "labels", "assumed": list(axes.info.get("assumed", ())), "frame": frame.tolist()}
+    if "septal" in record["assumed"]:
+        words = (
+            "the labels have no right ventricle: vertices are numbered as if it lay where it usually does in a patient"
+        )
+        record = noted(record, Notice.of("assumed", words))
     return replace(seg, frame=frame, info={**seg.info, "orientation": record})

@@ -75,6 +75,7 @@ def print_sequence(manifest: Any, out: Path) -> None:
         f"ejection fraction {manifest.ejection_fraction_percent:.1f} %, of the labels "
         f"{manifest.label_ejection_fraction_percent:.1f} %"
     )
+    _print_notices(console, manifest)
     console.print(f"[bold]{escape(str(out))}[/bold]: sequence.pvd, sequence.xdmf, phases/, run.json")
 
 
@@ -173,10 +174,12 @@ def _figures(value: Any) -> str:
 
 
 def _print_volumes(console: Console, manifest: Any) -> None:
-    table = _table("Volumes", "", "mesh, mL", "segmentation, mL", "difference, %")
+    table = _table("Volumes", "", "mesh, mL", "segmentation, mL", "difference, %", "extrapolated, mL")
     for item in manifest.volumes:
         table.add_row(
-            item.name, _number(item.mesh_ml, 4), _number(item.segmentation_ml, 4), _number(item.difference_percent, 2)
+            item.name,
+            *(_number(item.mesh_ml, 4), _number(item.segmentation_ml, 4), _number(item.difference_percent, 2)),
+            _number(item.extrapolated_ml or None, 3),
         )
     console.print(table)
 
@@ -197,5 +200,9 @@ def _print_fidelity(console: Console, records: Any) -> None:
 
 def _print_stages(console: Console, manifest: Any) -> None:
     console.print("seconds: " + ", ".join(f"{stage.name} {stage.seconds:.1f}" for stage in manifest.stages))
+    _print_notices(console, manifest)
+
+
+def _print_notices(console: Console, manifest: Any) -> None:
     for notice in manifest.notices:
         console.print(f"[yellow]note:[/yellow] {escape(notice)}")

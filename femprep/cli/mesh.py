@@ -120,8 +120,8 @@ def mesh(
     """Mesh the myocardial wall of a segmented image.
 
     Makes the folder OUT: surfaces/*.vtp, wall.vtp, mesh.vtu, facets.vtp, one deck per --format, quality.json,
-    run.json and report.html. A run that fails writes nothing and leaves an earlier OUT as it was; one that succeeds
-    replaces the files of the earlier run and leaves yours.
+    run.json, report.html, methods.md and methods.bib. A run that fails writes nothing and leaves an earlier OUT as it
+    was; one that succeeds replaces the files of the earlier run and leaves yours.
     """
     if len(segmentation) > 1 and not sequence:
         raise OptionError(f"{len(segmentation)} label maps given; add --sequence where they are phases of one heart")

@@ -46,8 +46,8 @@ def surface(
 ) -> int:
     """Fit closed, smooth surfaces of a chosen number of vertices.
 
-    Makes the folder OUT: surfaces/NAME.vtp, one for each object, and run.json. The exit status is 1 where a surface
-    lies farther from its labels than the limits say.
+    Makes the folder OUT: surfaces/NAME.vtp, one for each object, run.json, and methods.md with methods.bib. The exit
+    status is 1 where a surface lies farther from its labels than the limits say.
     """
     options = read_options(
         config,

@@ -39,6 +39,9 @@ TOPOLOGY: Final[Mapping[str, str]] = {
     "triangle6": "Triangle_6",
     "quad": "Quadrilateral",
 }
+#: Elements that are written as they are, by format.
+WHOLE: Final = {"dolfinx": ("tetra", "tetra10", "hexahedron"), "fenics": ("tetra",)}
+_CORNERS: Final = "reduced to their corners"
 
 
 def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
@@ -58,7 +61,7 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     InputError
         Data of a cell or point array are no numbers.
     """
-    _write(mesh, folder, stem, options, whole=("tetra", "tetra10", "hexahedron"))
+    _write(mesh, folder, stem, options, whole=WHOLE["dolfinx"])
 
 
 def write_fenics(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
@@ -72,22 +75,29 @@ def write_fenics(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptio
     InputError
         Data of a cell or point array are no numbers.
     """
-    written = _write(mesh, folder, stem, options, whole=("tetra",))
+    written = _write(mesh, folder, stem, options, whole=WHOLE["fenics"])
     found = directions(written)
     for name, values in zip(("fiber", "sheet"), found or ()):
         if name in written.cell_data:
             _write_checkpoint(written, folder, f"{stem}_{name}", name, values, UNITS[options.length_unit].per_mm)
 
 
+def reduced(mesh: VolumeMesh, whole: tuple[str, ...]) -> str:
+    """What becomes of elements of a mesh that a reader of these types knows not; empty where it knows them."""
+    kinds = list(mesh.cells)
+    if kinds == ["hexahedron20"] and "hexahedron" in whole:
+        return f"hexahedron20 {_CORNERS}"
+    if len(kinds) != 1 or kinds[0] not in whole:
+        return f"{' and '.join(kinds)} cut into linear tetrahedra"
+    return ""
+
+
 def _write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions, whole: tuple[str, ...]) -> VolumeMesh:
     units = UNITS[options.length_unit]
-    kinds = list(mesh.cells)
-    note = ""
-    if kinds == ["hexahedron20"] and "hexahedron" in whole:
-        note = "hexahedron20 reduced to their corners"
+    note = reduced(mesh, whole)
+    if note.endswith(_CORNERS):
         mesh = linear(mesh, "dolfinx")
-    elif len(kinds) != 1 or kinds[0] not in whole:
-        note = f"{' and '.join(kinds)} cut into linear tetrahedra"
+    elif note:
         log.warning("%s: the reader of %s.xdmf knows no others", note, stem)
         mesh = to_tetrahedra(mesh)
     (kind, cells) = next(iter(mesh.cells.items()))

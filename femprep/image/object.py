@@ -14,13 +14,15 @@ import numpy.typing as npt
 from femprep.errors import InputError
 from femprep.image.grid import Grid
 from femprep.image.topology import BoolArray, euler_characteristic, label_pieces, label_voids, used_box
-from femprep.model import FloatArray, readonly
+from femprep.model import FloatArray, Notice, readonly, records
 from femprep.options import ImageOptions, choose
 
 log = logging.getLogger(__name__)
 
 #: Empty voxels on each side of an object's mask.
 PADDING = 2
+#: Voxels this many times as long as the shortest ones are those of thick slices.
+_THICK = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +143,8 @@ def make_object(
     LabelObject
         Its ``report`` holds ``policy``, ``voxels_labelled``, ``voxels``, ``pieces``, ``piece_voxels`` (largest first),
         ``removed_voxels``, ``voids``, ``filled_voxels``, ``filled_labels`` (voxels by label), ``tunnels`` (of the
-        object as it is now; they are counted, not mended), ``touches_border`` (it reached the image's border).
+        object as it is now; they are counted, not mended), ``touches_border`` (it reached the image's border), and
+        ``notices``.
 
     Raises
     ------
@@ -156,6 +159,7 @@ def make_object(
     box = tuple(slice(a, b + 1) for a, b in zip(first, last))
     solid = np.pad(mask[box], PADDING)
     found = int(np.count_nonzero(solid))
+    notices = _cut_off(mask, grid, name)
 
     pieces, sizes = label_pieces(solid)
     if strict and len(sizes) > 1:
@@ -164,7 +168,9 @@ def make_object(
             "mend the labels or use policy 'repair', which keeps the largest"
         )
     if len(sizes) > 1:
-        solid = pieces == 1
+        largest = pieces == 1
+        notices.append(_left_out(solid & ~largest, grid, first, name, len(sizes) - 1))
+        solid = largest
         log.warning("object %r: kept the largest of %d pieces, %d of %d voxels", name, len(sizes), sizes[0], found)
     del pieces
 
@@ -180,6 +186,7 @@ def make_object(
             inner = tuple(slice(PADDING, n - PADDING) for n in solid.shape)
             numbers, counts = np.unique(labels[box][voids[inner] > 0], return_counts=True)
             filled = {str(int(n)): int(c) for n, c in zip(numbers, counts)}
+        notices.append(_filled(voids > 0, grid, first, name, len(void_sizes)))
         solid |= voids > 0
         log.warning("object %r: filled %d voids, %d voxels", name, len(void_sizes), int(void_sizes.sum()))
     del voids
@@ -195,6 +202,8 @@ def make_object(
         )
     if tunnels:
         log.warning("object %r has %d tunnels: it is not a ball, its surface will bridge them", name, tunnels)
+        holes = "a tunnel" if tunnels == 1 else f"{tunnels} tunnels"
+        notices.append(Notice.of("repaired", f"object {name} has {holes}; its surface, a mapped sphere, has none"))
     report = {
         "policy": chosen.policy,
         "voxels_labelled": found,
@@ -207,6 +216,7 @@ def make_object(
         "filled_labels": filled,
         "tunnels": tunnels,
         "touches_border": touches,
+        "notices": records(*notices),
     }
     solid.setflags(write=False)
     start = (first[0] - PADDING, first[1] - PADDING, first[2] - PADDING)
@@ -232,6 +242,62 @@ def _require_size(solid: BoolArray, name: str, voxels: int, minimum: int) -> Non
             raise InputError(
                 f"object {name!r} lies in one slice only (axis {'ijk'[axis]}); a closed surface needs two or more"
             )
+
+
+def _cut_off(mask: BoolArray, grid: Grid, name: str) -> list[Notice]:
+    """Whether an object ends at the border of its image: there its surface is closed, and the object may go on.
+
+    Across thick slices nothing is said: there it is closed at the last one in any case, or cut by a plane.
+    """
+    found = []
+    for axis in range(3):
+        if grid.spacing[axis] >= _THICK * grid.spacing.min():
+            continue
+        for end in (0, mask.shape[axis] - 1):
+            side = np.moveaxis(mask, axis, 0)[end]
+            if not side.any():
+                continue
+            index = np.insert(np.argwhere(side).mean(axis=0), axis, end)
+            found.append(
+                Notice.of(
+                    "assumed",
+                    f"object {name} reaches the border of the image near {{place}}, where {{amount}} of it lie: its "
+                    "surface was closed there, as if it ended",
+                    amount=np.count_nonzero(side),
+                    unit="voxels",
+                    place=grid.to_world(index),
+                )
+            )
+    return found
+
+
+def _left_out(gone: BoolArray, grid: Grid, first: tuple[int, int, int], name: str, pieces: int) -> Notice:
+    what = "a smaller piece was" if pieces == 1 else f"{pieces} smaller pieces were"
+    return Notice.of(
+        "left out",
+        f"object {name}: {what} left out, {{amount}}",
+        amount=np.count_nonzero(gone),
+        unit="voxels",
+        place=_middle(gone, grid, first),
+    )
+
+
+def _filled(voids: BoolArray, grid: Grid, first: tuple[int, int, int], name: str, count: int) -> Notice:
+    what = "a void was" if count == 1 else f"{count} voids were"
+    return Notice.of(
+        "repaired",
+        f"object {name}: {what} filled, {{amount}}",
+        amount=np.count_nonzero(voids),
+        unit="voxels",
+        place=_middle(voids, grid, first),
+    )
+
+
+def _middle(mask: BoolArray, grid: Grid, first: tuple[int, int, int]) -> FloatArray:
+    """A voxel of a padded mask in the middle of all of them, mm LPS."""
+    index = np.argwhere(mask)
+    nearest = index[np.argmin(((index - index.mean(axis=0)) ** 2).sum(axis=1))]
+    return np.asarray(grid.to_world((nearest + np.array(first) - PADDING).astype(np.float64)))
 
 
 def _list(sizes: npt.NDArray[np.int64], most: int = 5) -> str:

@@ -23,7 +23,7 @@ from femprep.image.files import format_of, require_whole
 from femprep.image.grid import Grid
 from femprep.image.native import captured_stderr
 from femprep.image.segmentation import Segmentation, count_labels
-from femprep.model import FloatArray
+from femprep.model import FloatArray, Notice, records
 from femprep.options import PRESETS, ImageOptions, choose
 
 log = logging.getLogger(__name__)
@@ -58,8 +58,8 @@ def read_segmentation(
     -------
     Segmentation
         Its ``info`` holds ``file``, ``format``, ``shape``, ``spacing``, ``spacing_source``, ``origin``, ``direction``,
-        ``labels`` (voxels by label), ``absent`` (labels asked for that do not occur), ``right_handed`` and ``notes``
-        (what was guessed, in words).
+        ``labels`` (voxels by label), ``absent`` (labels asked for that do not occur), ``right_handed`` and ``notices``
+        (what was guessed).
 
     Raises
     ------
@@ -98,7 +98,7 @@ def read_segmentation(
         "labels": {str(n): c for n, c in count.items()},
         "absent": {n: gone for n, v in names.items() if (gone := [i for i in v if i not in count])},
         "right_handed": grid.right_handed,
-        "notes": notes + doubts,
+        "notices": records(*(Notice.of("assumed", line) for line in notes + doubts)),
     }
     return Segmentation(labels, grid, names, info)
 

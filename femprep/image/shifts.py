@@ -16,7 +16,7 @@ import numpy as np
 
 from femprep.image.mixed import find_jumps
 from femprep.image.segmentation import Segmentation
-from femprep.model import FloatArray, IntArray, readonly
+from femprep.model import FloatArray, IntArray, Notice, readonly, records
 
 _log = logging.getLogger(__name__)
 
@@ -72,18 +72,7 @@ class SliceShifts:
         return float(np.linalg.norm(self.shift, axis=1).max(initial=0.0))
 
     def record(self) -> dict[str, Any]:
-        """All of it, JSON-ready, with a line for people under ``notices``."""
-        if self.largest:
-            moved = ", ".join(f"{k}: ({x:+.1f}, {y:+.1f})" for k, (x, y) in zip(self.index, self.shift) if x or y)
-            line = (
-                f"slices were moved back in their planes against breath-hold shifts of up to {self.largest:.1f} mm; "
-                f"the largest zig-zag of a centroid fell from {self.zigzag[0]:.1f} to {self.zigzag[1]:.1f} mm; shifts "
-                f"in mm along the image's in-plane axes, by slice: {moved}"
-            )
-        else:
-            line = (
-                f"no slice was moved: the labels show no breath-hold shifts (evidence {self.evidence:.1f}, less than 6)"
-            )
+        """All of it, JSON-ready, with its notice."""
         return {
             "unit": "mm",
             "axis": self.axis,
@@ -94,8 +83,22 @@ class SliceShifts:
             "evidence": round(self.evidence, 2),
             "zigzag": [round(z, 2) for z in self.zigzag],
             "structures": list(self.structures),
-            "notices": [line],
+            "notices": records(self.notice),
         }
+
+    @property
+    def notice(self) -> Notice:
+        """What was done, for people."""
+        if self.largest:
+            moved = ", ".join(f"{k}: ({x:+.1f}, {y:+.1f})" for k, (x, y) in zip(self.index, self.shift) if x or y)
+            line = (
+                "slices were moved back in their planes against breath-hold shifts of up to {amount}; "
+                f"the largest zig-zag of a centroid fell from {self.zigzag[0]:.1f} to {self.zigzag[1]:.1f} mm; shifts "
+                f"in mm along the image's in-plane axes, by slice: {moved}"
+            )
+            return Notice.of("moved", line, amount=self.largest, unit="mm")
+        line = f"no slice was moved: the labels show no breath-hold shifts (evidence {self.evidence:.1f}, less than 6)"
+        return Notice.of("moved", line, amount=0.0, unit="mm")
 
 
 def estimate_shifts(seg: Segmentation) -> SliceShifts:
@@ -160,7 +163,7 @@ def align_slices(seg: Segmentation, shifts: SliceShifts | None = None) -> Segmen
     """
     shifts = estimate_shifts(seg) if shifts is None else shifts
     info = {**seg.info, "slice_shifts": shifts.record()}
-    _log.info(info["slice_shifts"]["notices"][0])
+    _log.info(shifts.notice.what)
     if not shifts.largest:
         return replace(seg, info=info)
     axis = shifts.axis

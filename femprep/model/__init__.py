@@ -1,4 +1,4 @@
-"""The nouns of femprep: Plane, Surface, Wall, BloodPools, VolumeMesh, and the one table of tag numbers.
+"""The nouns of femprep: Plane, Surface, Wall, BloodPools, VolumeMesh, Notice, and the one table of tag numbers.
 
 All are frozen dataclasses over read-only arrays. Lengths are mm, coordinates LPS (as ITK has them), points
 ``(n, 3)`` float64, cells int64, tags int32. Surface cells are wound outward, volume cells are positive.
@@ -8,6 +8,7 @@ A changed copy comes from ``dataclasses.replace`` or a ``with_...`` method.
 from __future__ import annotations
 
 from femprep.model.arrays import BoolArray, FloatArray, IntArray, TagArray, readonly
+from femprep.model.notice import Notice, noted, records
 from femprep.model.plane import Plane
 from femprep.model.surface import SphereMap, Surface, split_quads
 from femprep.model.tags import FACET_TAGS, REGION_TAGS, endo_tags, is_blood, tag_name
@@ -22,6 +23,7 @@ __all__ = [
     "BoolArray",
     "FloatArray",
     "IntArray",
+    "Notice",
     "Plane",
     "SphereMap",
     "Surface",
@@ -30,7 +32,9 @@ __all__ = [
     "Wall",
     "endo_tags",
     "is_blood",
+    "noted",
     "readonly",
+    "records",
     "split_quads",
     "tag_name",
     "verdict_of",

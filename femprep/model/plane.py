@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.model.arrays import FloatArray, readonly
+from femprep.model.notice import Notice, records
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,11 +25,14 @@ class Plane:
         Unit normal (normalised here).
     source : str
         Where it comes from, for the run's record: ``"labels"``, ``"given"``...
+    notices : tuple of Notice
+        Why it does not lie where it would usually.
     """
 
     point: FloatArray
     normal: FloatArray
     source: str = "given"
+    notices: tuple[Notice, ...] = ()
 
     def __post_init__(self) -> None:
         normal = np.asarray(self.normal, dtype=float)
@@ -36,6 +41,11 @@ class Plane:
             raise InputError(f"plane normal {normal.tolist()} has no direction; give a finite, non-zero vector")
         object.__setattr__(self, "point", readonly(self.point, np.float64, (3,), "plane point"))
         object.__setattr__(self, "normal", readonly(normal / length, np.float64, (3,), "plane normal"))
+
+    def record(self) -> dict[str, Any]:
+        """What there is to tell of it, JSON-ready."""
+        told = {"point_mm": self.point.tolist(), "normal": self.normal.tolist(), "source": self.source}
+        return {**told, **({"notices": records(*self.notices)} if self.notices else {})}
 
     @property
     def offset(self) -> float:

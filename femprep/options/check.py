@@ -109,6 +109,12 @@ class CheckOptions(StageOptions):
     maximum_label_distance: float | None = Field(
         2.0, gt=0, description="Largest distance of a surface from the labels' outline in any slice, pixels."
     )
+    maximum_wall_volume_difference: float | None = Field(
+        10.0,
+        gt=0,
+        description="Largest difference between the volume of the left ventricle's wall and that of its labels, per "
+        "cent; tissue extrapolated beyond the last slice at the apex does not count. Judged where the labels are.",
+    )
     plane_tolerance: float = Field(
         1e-9, gt=0, description="How far points of base and apex facets may lie from their plane, mm."
     )

@@ -49,6 +49,9 @@ class VolumeRecord(Record):
     mesh_ml: float = Field(description="Volume enclosed by the mesh, mL.")
     segmentation_ml: float | None = Field(None, description="Volume of its voxels between the same planes, mL.")
     difference_percent: float | None = Field(None, description="Mesh less segmentation, per cent of the segmentation.")
+    extrapolated_ml: float = Field(
+        0.0, description="Volume of the mesh beyond the last slice with labels at the apex, mL: no voxel is beside it."
+    )
 
 
 class RunManifest(Record):
@@ -71,7 +74,9 @@ class RunManifest(Record):
         default_factory=dict, description="What each stage reports: parameters, residuals, thickness."
     )
     notices: list[str] = Field(
-        default_factory=list, description="What was repaired, guessed or extrapolated, a line each."
+        default_factory=list,
+        description="What was repaired, assumed, extrapolated, moved or left out, a line each; with figures and places "
+        "under notices in the details and the input's notes.",
     )
     deterministic: bool = Field(description="Whether a second run gives the same bytes (fTetWild does not).")
     files: list[str] = Field(default_factory=list, description="Files of the output folder.")
@@ -112,6 +117,11 @@ class SequenceManifest(Record):
         description="Greatest less least cavity of the meshes, per cent of the greatest."
     )
     label_ejection_fraction_percent: float = Field(description="The same of all voxels of the cavity.")
+    notices: list[str] = Field(
+        default_factory=list,
+        description="What was repaired, assumed or extrapolated, a line each: first what holds for every phase, then "
+        "with the name of the phase.",
+    )
     files: list[str] = Field(default_factory=list, description="Files of the output folder.")
     sha256: dict[str, str] = Field(
         default_factory=dict, description="SHA-256 of each of them but run.json; a later run replaces no other file."

@@ -46,7 +46,8 @@ def push_apart(
     points : (n, 3) array
         Vertices of the epicardium.
     info : dict
-        ``vertices`` pushed, the farthest push ``maximum_mm`` and the distance asked for, ``least_mm``.
+        ``vertices`` pushed, the farthest push ``maximum_mm``, the distance asked for, ``least_mm``, and, where a
+        vertex was pushed, where the farthest was, ``worst_at_mm``.
 
     Raises
     ------
@@ -90,7 +91,10 @@ def push_apart(
     count = int(np.count_nonzero(moved > 1e-6))
     if count:
         _log.warning("epicardium pushed outwards by up to %.2f mm at %d vertices", moved.max(), count)
-    return points, {"vertices": count, "maximum_mm": float(moved.max()), "least_mm": least}
+    found: dict[str, Any] = {"vertices": count, "maximum_mm": float(moved.max()), "least_mm": least}
+    if count:
+        found["worst_at_mm"] = [round(float(x), 3) for x in epi.points[int(moved.argmax())]]
+    return points, found
 
 
 def _kept(points: FloatArray, cells: IntArray, base: Plane) -> npt.NDArray[np.bool_]:

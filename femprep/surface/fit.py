@@ -17,7 +17,7 @@ from femprep.harmonic.spline import Basis
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
-from femprep.model import FloatArray, IntArray, Surface
+from femprep.model import FloatArray, IntArray, Notice, Surface, records
 from femprep.options import SurfaceOptions, choose
 from femprep.surface.mend import Target, sound_map
 from femprep.surface.rest import image_axes
@@ -124,7 +124,7 @@ def fit_surface(
         "boundary": dict(boundary.info),
         "centre": obj.barycentre.tolist(),
     }
-    notices: list[str] = []
+    notices: list[Notice] = []
     if chosen.method == "smooth":
         try:
             smooth, points, cells, more = smooth_map(
@@ -132,8 +132,10 @@ def fit_surface(
             )
         except StageError as error:
             # The harmonic surface is less accurate, but bends of a thin chamber cannot cross on it.
-            notices.append(f"{error}; the surface of method even is taken in its place")
-            _log.warning(notices[-1])
+            line = f"{error}; the surface of method even is taken in its place"
+            notices.append(Notice.of("repaired", line))
+            info["method"] = "even"
+            _log.warning(line)
         else:
             info |= _residuals(smooth.height(boundary.points)) | more
             tell("surface", 1.0)
@@ -148,8 +150,15 @@ def fit_surface(
     held = int(np.count_nonzero((raw < shape.lowest) | (raw > shape.highest)))
     if held:
         _log.warning("surface of %r: stopping value held within bounds at %d vertices", obj.name, held)
+        worst = int(np.argmax(np.maximum(shape.lowest - raw, raw - shape.highest)))
+        line = f"surface {obj.name} would leave the space between its sphere and its singularities at {held} of its "
+        line += "vertices, and was held within it"
+        notices.append(Notice.of("repaired", line, place=points[worst]))
+    if mapped.info["underdetermined"]:
+        line = f"surface {obj.name} has more control points than boundary points: it was smoothed to be determined"
+        notices.append(Notice.of("assumed", line))
     info |= _residuals(residual) | {"stopping_held": held} | mapped.info
-    info["notices"] = [*notices, *info.get("notices", [])]
+    info["notices"] = [*records(*notices), *info.get("notices", [])]
     tell("surface", 1.0)
     return Surface(points, mapped.cells, name=obj.name, directions=directions, shape=shape, info=info)
 

@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.patches import PatchSurface
-from femprep.model import Plane, Surface
+from femprep.model import FloatArray, Notice, Plane, Surface, records
 from femprep.options import SweepOptions, choose
 from femprep.surface.apart import push_apart
 from femprep.surface.axial import Axial
@@ -109,7 +109,10 @@ def match_surfaces(
     state, cup = best.state, levels[-1]
     inner, outer = state.places
     push = max(first.push, best.push, key=lambda pushed: pushed["maximum_mm"])
-    away = 0.0 if best is first else max(map(partial(_distance, planes=planes), best.surfaces, first.surfaces))
+    away, at = 0.0, None
+    if best is not first:
+        found = map(partial(_distance, planes=planes), best.surfaces, first.surfaces)
+        away, at = max(found, key=lambda one: one[0])
     folded = int(np.count_nonzero(~np.isfinite(state.worst)))
     if folded:
         _log.info("%d of %d straight columns are folded; the sweep has to bend them", folded, len(state.worst))
@@ -131,7 +134,7 @@ def match_surfaces(
         "softened_mm": away,
         "levels": [level.columns for level in levels],
         "sweeps": best.sweeps,
-        "notices": _notices(push, away),
+        "notices": records(*_notices(push, away, at)),
     }
     return MatchedSurfaces(cup, inner, outer, layers, state.growth, *best.surfaces, planes, info)
 
@@ -156,24 +159,26 @@ class _Match:
         return [soften(s, p[nodes], reach, planes.values()) for s, p in zip(self.surfaces, self.state.places)]
 
 
-def _distance(surface: PatchSurface, other: PatchSurface, planes: Mapping[str, Plane]) -> float:
-    """How far a surface lies from another one between the planes, at most, mm."""
+def _distance(surface: PatchSurface, other: PatchSurface, planes: Mapping[str, Plane]) -> tuple[float, FloatArray]:
+    """How far a surface lies from another one between the planes, at most, mm, and where."""
     within = np.all([plane.signed_distance(surface.points) < 0.0 for plane in planes.values()], axis=0)
     points = surface.points[within]
     feet = ClosestFinder(other.points, other.triangles)(points).points
-    return float(np.linalg.norm(feet - points, axis=1).max())
+    away = np.linalg.norm(feet - points, axis=1)
+    worst = int(away.argmax())
+    return float(away[worst]), points[worst]
 
 
-def _notices(push: Mapping[str, Any], softened: float) -> list[str]:
+def _notices(push: Mapping[str, Any], softened: float, at: FloatArray | None) -> list[Notice]:
     """What was done to the surfaces for the sake of the elements between them."""
-    lines = []
+    found = []
     if push["vertices"]:
-        lines.append(
-            f"the epicardium was pushed outwards by up to {push['maximum_mm']:.1f} mm to lie {push['least_mm']:g} mm "
-            "from the endocardium"
+        words = (
+            "the wall is too thin for its layers of elements: the epicardium was pushed outwards by up to {amount} to "
+            f"lie {push['least_mm']:g} mm from the endocardium"
         )
+        found.append(Notice.of("repaired", words, amount=push["maximum_mm"], unit="mm", place=push.get("worst_at_mm")))
     if softened:
-        lines.append(
-            f"the surfaces bend too sharply for layers of elements: there they were softened by up to {softened:.1f} mm"
-        )
-    return lines
+        words = "the surfaces bend too sharply for layers of elements: there they were softened by up to {amount}"
+        found.append(Notice.of("repaired", words, amount=softened, unit="mm", place=at))
+    return found

@@ -13,7 +13,7 @@ from femprep.errors import StageError
 from femprep.harmonic.field import Field
 from femprep.harmonic.leastsquares import fit_spline
 from femprep.harmonic.spline import Basis
-from femprep.model import FloatArray, IntArray, split_quads
+from femprep.model import FloatArray, IntArray, Notice, records, split_quads
 from femprep.surface.even import even_out
 from femprep.surface.place import Connectivity
 from femprep.surface.shape import HarmonicShape
@@ -149,19 +149,20 @@ def sound_map(target: Target, even: bool) -> Mapped:
             f"({len(target.directions)}), lower control_points ({target.basis.size - 1}), or mend the labels there"
         )
     best = max(found, key=lambda one: one.info["even"]["q_min"][1] if "even" in one.info else 1.0)
-    best.info["notices"] = []
+    notices = []
     if first is not None:
         how = f"smoothing its stopping function by {best.info['smoothing']:g}"
         if "even" in best.info and not even:
             how += " and moving its vertices along it"
-        best.info["notices"].append(f"surface {target.name} had {first}; {how} mended it")
-        _log.warning(best.info["notices"][0])
+        notices.append(f"surface {target.name} had {first}; {how} mended it")
+        _log.warning(notices[0])
     if not np.array_equal(best.cells, target.cells) and target.connectivity == "auto":
-        best.info["notices"].append(
+        notices.append(
             f"surface {target.name} is too long or branched for even triangles in the template's order; edges were "
             "flipped"
         )
-        _log.info(best.info["notices"][-1])
+        _log.info(notices[-1])
+    best.info["notices"] = records(*(Notice.of("repaired", line) for line in notices))
     return best
 
 

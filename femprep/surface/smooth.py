@@ -14,7 +14,7 @@ from femprep.geometry.topology import edge_table, volume
 from femprep.geometry.triangles import triangle_quality
 from femprep.image.boundary import BoundaryPoints
 from femprep.image.object import LabelObject
-from femprep.model import FloatArray, IntArray, Surface, split_quads
+from femprep.model import FloatArray, IntArray, Notice, Surface, records, split_quads
 from femprep.surface.estimate import estimate_surface
 from femprep.surface.estimate.chords import outset
 from femprep.surface.estimate.evidence import Evidence
@@ -163,7 +163,12 @@ def smooth_map(
         notices.append(
             f"surface {obj.name} is too long or branched for even triangles in the template's order; edges were flipped"
         )
-    info = {"steps": placed.steps, "flips": placed.flips, "redrawn": best.redrawn, "notices": notices}
+    info = {
+        "steps": placed.steps,
+        "flips": placed.flips,
+        "redrawn": best.redrawn,
+        "notices": records(*(Notice.of("repaired", line) for line in notices)),
+    }
     return shape, shape.to_world(placed.points), placed.cells, info
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from femprep.model import FloatArray
 from femprep.options import CheckOptions
-from femprep.volume.report import FacetRecord, LimitRecord, Validity
+from femprep.volume.report import FacetRecord, LimitRecord, QualityReport, Validity
 from femprep.volume.shapes import family
 
 #: Counts that have to be zero, and how a failure is told.
@@ -121,3 +121,29 @@ def judge(
         compare("maximum_dihedral", "at most", options.maximum_dihedral, largest, f"largest {degrees}")
         compare("mean_of_mean_ratio", "at least", options.mean_of_mean_ratio, mean, "mean of the mean ratio")
     return tuple(verdicts), tuple(failures)
+
+
+def judge_wall_volume(report: QualityReport, difference: float | None) -> QualityReport:
+    """The report with a verdict on how much the wall's volume differs from its labels', which a mesh alone cannot tell.
+
+    Parameters
+    ----------
+    report : QualityReport
+        Of the mesh; its options hold the limit.
+    difference : float, optional
+        Per cent of the labels' volume, positive where the wall has more; None where there is nothing to compare with.
+    """
+    limit = report.options.maximum_wall_volume_difference
+    if limit is None or difference is None:
+        return report
+    passed = abs(difference) <= limit
+    verdict = LimitRecord(
+        name="wall_volume_difference", kind="at most", limit=limit, value=abs(difference), passed=passed
+    )
+    more = "more" if difference > 0 else "less"
+    line = (
+        f"the wall of the left ventricle has {abs(difference):.1f} % {more} volume than its labels (what was "
+        f"extrapolated at the apex aside), asked for is at most {limit:g} %; compare the outlines in report.html"
+    )
+    failures = report.failures if passed else (*report.failures, line)
+    return report.model_copy(update={"limits": (*report.limits, verdict), "failures": failures})

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.geometry.patches import PatchSurface
-from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh, Wall, tag_name
+from femprep.model import FACET_TAGS, FloatArray, IntArray, Notice, VolumeMesh, Wall, noted, tag_name
 from femprep.volume.optimise import LEAST, tet_quality
 from femprep.volume.quadratic import add_middles, number_edges
 
@@ -59,13 +59,14 @@ def quadratic_tetrahedra(mesh: VolumeMesh, wall: Wall) -> VolumeMesh:
         "curved_edges": int(bent.sum()) - len(straight),
         "straightened_edges": len(straight),
     }
-    notes = list(mesh.info.get("notes", ()))
+    info = {**mesh.info, "quadratic": record}
     if len(straight):
-        notes.append(
-            f"{len(straight)} of {int(bent.sum())} curved edges of quadratic elements were made straight, so that no "
-            "element is inverted"
+        words = (
+            f"{{amount}} of {int(bent.sum())} curved ones of quadratic elements were made straight, so that no element "
+            "is inverted"
         )
-    return replace(result, info={**mesh.info, "quadratic": record, **({"notes": notes} if notes else {})})
+        info = noted(info, Notice.of("repaired", words, amount=len(straight), unit="edges"))
+    return replace(result, info=info)
 
 
 class _Sheets:

@@ -12,7 +12,7 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.geometry.triangles import areas
-from femprep.model import BloodPools, VolumeMesh, Wall
+from femprep.model import BloodPools, Notice, VolumeMesh, Wall, noted
 from femprep.options import VolumeOptions, choose
 from femprep.volume.attempts import Attempt, attempts
 from femprep.volume.blood import Filling
@@ -119,9 +119,10 @@ def tetrahedralize(
         "attempts": record,
         "quality_reached": best.reached,
     }
-    mesh = replace(best.mesh, planes={**wall.planes, **filling.caps}, info={**info, **best.mesh.info})
+    info = noted({**info, **best.mesh.info}, *_notices(record, best.reached))
+    mesh = replace(best.mesh, planes={**wall.planes, **filling.caps}, info=info)
     if settings.elements_through_wall is not None:
-        mesh = replace(mesh, info={**mesh.info, **_through(mesh, settings.elements_through_wall)})
+        mesh = replace(mesh, info=_through(mesh, settings.elements_through_wall))
     return quadratic_tetrahedra(mesh, wall) if settings.order == 2 else mesh
 
 
@@ -195,8 +196,21 @@ def _mesh(
     )
 
 
+def _notices(attempts: list[dict[str, Any]], reached: bool) -> list[Notice]:
+    """Which runs were not good enough, and whether any was."""
+    count = len(attempts)
+    found = [
+        Notice.of("not reached", f"fTetWild run {number} of {count}: {run['outcome']}")
+        for number, run in enumerate(attempts[:-1] if reached else attempts, 1)
+    ]
+    if not reached:
+        line = "the mesher did not reach the quality asked of it; the best of its runs was kept"
+        found.append(Notice.of("not reached", line))
+    return found
+
+
 def _through(mesh: VolumeMesh, asked: int) -> dict[str, Any]:
-    """Elements through the wall: asked for and measured; a note where too few nodes have as many."""
+    """The mesh's info with elements through the wall, asked for and measured; told where too few nodes have as many."""
     count = elements_through_wall(mesh)
     share = float((count >= asked).mean())
     found = {
@@ -206,14 +220,15 @@ def _through(mesh: VolumeMesh, asked: int) -> dict[str, Any]:
         "median": float(np.median(count)),
         "maximum": int(count.max()),
     }
+    info = {**mesh.info, "elements_through_wall": found}
     if share >= _THROUGH_SHARE:
-        return {"elements_through_wall": found}
+        return info
     line = (
         f"{asked} elements through the wall were asked for, {100 * share:.0f} % of the endocardial nodes have them "
         f"(least {found['minimum']}, median {found['median']:g})"
     )
     _log.warning(line)
-    return {"elements_through_wall": found, "notes": [line]}
+    return noted(info, Notice.of("not reached", line, amount=100.0 * share, unit="%"))
 
 
 def _version(package: str) -> str:

@@ -13,7 +13,7 @@ from femprep.errors import InputError
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.topology import edge_table
 from femprep.geometry.triangles import vertex_normals
-from femprep.model import FloatArray, Surface
+from femprep.model import FloatArray, Notice, Surface, noted
 from femprep.wall.checks import place
 from femprep.wall.thickness import spread
 
@@ -95,7 +95,13 @@ def _give_way(
         "farthest_push_mm": moved,
     }
     logger.warning("%s and %s %.2f mm apart: pushed apart by up to %.2f mm", *names, before, moved)
-    return replace(surface, points=points, shape=None), record
+    gap = f"were {before:.1f} mm apart" if before >= 0.0 else f"overlapped by {-before:.1f} mm"
+    words = (
+        f"cavities {names[0]} and {names[1]} {gap} near {{place}}: {names[1]} was pushed away by up to {{amount}}, "
+        f"which leaves a wall of {reached:.1f} mm"
+    )
+    notice = Notice.of("repaired", words, amount=moved, unit="mm", place=worst)
+    return replace(surface, points=points, shape=None), noted(record, notice)
 
 
 def _lacking(

@@ -10,6 +10,7 @@ thickened where the wall is built.
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,7 @@ from scipy.ndimage import distance_transform_edt
 
 from femprep.errors import InputError
 from femprep.image.boundary import BoundaryPoints, boundary_points
-from femprep.model import BoolArray, FloatArray, Surface
+from femprep.model import BoolArray, FloatArray, Notice, Surface, records
 from femprep.options import WallOptions, choose
 from femprep.wall.landmarks import read_stack
 
@@ -123,13 +124,25 @@ def extend_apex(
         extrapolated_mm=thickness,
         slice_thickness_mm=pile.height,
         beyond_last_slice_mm=reach + thickness,
-        tip_at_mm=[round(float(x), 1) for x in tip],
+        place_mm=[round(float(x), 1) for x in tip],
     )
     logger.warning(
         "the labels end with the cavity open at the apex; the epicardium was extrapolated by %.1f mm beyond the cavity",
         thickness,
     )
+    info["notices"] = records(*apex_notices(info))
     return replace(boundary, points=points, info={**boundary.info, "apex": info})
+
+
+def apex_notices(info: Mapping[str, Any]) -> list[Notice]:
+    """What was extrapolated at the apex, told from the figures of ``info["apex"]``."""
+    if not info.get("extrapolated_mm"):
+        return []
+    words = (
+        "the labels end with the cavity still open at the apex: the epicardium was extrapolated by "
+        f"{{amount}} beyond the cavity, {info['beyond_last_slice_mm']:.1f} mm beyond the last slice"
+    )
+    return [Notice.of("extrapolated", words, amount=info["extrapolated_mm"], unit="mm", place=info["place_mm"])]
 
 
 def _pile(seg: Segmentation, obj: LabelObject, options: WallOptions) -> Pile:

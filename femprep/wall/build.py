@@ -22,7 +22,7 @@ from femprep.wall.planar import fill_rings
 from femprep.wall.rim import refine_rims
 from femprep.wall.sheet import Sheet
 from femprep.wall.solid import join, plane_frame
-from femprep.wall.thickness import push_apart, require_nested, summary
+from femprep.wall.thickness import push_apart, pushed, require_nested, summary
 
 logger = logging.getLogger(__name__)
 
@@ -106,15 +106,12 @@ def build_wall(
     report("wall", 0.9)
     info = {
         "vertices": len(epi.points),
-        "apex": _apex_info(epi, apex),
+        "apex": apex_info(epi, apex),
         "thickness": summary(outer, list(inner.values())),
         "repaired": repaired,
         "quality": _quality_info(wall),
         "volumes_mm3": _volumes(sheets, wall),
-        "planes": {
-            name: {"point_mm": plane.point.tolist(), "normal": plane.normal.tolist(), "source": plane.source}
-            for name, plane in planes.items()
-        },
+        "planes": {name: plane.record() for name, plane in planes.items()},
     }
     wall = Wall(wall.points, wall.triangles, wall.facet_tag, wall.template, planes, info)
     check_wall(wall, shells=1 if planes else 1 + len(inner))
@@ -189,7 +186,7 @@ def _thicken(epi: Sheet, endo: Sheet, options: WallOptions) -> list[dict[str, An
         step["thickness_after_mm"] = further["thickness_after_mm"]
         step["farthest_push_mm"] += further["farthest_push_mm"]
     check_sheet(epi)
-    return [step]
+    return [pushed(step)]
 
 
 def _thicken_again(epi: Sheet, endos: list[Sheet], options: WallOptions) -> list[dict[str, Any]]:
@@ -199,7 +196,7 @@ def _thicken_again(epi: Sheet, endos: list[Sheet], options: WallOptions) -> list
     steps = []
     for _ in range(_AGAIN):
         found = [push_apart(epi, endo, options.minimum_thickness, options.maximum_push) for endo in endos]
-        steps += [step for step in found if step is not None]
+        steps += [pushed(step) for step in found if step is not None]
         if not any(found):
             break
     if steps:
@@ -237,8 +234,8 @@ def _with_caps(sheets: list[Sheet], triangles: IntArray, tag: TagArray, planes: 
     return Wall(np.concatenate(points), np.concatenate(cells), np.concatenate(tags), template, planes)
 
 
-def _apex_info(epi: Surface, apex: Plane | None) -> dict[str, Any]:
-    """How the wall ends at the apex, and by how much the epicardium was extrapolated there."""
+def apex_info(epi: Surface, apex: Plane | None) -> dict[str, Any]:
+    """How a wall of this epicardium ends at the apex, and by how much it was extrapolated there; JSON-ready."""
     if apex is not None:
         return {"mode": "clipped", "extrapolated": False, "extrapolated_mm": 0.0}
     boundary = epi.info.get("boundary", {}).get("apex", {})

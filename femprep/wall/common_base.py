@@ -11,7 +11,7 @@ from scipy.ndimage import label
 from femprep.errors import InputError
 from femprep.model import Plane
 from femprep.options import WallOptions, choose
-from femprep.wall.landmarks import base_slice, read_stack, slice_plane
+from femprep.wall.landmarks import base_moved, base_notices, base_slice, read_stack, slice_plane
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
@@ -50,7 +50,8 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     """
     chosen = choose(WallOptions, options, changes)
     stack = read_stack(seg, basal_end=chosen.basal_end, what="the base")
-    start, note = base_slice(stack)
+    base = base_slice(stack)
+    start, note, notices = base.number, base.note, base_notices(seg, stack, base)
     right = np.moveaxis(seg.mask("rv"), stack.axis, 0)
     area = right.sum(axis=(1, 2))
     first, last = stack.ring
@@ -65,8 +66,10 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
             if step:
                 note += f"; {step} slice(s) below the left ventricle's base, where the right ventricle is open"
                 logger.warning("base plane moved %d slice(s) towards the apex, to where the RV is open", step)
+                why = "where the right ventricle is open as well"
+                notices += (base_moved(seg, stack, start, slice_, why),)
             source = f"labels: centre of slice {slice_}, {stack.evidence['basal_end']} end basal{note}"
-            return slice_plane(seg, stack, slice_, stack.basal, chosen.base_offset, source)
+            return slice_plane(seg, stack, slice_, stack.basal, chosen.base_offset, source, notices)
     raise InputError(
         f"no slice from {start} on, within {allowed} of the base of the left ventricle, opens the cavity of the right "
         "ventricle as well; check its labels, or mesh the left ventricle alone"

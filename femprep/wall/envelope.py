@@ -22,7 +22,7 @@ from femprep.geometry.topology import edge_table
 from femprep.geometry.triangles import normals, vertex_normals
 from femprep.image.grid import Grid
 from femprep.image.object import PADDING, LabelObject, make_object
-from femprep.model import FloatArray, Surface
+from femprep.model import FloatArray, Notice, Surface, noted
 from femprep.options import WallOptions
 from femprep.wall.checks import place
 
@@ -235,10 +235,19 @@ def thin_wall(bodies: Sequence[Part], name: str, cavity: Surface, options: WallO
             f"minimum_thickness = {options.minimum_thickness:g} mm; mend the labels or use policy 'repair'"
         )
     logger.warning("the wall of %s is thickened at %.0f %% of its vertices", name, 100 * thin.mean())
-    return {
+    share = float(thin.mean())
+    much = "less than 1" if share < 0.005 else f"{100 * share:.0f}"
+    lacking = f"is {depth[worst]:.1f} mm thick" if depth[worst] >= 0.0 else "is missing"
+    words = (
+        f"the wall of cavity {name} is thinner than {options.minimum_thickness:g} mm over {much} % of the cavity "
+        f"({lacking} near {{place}}): it was thickened outwards by up to {{amount}}"
+    )
+    amount = options.minimum_thickness - float(depth[worst])
+    record = {
         "thickened": name,
         "share_of_vertices": float(thin.mean()),
         "thickness_before_mm": float(depth[worst]),
         "thickness_after_mm": options.minimum_thickness,
         "worst_at_mm": [round(float(x), 3) for x in cavity.points[worst]],
     }
+    return noted(record, Notice.of("repaired", words, amount=amount, unit="mm", place=cavity.points[worst]))

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.image.slices import relative_slope
-from femprep.model import BoolArray, FloatArray, Plane
+from femprep.model import BoolArray, FloatArray, Notice, Plane
 from femprep.options import WallOptions, choose
 
 if TYPE_CHECKING:
@@ -168,14 +168,22 @@ def _trend(
     return score, evidence
 
 
-def slice_plane(seg: Segmentation, stack: Stack, slice_: int, towards: int, inward: float, source: str) -> Plane:
+def slice_plane(
+    seg: Segmentation,
+    stack: Stack,
+    slice_: int,
+    towards: int,
+    inward: float,
+    source: str,
+    notices: tuple[Notice, ...] = (),
+) -> Plane:
     """Plane through the centre of a slice, its normal along the stack in the given sense."""
     index = (np.asarray(seg.labels.shape, dtype=float) - 1.0) / 2.0
     index[stack.axis] = slice_
     point = seg.grid.to_world(index)
     # A grid of ITK is orthogonal, so the direction of the stack is also the normal of its slices.
     normal = towards * seg.grid.direction[:, stack.axis] / np.linalg.norm(seg.grid.direction[:, stack.axis])
-    return Plane(point - inward * normal, normal, source=source)
+    return Plane(point - inward * normal, normal, source=source, notices=notices)
 
 
 def find_base(seg: Segmentation, *, options: WallOptions | None = None, **changes: Any) -> Plane:
@@ -205,14 +213,67 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     """
     chosen = choose(WallOptions, options, changes)
     stack = read_stack(seg, basal_end=chosen.basal_end, what="the base")
-    slice_, note = base_slice(stack)
-    source = f"labels: centre of slice {slice_}, {stack.evidence['basal_end']} end basal{note}"
+    base = base_slice(stack)
+    source = f"labels: centre of slice {base.number}, {stack.evidence['basal_end']} end basal{base.note}"
     logger.info("base plane: %s; %s", source, stack.evidence)
-    return slice_plane(seg, stack, slice_, stack.basal, chosen.base_offset, source)
+    notices = base_notices(seg, stack, base)
+    return slice_plane(seg, stack, base.number, stack.basal, chosen.base_offset, source, notices)
 
 
-def base_slice(stack: Stack) -> tuple[int, str]:
-    """The slice the base of the left ventricle is put in, and what there is to say about it."""
+class BaseSlice(NamedTuple):
+    """The slice the base of the left ventricle is put in, and the slices nearer to the valve that were passed over."""
+
+    number: int
+    passed: tuple[int, ...] = ()
+
+    @property
+    def note(self) -> str:
+        """What there is to say of it beside its number."""
+        if not self.passed:
+            return ""
+        return f"; passed over slice {', '.join(map(str, self.passed))}, which leaves cavity of the next slice bare"
+
+
+def base_notices(seg: Segmentation, stack: Stack, base: BaseSlice) -> tuple[Notice, ...]:
+    """That slices with a closed ring were passed over, where they were."""
+    if not base.passed:
+        return ()
+    return (base_moved(seg, stack, base.passed[0], base.number, "as its slice leaves cavity of the next one bare"),)
+
+
+def base_moved(seg: Segmentation, stack: Stack, before: int, after: int, why: str) -> Notice:
+    """That the base lies nearer to the apex than its closed rings allow: by how much, where, and what that takes away.
+
+    Parameters
+    ----------
+    seg, stack
+        The labels.
+    before, after : int
+        Slice it would lie in, and the one it lies in.
+    why : str
+        A clause.
+    """
+    steps = abs(after - before)
+    slices = "1 slice" if steps == 1 else f"{steps} slices"
+    full, left = (_cavity_below(seg, stack, number) for number in (before, after))
+    words = (
+        f"the base plane was moved by {{amount}} ({slices}) towards the apex, to near {{place}}, {why}: of the left "
+        f"cavity's {full:.1f} mL below it {left:.1f} mL are left"
+    )
+    inside = np.moveaxis(np.asarray(seg.mask("lv")), stack.axis, 0)[after]
+    place = seg.grid.to_world(np.insert(np.argwhere(inside).mean(axis=0), stack.axis, after))
+    return Notice.of("moved", words, amount=steps * float(seg.grid.spacing[stack.axis]), unit="mm", place=place)
+
+
+def _cavity_below(seg: Segmentation, stack: Stack, number: int) -> float:
+    """Labelled cavity of the left ventricle from the apex to the middle of a slice, mL."""
+    beyond = np.arange(len(stack.cavity)) * stack.basal < number * stack.basal
+    voxels = float(stack.cavity[beyond].sum()) + 0.5 * float(stack.cavity[number])
+    return voxels * float(np.prod(seg.grid.spacing)) / 1000.0
+
+
+def base_slice(stack: Stack) -> BaseSlice:
+    """The slice the base of the left ventricle is put in, and what was passed over for it."""
     first, last = _rings(stack, "the base")
     slice_ = last if stack.basal > 0 else first
     passed = []
@@ -222,9 +283,7 @@ def base_slice(stack: Stack) -> tuple[int, str]:
             break
         passed.append(slice_)
         slice_ = inner
-    if not passed:
-        return slice_, ""
-    return slice_, f"; passed over slice {', '.join(map(str, passed))}, which leaves cavity of the next slice bare"
+    return BaseSlice(slice_, tuple(passed))
 
 
 def find_apex(seg: Segmentation, *, options: WallOptions | None = None, **changes: Any) -> Plane:

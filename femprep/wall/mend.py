@@ -15,7 +15,7 @@ from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.intersection import self_intersections
 from femprep.geometry.topology import edge_table, fold_angles
 from femprep.geometry.triangles import triangle_quality
-from femprep.model import BoolArray, FloatArray
+from femprep.model import BoolArray, FloatArray, Notice, noted
 from femprep.wall.improve import improve
 from femprep.wall.sampled import SampledMap
 from femprep.wall.sheet import Sheet
@@ -72,7 +72,8 @@ def mend(sheet: Sheet) -> dict[str, Any] | None:
     logger.warning(
         "surface %r was folded near %s: smoothed, by up to %.1f mm", sheet.name, info["mended_near_mm"], moved.max()
     )
-    return info
+    words = f"surface {sheet.name} was folded, or had needles: it was smoothed by up to {{amount}} near {{place}}"
+    return noted(info, Notice.of("repaired", words, amount=float(moved.max()), unit="mm", place=place))
 
 
 def _offending(sheet: Sheet) -> BoolArray:

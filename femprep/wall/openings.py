@@ -17,7 +17,7 @@ from scipy.ndimage import label
 
 from femprep.errors import InputError
 from femprep.geometry.closest import ClosestFinder
-from femprep.model import FACET_TAGS, FloatArray, Plane, Wall
+from femprep.model import FACET_TAGS, FloatArray, Notice, Plane, Wall, noted
 from femprep.wall.checks import place
 from femprep.wall.solid import drill, plane_frame
 
@@ -281,9 +281,24 @@ def open_wall(wall: Wall, openings: list[Opening]) -> Wall:
         else:
             record |= {"radius_mm": round(radius, 3), "length_mm": round(ends[1] - ends[0], 3)}
             holes.append((opening.name, _prism(opening.plane, radius, ends)))
+        record = noted(record, _notice(opening, radius, ends is not None))
         records.append(record)
     opened = drill(wall, holes) if holes else wall
     return replace(opened, info={**wall.info, "openings": records})
+
+
+def _notice(opening: Opening, radius: float, cut: bool) -> Notice:
+    """What was made of an opening, and how it differs from the labels'."""
+    what = (
+        f"the {opening.name} opening between {opening.cavity} and {opening.beyond or 'the outside'} near {{place}} is"
+    )
+    place = opening.plane.point
+    if not cut:
+        return Notice.of("left out", f"{what} left closed: {_BLOCKED}", place=place)
+    words = f"{what} cut as a round hole with a radius of {{amount}}"
+    if opening.plane.source == "labels":
+        words += f", in the labels {opening.radius:.1f} mm"
+    return Notice.of("assumed", words, amount=radius, unit="mm", place=place)
 
 
 def _fit(opening: Opening, sheets: Mapping[str, ClosestFinder]) -> tuple[float, tuple[float, float] | None]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from femprep.model import FloatArray
+from femprep.model import FloatArray, Notice
 from femprep.options import WallOptions, choose
 from femprep.wall.landmarks import base_slice, read_stack
 
@@ -58,10 +58,21 @@ def phase_base_offsets(
     return offsets
 
 
+def base_moved_with_phases(distance: float) -> list[Notice]:
+    """That the base plane of a phase lies farther towards the apex than its labels alone put it, by so many mm."""
+    if distance <= 0.0:
+        return []
+    words = (
+        "the base plane was moved by {amount} towards the apex, so that it leaves out the same share of the cavity as "
+        "those of the other phases"
+    )
+    return [Notice.of("moved", words, amount=distance, unit="mm")]
+
+
 def _profile(seg: Segmentation, options: WallOptions) -> tuple[FloatArray, FloatArray]:
     """Depths below the own base plane, mm, and the share of the cavity's voxels beyond each, ascending."""
     stack = read_stack(seg, basal_end=options.basal_end, what="the base")
-    slice_, _ = base_slice(stack)
+    slice_ = base_slice(stack).number
     area = stack.cavity[:: -stack.basal].astype(float)
     base = len(area) - 1 - slice_ if stack.basal > 0 else slice_
     held = np.flatnonzero(area)

@@ -17,7 +17,7 @@ from femprep.errors import InputError
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.topology import edge_table
 from femprep.geometry.triangles import vertex_normals
-from femprep.model import FloatArray, IntArray
+from femprep.model import FloatArray, IntArray, Notice, noted
 from femprep.wall.sampled import SampledMap
 from femprep.wall.sheet import Sheet
 
@@ -162,6 +162,19 @@ def push_apart(epi: Sheet, endo: Sheet, limit: float, most: float) -> dict[str, 
         "wall %.2f mm thick near %s: pushed apart by up to %.2f mm", before.least, info["worst_at_mm"], moved.max()
     )
     return info
+
+
+def pushed(step: dict[str, Any]) -> dict[str, Any]:
+    """What :func:`push_apart` did, with its notice."""
+    before, after, beside = step["thickness_before_mm"], step["thickness_after_mm"], step["beside"]
+    thin = f"was {before:.1f} mm thick" if before >= 0.0 else f"had its surfaces crossed by {-before:.1f} mm"
+    words = (
+        f"the wall beside cavity {beside} {thin} near {{place}}: the epicardium was pushed outwards by up to "
+        f"{{amount}}, which makes it {after:.1f} mm"
+    )
+    return noted(
+        step, Notice.of("repaired", words, amount=step["farthest_push_mm"], unit="mm", place=step["worst_at_mm"])
+    )
 
 
 def _lacking(epi: Sheet, endo: Sheet, finder: ClosestFinder, limit: float) -> tuple[FloatArray, FloatArray]:

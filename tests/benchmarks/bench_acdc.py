@@ -67,6 +67,7 @@ def one_surface(job: tuple[str, str, str, str, tuple[str, ...]]) -> dict[str, An
     import femprep as fp
     from femprep.geometry.intersection import self_intersections
     from femprep.geometry.triangles import triangle_quality
+    from femprep.report.notices import lines
     from femprep.surface import label_distance, surface_quality
 
     name, path, group, method, objects = job
@@ -86,7 +87,7 @@ def one_surface(job: tuple[str, str, str, str, tuple[str, ...]]) -> dict[str, An
             row[f"{key}_in_slice"] = label_distance(surface, fitted.objects[key]).nearest
             row["pixel"] = float(np.sort(seg.grid.spacing)[0])
             row[f"{key}_volume_percent"] = 100.0 * (surface.volume / fitted.objects[key].volume - 1.0)
-            row[f"{key}_mended"] = "; ".join(surface.info["notices"])
+            row[f"{key}_mended"] = "; ".join(lines(surface.info))
         except fp.FemprepError as error:
             kind = "refused" if error.exit_status == 2 else "failed"
             outcomes.append(f"{key} {kind}: {error}")

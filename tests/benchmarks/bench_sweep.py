@@ -49,6 +49,7 @@ def prepared(path: str, store: Path | None, offset: float = 0.0, shifts: bool = 
     """Surfaces, plane and direction of one map, as the pipeline makes them; kept in a folder where one is given."""
     import femprep as fp
     from femprep.model import Plane, Surface
+    from femprep.report.notices import lines
     from femprep.surface import fit_surface
     from femprep.surface.patches import patches_of
 
@@ -68,7 +69,7 @@ def prepared(path: str, store: Path | None, offset: float = 0.0, shifts: bool = 
             "base": np.stack([base.point, base.normal]),
             "toward": np.eye(3)[0] if seg.frame is None else seg.frame[:, 0],
             "labels_mm3": cavity.volume,
-            "notices": [*endo.info["notices"], *epi.info["notices"]],
+            "notices": lines(endo.info, epi.info),
         }
         if file is not None:
             np.savez(file, **found)

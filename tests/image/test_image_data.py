@@ -32,7 +32,7 @@ def test_acdc_agrees_with_its_table(data, step):
         seg = read_segmentation(data / "acdc" / row["file"], preset="acdc")
         np.testing.assert_allclose(seg.grid.spacing, [float(row[k]) for k in ("sx", "sy", "sz")], atol=6e-4)
         assert seg.info["spacing_source"] == "pixdim", row["id"]
-        assert len(seg.info["notes"]) == 1
+        assert len(seg.info["notices"]) == 1
         assert len(seg.slices("lv", "myo", "rv")) == int(row["seg_slices"]), row["id"]
         assert seg.slices("lv", "myo").zigzag.max() == pytest.approx(float(row["zigzag_max_mm"]), abs=0.0501)
         for name, parts in STRUCTURES.items():
@@ -86,7 +86,7 @@ def test_voxels_lie_where_itk_puts_them(data, name):
             seg.grid.to_world([index])[0], truth.TransformIndexToPhysicalPoint(index), rtol=0, atol=1e-9
         )
     assert seg.info["spacing_source"] == "header"
-    assert seg.info["notes"] == []
+    assert seg.info["notices"] == []
 
 
 @pytest.mark.parametrize("chamber", ["lv", "rv", "la", "ra"])

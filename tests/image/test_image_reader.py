@@ -111,7 +111,7 @@ def test_affine_without_spacing_is_recognised(tmp_path, nifti, caplog):
     np.testing.assert_allclose(seg.grid.spacing, (1.5, 1.25, 8.0))
     np.testing.assert_array_equal(seg.grid.direction, np.eye(3))
     assert seg.info["spacing_source"] == "pixdim"
-    assert seg.info["notes"] == [
+    assert [notice["what"] for notice in seg.info["notices"]] == [
         "the affine carries no voxel sizes (sform says 1 x 1 x 1 mm, pixdim 1.5 x 1.25 x 8 mm); "
         "those of pixdim were taken"
     ]
@@ -144,18 +144,18 @@ def test_absent_sizes_are_warned_about_and_can_be_given(tmp_path, caplog):
     write_segmentation(heart(Grid((30, 40, 12), (1, 1, 1), (0, 0, 0), np.eye(3))), path)
     seg = read_segmentation(path, preset="acdc")
     assert "1 x 1 x 1 mm for 30 x 40 x 12 voxels: they look absent" in caplog.text
-    assert len(seg.info["notes"]) == 1
+    assert len(seg.info["notices"]) == 1
     given = read_segmentation(path, preset="acdc", spacing=(1.4, 1.4, 8.0))
     np.testing.assert_array_equal(given.grid.spacing, (1.4, 1.4, 8.0))
     assert given.info["spacing_source"] == "given"
-    assert "replaced by 1.4 x 1.4 x 8 mm as given" in given.info["notes"][0]
+    assert "replaced by 1.4 x 1.4 x 8 mm as given" in given.info["notices"][0]["what"]
 
 
 def test_missing_affine_is_said(tmp_path, nifti):
     struct.pack_into("<2h", nifti, 252, 0, 0)
     path = tmp_path / "none.nii"
     path.write_bytes(nifti)
-    assert "no affine" in read_segmentation(path, preset="acdc").info["notes"][0]
+    assert "no affine" in read_segmentation(path, preset="acdc").info["notices"][0]["what"]
 
 
 @pytest.mark.parametrize("shear", [0.5, float("nan")])

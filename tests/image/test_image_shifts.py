@@ -60,7 +60,7 @@ def test_nothing_is_done_to_a_heart_that_is_merely_bent(phantom):
     same = align_slices(seg)
     np.testing.assert_array_equal(same.labels, seg.labels)
     assert same.grid is seg.grid
-    assert "no slice was moved" in same.info["slice_shifts"]["notices"][0]
+    assert "no slice was moved" in same.info["slice_shifts"]["notices"][0]["what"]
 
 
 def test_one_slice_alone_is_moved_back():

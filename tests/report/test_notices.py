@@ -1,47 +1,43 @@
-"""What was repaired is said, once."""
+"""What was repaired, assumed or extrapolated is gathered from everything a run made, once."""
 
 from __future__ import annotations
 
-from femprep.report.notices import gather, mesh_notices, object_notices, wall_notices
+import pytest
+
+from femprep.model import Notice, noted, records
+from femprep.report.notices import gather, lines
 
 
-def test_lines_are_gathered_from_all_depths_once() -> None:
-    report = {"a": {"notices": ["one", "two"]}, "b": {"c": {"notes": ["two", "three"]}}, "notes": "no list"}
-    assert gather({"notes": ["zero"]}, report) == ["zero", "one", "two", "three"]
+def told(words: str, kind: str = "repaired") -> list[dict[str, object]]:
+    return records(Notice.of(kind, words))
 
 
-def test_object_repairs_are_said_with_their_counts() -> None:
-    report = {"removed_voxels": 12, "pieces": 3, "filled_voxels": 5, "voids": 1, "tunnels": 2}
-    lines = object_notices("rv", report)
-    assert lines[0] == "object rv: 12 voxels in 2 smaller pieces were left out"
-    assert lines[1] == "object rv: 5 voxels in 1 voids were filled"
-    assert "2 tunnels" in lines[2]
-    assert object_notices("lv", {"removed_voxels": 0, "filled_voxels": 0, "tunnels": 0}) == []
+def test_notices_are_gathered_from_all_depths_once() -> None:
+    report = {"a": {"notices": told("one") + told("two")}, "b": [{"c": {"notices": told("two") + told("three")}}]}
+    assert lines({"notices": told("zero")}, report) == ["zero", "one", "two", "three"]
+    assert lines({"notes": "no list"}, {}) == []
 
 
-def test_straightened_edges_of_swept_elements_are_said() -> None:
-    assert mesh_notices({"straightened": 0}) == []
-    (line,) = mesh_notices({"straightened": 7})
-    assert line.startswith("7 edges of the template were made straight")
+def test_a_notice_names_its_amount_and_its_place_in_words() -> None:
+    words = "the epicardium was extrapolated by {amount} near {place}"
+    found = Notice.of("extrapolated", words, amount=8.36, unit="mm", place=[1.04, -0.0, 2])
+    assert found.what == "the epicardium was extrapolated by 8.4 mm near (1.0, 0.0, 2.0)"
+    assert (found.kind, found.amount, found.unit, found.place) == ("extrapolated", 8.36, "mm", (1.04, 0.0, 2.0))
 
 
-def test_what_is_assumed_of_the_heart_is_said_with_a_remedy() -> None:
-    def lines(mirrored: bool | None, *assumed: str) -> list[str]:
-        return mesh_notices({"axes": {"mirrored": mirrored, "info": {"assumed": list(assumed)}}})
-
-    assert lines(False) == []
-    assert "stored mirrored: its fibres were mirrored with it" in lines(True)[0]
-    (hand,) = lines(None, "hand")
-    assert "--flip, or --mirrored yes, mends that" in hand
-    septal, hand = lines(None, "septal", "hand")
-    assert "the septum was assumed" in septal
+def test_a_place_the_words_do_not_name_is_added() -> None:
+    assert Notice.of("moved", "it was moved", place=(1, 2, 3)).what == "it was moved, near (1.0, 2.0, 3.0)"
 
 
-def test_openings_of_the_wall_are_told():
-    cut = {"name": "mitral", "between": ["lv", "la"], "radius_mm": 11.5}
-    left = {"name": "aortic", "between": ["lv", "outside"], "left_closed": "the aortic opening is not cut"}
-    lines = wall_notices({"openings": [cut, left]})
-    assert lines == [
-        "the mitral opening between lv and la is cut with a radius of 11.5 mm",
-        "the aortic opening is not cut",
-    ]
+@pytest.mark.parametrize(
+    ("amount", "unit", "shown"),
+    [(0.03, "mm", "0.03 mm"), (0.0, "mm", "0.0 mm"), (12, "voxels", "12 voxels"), (99.6, "%", "100 %")],
+)
+def test_amounts_in_words(amount: float, unit: str, shown: str) -> None:
+    assert Notice.of("repaired", "by {amount}", amount=amount, unit=unit).what == f"by {shown}"
+
+
+def test_a_record_gives_the_notice_back() -> None:
+    one = Notice.of("assumed", "a wall of {amount}", amount=3.0, unit="mm", place=(1.0, 2.0, 3.0))
+    assert gather(noted({"radius": 1.0}, one)) == [one]
+    assert noted({"radius": 1.0}) == {"radius": 1.0}

@@ -45,4 +45,4 @@ def test_what_the_thread_raises_is_met_by_the_fit(objects, monkeypatch):
     monkeypatch.setattr(ahead, "rough_mesh", fails)
     *_, (_, obj, begun) = in_turn(objects, OPTIONS)
     surface = fit_surface(obj, options=OPTIONS, begun=begun)
-    assert surface.info["notices"][0].startswith("tunnels")
+    assert surface.info["notices"][0]["what"].startswith("tunnels")

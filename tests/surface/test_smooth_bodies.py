@@ -13,6 +13,7 @@ from surface_shapes import BALL, body
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.topology import volume
 from femprep.image import Grid, LabelObject, make_object
+from femprep.report.notices import lines
 from femprep.surface import fit_surface, surface_quality
 
 BODIES = {
@@ -47,7 +48,7 @@ def faults_of_surface(lengths, waves, bend, pixel, slices, seed) -> list[str]:
     obj, true = sampled(lengths, waves, bend, pixel, slices, seed)
     surface = fit_surface(obj, vertices=600)
     quality = surface_quality(surface)
-    replaced = [notice for notice in surface.info["notices"] if "in its place" in notice]
+    replaced = [line for line in lines(surface.info) if "in its place" in line]
     return faults(
         (quality.sound, "not sound"),
         (not replaced, f"replaced: {replaced}"),

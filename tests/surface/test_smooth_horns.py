@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from femprep.image import Grid, LabelObject, make_object
+from femprep.report.notices import lines
 from femprep.surface import fit_surface, label_distance, surface_quality
 
 
@@ -36,7 +37,7 @@ def faults_of_horns(thickness: float, shift: float) -> list[str]:
         "least Q": quality.q.min > 0.5,
         "distance": label_distance(surface, obj).nearest < 0.25 * 1.5,
     }
-    notices = [line for line in surface.info["notices"] if "smoothed more" in line or "in its place" in line]
+    notices = [line for line in lines(surface.info) if "smoothed more" in line or "in its place" in line]
     return [name for name, held in holds.items() if not held] + notices
 
 

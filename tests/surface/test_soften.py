@@ -7,7 +7,7 @@ import pytest
 
 from femprep.geometry.patches import PatchSurface
 from femprep.model import Plane, Surface
-from femprep.report.notices import gather
+from femprep.report.notices import lines
 from femprep.surface.matching import match_surfaces
 from femprep.surface.soften import soften
 from femprep.template import charge_template
@@ -34,14 +34,14 @@ def endo() -> Surface:
 def test_smooth_walls_are_left_alone(endo) -> None:
     matched = match_surfaces(endo=endo, epi=ellipsoid((32.0, 32.0, 52.0), "epi"), base=BASE, edge_length=4.0)
     assert matched.info["softened_mm"] == 0.0
-    assert gather(matched.info) == []
+    assert lines(matched.info) == []
 
 
 def test_a_ledge_is_softened_until_layers_are_sound(endo) -> None:
     epi = ellipsoid((34.0, 34.0, 52.0), "epi", SHIFT)
     matched = match_surfaces(endo=endo, epi=epi, base=BASE, edge_length=2.5, element="wedge")
     assert 0.0 < matched.info["softened_mm"] < 0.5 * SHIFT
-    (notice,) = (line for line in gather(matched.info) if "softened" in line)
+    (notice,) = (line for line in lines(matched.info) if "softened" in line)
     assert f"{matched.info['softened_mm']:.1f} mm" in notice
     mesh = sweep(matched, element="wedge")
     ((kind, cells),) = mesh.cells.items()

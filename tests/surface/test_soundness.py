@@ -93,5 +93,5 @@ def test_real_hearts_whose_triangles_crossed_are_mended(data: Path, case: str, s
     np.testing.assert_array_equal(surface.shape(surface.directions), surface.points)  # type: ignore[misc]
     assert surface.volume == pytest.approx(obj.volume, rel=0.03)
     assert len(surface.info["notices"]) == 1
-    assert "crossing triangles" in surface.info["notices"][0]
+    assert "crossing triangles" in surface.info["notices"][0]["what"]
     assert surface.info["smoothing"] <= 1e-4

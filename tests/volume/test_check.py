@@ -12,6 +12,7 @@ from femprep.model import FACET_TAGS, REGION_TAGS, Plane, VolumeMesh
 from femprep.options import PURPOSE_LIMITS
 from femprep.volume import QualityReport, check
 from femprep.volume.check import statistics
+from femprep.volume.limits import judge_wall_volume
 from femprep.volume.transmural import elements_through_wall
 
 #: Splits a cube into six tetrahedra around its diagonal.
@@ -361,3 +362,19 @@ def test_every_element_type_is_judged_and_its_worst_listed_with_place(kind):
             np.testing.assert_allclose(item.centroid, mesh.points[nodes].mean(axis=0), rtol=1e-12)
             assert item.region in ("lv", "septum")
         assert sum(report.measures[measure].histogram.counts) == mesh.n_cells
+
+
+@pytest.mark.parametrize(("difference", "passed"), [(9.9, True), (-9.9, True), (10.1, False), (-14.0, False)])
+def test_a_wall_that_differs_from_its_labels_by_more_than_the_limit_fails(difference, passed):
+    report = check(slab(2, 2, 2))
+    judged = judge_wall_volume(report, difference)
+    assert judged.passed is (report.passed and passed)
+    verdict = judged.limits[-1]
+    assert (verdict.name, verdict.value, verdict.limit) == ("wall_volume_difference", abs(difference), 10.0)
+    more = "more" if difference > 0 else "less"
+    line = f"the wall of the left ventricle has {abs(difference):.1f} % {more} volume than its labels"
+    assert any(failure.startswith(line) for failure in judged.failures) is not passed
+    assert judge_wall_volume(report, None) is report
+    assert (
+        judge_wall_volume(check(slab(2, 2, 2), maximum_wall_volume_difference=None), difference).limits == report.limits
+    )

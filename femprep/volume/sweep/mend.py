@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.model import FloatArray, IntArray
+from femprep.model import FloatArray, IntArray, Notice, records
 from femprep.template.matched import MatchedSurfaces
 from femprep.template.simplices import Simplices, corners, tetrahedra
 from femprep.volume.sweep.nodes import judge, least_determinant, move_nodes
@@ -51,7 +51,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
     Returns
     -------
     dict
-        How many elements were ``poor`` before and are after, nodes ``moved`` and the farthest move, mm.
+        How many elements were ``poor`` before and are after, nodes ``moved`` and the farthest move, mm; ``notices``.
     """
     layers, count = len(points) - 1, points.shape[1]
     cells = np.ascontiguousarray(matched.cup.cells)
@@ -63,7 +63,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
     judge(nodes, cells, count, layers, tuple(judged), worst)
     limits = [_POOR] * _FIRST if np.mean(worst > _POOR) > _SHARE else []
     poor = int(np.count_nonzero(worst > _BAD))
-    found = {"poor_before": poor, "poor": poor, "moved": 0, "farthest_mm": 0.0}
+    found: dict[str, Any] = {"poor_before": poor, "poor": poor, "moved": 0, "farthest_mm": 0.0}
     if not poor and not limits:
         return found
     start = nodes.copy()
@@ -98,6 +98,13 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
         "moved": int(np.count_nonzero(moved)),
         "farthest_mm": float(moved.max()),
     }
+    if moved.any():
+        words = (
+            f"straight lines from surface to surface gave poor elements: {found['moved']} nodes were moved along the "
+            "surfaces and within the wall, by up to {amount}"
+        )
+        place = start[int(moved.argmax())]
+        found["notices"] = records(Notice.of("moved", words, amount=found["farthest_mm"], unit="mm", place=place))
     return found
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femprep.model import FloatArray, IntArray, VolumeMesh
+from femprep.model import FloatArray, IntArray, Notice, VolumeMesh, noted
 from femprep.template.matched import MatchedSurfaces
 from femprep.volume.quadratic import add_middles, number_edges
 
@@ -56,7 +56,14 @@ def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> 
     }
     result, straight = add_middles(mesh, edges, curved, together=which, point_data=added)
     ((name, _),) = result.cells.items()
-    info = {**mesh.info, "element": name, "straightened": len(np.unique(which[straight]))}
+    straightened = len(np.unique(which[straight]))
+    info = {**mesh.info, "element": name, "straightened": straightened}
+    if straightened:
+        words = (
+            "{amount} of the template were made straight in all layers of quadratic elements, so that no element is "
+            "inverted"
+        )
+        info = noted(info, Notice.of("repaired", words, amount=straightened, unit="edges"))
     return replace(result, info=info)
 
 

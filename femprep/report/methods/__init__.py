@@ -1,0 +1,107 @@
+"""A run's record in, the words on it for a paper out: what was done to this heart, with a reference for each method.
+
+Nothing is said that this run did not do, and nothing is left out that changes the mesh: it is read from the options and
+from what the stages report. References stand as pandoc has them, ``[@key]``, with the entries in a BibTeX file beside.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Final
+
+from femprep.report.manifest import RunManifest, SequenceManifest
+from femprep.report.methods.bibliography import REFERENCES, bibtex
+from femprep.report.methods.fill import fibres, filling
+from femprep.report.methods.surfaces import epicardium, fitting, image
+from femprep.report.methods.wall import cuts, thickness
+
+#: Files of an output folder that hold the words and their references.
+FILES: Final = ("methods.md", "methods.bib")
+
+_CITED: Final = re.compile(r"\[@([^\]]+)\]")
+_MESHED: Final = {
+    "lv": "The wall of the left ventricle was meshed",
+    "biv": "The wall of both ventricles was meshed",
+    "whole-heart": "The walls of the four chambers of the heart were meshed",
+}
+
+
+@dataclass(frozen=True)
+class Words:
+    """A paragraph with its references.
+
+    Attributes
+    ----------
+    text : str
+        With references as ``[@key; @key]``.
+    """
+
+    text: str
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of what is cited, in order, once each."""
+        found = (key.strip().lstrip("@") for group in _CITED.findall(self.text) for key in group.split(";"))
+        return tuple(dict.fromkeys(found))
+
+    @property
+    def plain(self) -> str:
+        """The same for reading: authors, years and DOIs in brackets."""
+        return _CITED.sub(lambda found: f"({'; '.join(map(_shown, found[1].split(';')))})", self.text)
+
+    @property
+    def markdown(self) -> str:
+        """The file of the paragraph."""
+        return self.text + "\n"
+
+    @property
+    def bibtex(self) -> str:
+        """The file of its references."""
+        return bibtex(self.keys)
+
+
+def _shown(key: str) -> str:
+    reference = REFERENCES[key.strip().lstrip("@")]
+    where = f"doi {reference.doi}" if reference.doi else dict(reference.more).get("url", "")
+    return f"{reference.short}, {where}" if where else reference.short
+
+
+def methods(manifest: RunManifest) -> Words:
+    """The words on one run: of ``femprep mesh``, or of ``femprep surface``, which has no wall and no mesh."""
+    meshed = "volume" in manifest.details
+    spacing = " x ".join(f"{s:.4g}" for s in manifest.input.spacing_mm)
+    what = _MESHED[manifest.options.anatomy] if meshed else "Closed surfaces were made"
+    parts = [
+        f"{what} from a segmented image with voxels of {spacing} mm by femprep {manifest.femprep}.",
+        *image(manifest),
+        *fitting(manifest),
+    ]
+    if meshed:
+        parts += [*epicardium(manifest), *cuts(manifest), *thickness(manifest), *filling(manifest), *fibres(manifest)]
+    return Words(" ".join(parts))
+
+
+def sequence_methods(reference: RunManifest, sequence: SequenceManifest) -> Words:
+    """The words on phases of one heart.
+
+    Parameters
+    ----------
+    reference : RunManifest
+        Of the phase that displacements are from.
+    sequence : SequenceManifest
+    """
+    count, name = len(sequence.phases), sequence.phases[sequence.reference].name
+    moved = [phase.base_offset_mm for phase in sequence.phases]
+    base = (
+        f", {min(moved):.1f} to {max(moved):.1f} mm below the centre of that slice" if max(moved) > min(moved) else ""
+    )
+    more = (
+        f"All {count} phases of this heart were meshed so, with the same number of elements around, along and through "
+        "the wall: nodes and elements of one number correspond. Figures above are those of phase "
+        f"{name}, from which displacements are counted. The base planes leave out the same share of the labelled "
+        f"cavity in all phases{base}. The ejection fraction of the meshes is "
+        f"{sequence.ejection_fraction_percent:.1f} %, that of the labels "
+        f"{sequence.label_ejection_fraction_percent:.1f} %."
+    )
+    return Words(f"{methods(reference).text} {more}")

@@ -1,0 +1,111 @@
+"""A run's record in, sentences on its elements and on the fibres in them out."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from femprep.report.manifest import RunManifest
+
+_ELEMENTS: Final = {
+    "tetra": "tetrahedra",
+    "tetra10": "ten-node tetrahedra",
+    "wedge": "wedges",
+    "wedge15": "fifteen-node wedges",
+    "wedge18": "eighteen-node wedges",
+    "hexahedron": "hexahedra",
+    "hexahedron20": "twenty-node hexahedra",
+    "hexahedron27": "27-node hexahedra",
+}
+
+
+def filling(manifest: RunManifest) -> list[str]:
+    """How the wall was filled, by which mesher."""
+    if manifest.options.volume.mesher == "sweep":
+        return [_swept(manifest)]
+    return _tetrahedra(manifest)
+
+
+def _swept(manifest: RunManifest) -> str:
+    volume, layers = manifest.details.get("volume", {}), manifest.options.layers
+    kind = _ELEMENTS.get(volume.get("element", layers.element), "elements")
+    count = volume.get("layers", layers.layers)
+    cells = "quadrilaterals" if volume.get("template") == "quad" else "triangles"
+    text = (
+        f"Endocardium and epicardium were matched on one cup of {cells} about the long axis, their vertices slid along "
+        "the surfaces to where the elements between them are best by their mean ratio [@knupp2001], folded ones being "
+        f"untangled on the way [@escobar2003], and the wall between was filled with {count or 'several'} layers of "
+        f"{kind} of about {layers.edge_length:g} mm."
+    )
+    if volume.get("mended", {}).get("moved"):
+        text += " Nodes around poor elements were moved within the wall and along its surfaces."
+    return text
+
+
+def _tetrahedra(manifest: RunManifest) -> list[str]:
+    options, versions = manifest.options.volume, manifest.libraries
+    if options.sizing is not None:
+        size = "of a given edge length from place to place"
+    elif options.elements_through_wall is not None:
+        most = "" if options.largest_edge is None else f", of at most {options.largest_edge:g} mm"
+        through = options.elements_through_wall
+        size = f"whose edge length follows the wall's thickness, for {through} of them through it{most}"
+    else:
+        size = f"of {options.edge_length:g} mm"
+    text = (
+        "The surfaces were joined to a closed wall by Boolean operations (manifold3d "
+        f"{versions.get('manifold3d', '')}), which was filled with tetrahedra {size} by fTetWild [@hu2020] through "
+        f"pytetwild {versions.get('pytetwild', '')}"
+    )
+    text += "; nodes were then moved to improve the worst ones [@freitag1997]." if options.optimise else "."
+    found = [text]
+    if options.order == 2:
+        found.append("Mid-side nodes of ten-node tetrahedra lie on smooth surfaces through the wall's vertices.")
+    if manifest.options.blood_pool:
+        found.append(
+            "The blood in the cavities, closed by flat caps where planes cut them, was meshed together with the wall, "
+            "so that both share their nodes."
+        )
+    return found
+
+
+def fibres(manifest: RunManifest) -> list[str]:
+    """Coordinates, segments and fibres, where they were asked for."""
+    options = manifest.options.fibres
+    if options is None:
+        return []
+    volume = manifest.details.get("volume", {})
+    record: dict[str, Any] = volume.get("fibres", {})
+    angles = f"{options.endo_angle:+g} degrees at the endocardium to {options.epi_angle:+g} at the epicardium"
+    right = (options.rv_endo_angle, options.rv_epi_angle)
+    if manifest.options.anatomy != "lv" and right != (None, None):
+        endo = options.endo_angle if right[0] is None else right[0]
+        epi = options.epi_angle if right[1] is None else right[1]
+        angles += f" (in the right ventricle from {endo:+g} to {epi:+g})"
+    if options.rule == "bayer":
+        rule = "by the rule of Bayer et al. as printed [@bayer2012]"
+    else:
+        rule = (
+            "by a rule after Bayer et al. [@bayer2012], in which frames from Laplace fields are interpolated first and "
+            "then turned by one angle that is linear in depth"
+        )
+    depth = "measured by distance [@schuler2021]" if options.depth == "distance" else "the harmonic field itself"
+    text = (
+        "Ventricular coordinates [@schuler2021] and the segments of the American Heart Association [@cerqueira2002] "
+        f"were added to the wall. Fibres were laid {rule}: depth is {depth}, and the helix angle runs from {angles}, "
+        "positive where fibres climb to the right seen from outside with the base up [@streeter1969]"
+    )
+    if options.endo_sheet_angle or options.epi_sheet_angle:
+        text += (
+            f"; the sheet angle, from the transmural direction, from {options.endo_sheet_angle:+g} to "
+            f"{options.epi_sheet_angle:+g} degrees"
+        )
+    found = [text + "."]
+    assumed = volume.get("axes", {}).get("info", {}).get("assumed", ())
+    if record.get("mirrored"):
+        told = "told to be" if options.mirrored == "yes" else "found to be"
+        found.append(f"The heart is {told} stored as its mirror image, and its fibres are the mirror image likewise.")
+    elif "hand" in assumed and options.mirrored == "auto":
+        found.append("Nothing told whether the heart is stored as its mirror image; it was taken not to be.")
+    if "septal" in assumed:
+        found.append("Nothing told where the septum lies; it was assumed to the right and in front.")
+    return found
