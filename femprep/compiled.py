@@ -14,17 +14,11 @@ from numba.core.runtime import rtsys
 
 _log = logging.getLogger(__name__)
 
-#: Liberties the compiler may take with sums: enough to use vector units, none with NaN or infinity. They are taken
-#: once, at compile time, so that results do not depend on the number of threads.
-FAST_SUMS: Final = frozenset({"reassoc", "contract", "nsz", "arcp"})
-
 #: Held while a kernel runs on several threads: not every library that numba spreads loops by bears two at a time.
 _SPREAD: Final = threading.Lock()
 
 
-def compiled(
-    parallel: bool = False, fast_sums: bool = False, part: bool = False
-) -> Callable[[Callable[..., Any]], Any]:
+def compiled(parallel: bool = False, part: bool = False) -> Callable[[Callable[..., Any]], Any]:
     """Compile a kernel with numba and keep the machine code for the next process.
 
     numba keeps it beside the source, in the user's cache folder, or in ``NUMBA_CACHE_DIR``. Where none of them can
@@ -36,17 +30,17 @@ def compiled(
     ----------
     parallel : bool
         Spread ``prange`` loops over threads. One such kernel runs at a time; another kernel cannot call it.
-    fast_sums : bool
-        Let sums be reordered, so that they are vectorised.
     part : bool
         This function is only a part of other kernels: it becomes one with each of them. Without that, a kernel that
-        has just been compiled may call another version of it than the one read back from disk, rounded differently.
+        has just been compiled may call another version of it than the one read back from disk.
     """
     # numpy's error model: x / 0 is infinite. Python's would test each divisor, and a loop with a test in it is not
     # vectorised.
     settings: dict[str, Any] = {
         "parallel": parallel,
-        "fastmath": set(FAST_SUMS) if fast_sums else False,
+        # Never: sums that may be reordered are summed as wide as the processor is, and fused with products where it
+        # can, so that no two machines agree.
+        "fastmath": False,
         "error_model": "numpy",
         "forceinline": part,
         "nogil": True,

@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from femprep.anatomy.shapes import centre, quadrature, shape_functions
+from femprep.blas import one_blas_thread
 from femprep.elements import ELEMENTS
 from femprep.errors import InputError
 from femprep.model import FloatArray, IntArray, VolumeMesh
@@ -61,6 +62,7 @@ class LinearElements:
         There are no elements, or an element is inverted or without volume.
     """
 
+    @one_blas_thread()
     def __init__(self, mesh: VolumeMesh) -> None:
         if mesh.n_cells == 0:
             raise InputError("the mesh has no elements; coordinates and fibres need a volume mesh")

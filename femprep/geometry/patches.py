@@ -14,7 +14,7 @@ import numpy.typing as npt
 from numba import prange
 
 from femprep.compiled import compiled
-from femprep.geometry.banded import factorise, substitute
+from femprep.geometry.banded import SPARE, factorise, substitute
 from femprep.geometry.triangles import vertex_normals
 
 FloatArray = npt.NDArray[np.float64]
@@ -163,8 +163,8 @@ def _fit_height(points: Any, frame: Any, i: int, near: Any, found: Any) -> None:
     if square == 0.0:
         return
     size = np.sqrt(square / count)
-    # Entry of row a and column b at [a, 8 - a + b], as a band of full width.
-    normal = np.zeros((9, 9))
+    # Entry of row a and column b at [a, b - a], as a band of full width.
+    normal = np.zeros((9, 9 + SPARE))
     right = np.zeros((1, 9))
     for n in range(count):
         u, v, height = local[n, 0] / size, local[n, 1] / size, local[n, 2] / size
@@ -172,14 +172,14 @@ def _fit_height(points: Any, frame: Any, i: int, near: Any, found: Any) -> None:
         weight = 1.0 / (0.3 + u * u + v * v)
         for a in range(9):
             right[0, a] += weight * terms[a] * height
-            for b in range(a + 1):
-                normal[a, 8 - a + b] += weight * terms[a] * terms[b]
+            for b in range(a, 9):
+                normal[a, b - a] += weight * terms[a] * terms[b]
     trace = 0.0
     for a in range(9):
-        trace += normal[a, 8]
+        trace += normal[a, 0]
     # Little ridge for all; one that rules the cubic terms out where there are too few neighbours for them.
     for a in range(9):
-        normal[a, 8] += trace * (1e3 if a >= 5 and count < _CUBIC else 1e-7)
+        normal[a, 0] += trace * (1e3 if a >= 5 and count < _CUBIC else 1e-7)
     factorise(normal)
     substitute(normal, right)
     for a in range(9):

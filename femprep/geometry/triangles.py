@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from femprep.model.functions import arctan2
+
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
@@ -128,7 +130,7 @@ def angles(points: npt.ArrayLike, cells: npt.ArrayLike) -> FloatArray:
     before = np.roll(p, 1, axis=1) - p
     sine = np.linalg.norm(np.cross(after, before), axis=2)
     cosine = np.einsum("mpk,mpk->mp", after, before)
-    return np.asarray(np.arctan2(sine, cosine))
+    return arctan2(sine, cosine)
 
 
 def aspect_ratio(points: npt.ArrayLike, triangles: npt.ArrayLike) -> FloatArray:

@@ -155,7 +155,7 @@ class Field:
         while True:
             fine = self.flow(points[chosen], first, last, 2 * steps)
             error = 16.0 / 15.0 * float(np.linalg.norm(fine - coarse, axis=1).max())
-            needed = steps * (error / (0.25 * tolerance)) ** 0.25
+            needed = steps * float(np.sqrt(np.sqrt(error / (0.25 * tolerance))))
             if needed <= 2.0 * steps or 2 * steps >= _MOST:
                 return int(np.clip(2 * np.ceil(0.5 * needed), _FEWEST, _MOST))
             steps, coarse = 2 * steps, fine

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from femprep.compiled import compiled
 from femprep.model import FloatArray
+from femprep.model.functions import sine_cosine
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -73,7 +74,7 @@ def solve_laplace(inner: BoolArray, outer: BoolArray) -> FloatArray:
     else:
         value = np.zeros(shape)
         # Young's factor for the longest wave that fits in.
-        sweeps, factor = _COARSE_SWEEPS, 2.0 / (1.0 + np.sin(np.pi / max(shape)))
+        sweeps, factor = _COARSE_SWEEPS, 2.0 / (1.0 + float(sine_cosine(np.pi / max(shape))[0]))
     value[outer] = 0.0
     value[inner] = 1.0
     free = ~(inner | outer)

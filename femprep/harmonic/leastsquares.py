@@ -10,6 +10,7 @@ from numba import prange
 
 from femprep.compiled import compiled
 from femprep.errors import InputError
+from femprep.geometry.banded import dot
 from femprep.harmonic.spline import Basis, Spline
 from femprep.model import FloatArray
 
@@ -21,52 +22,68 @@ BLOCK = 2048
 KEPT = 8_000_000
 
 
-@compiled(fast_sums=True, part=True)
-def _dot(a: Any, b: Any, length: int) -> float:
-    total = 0.0
-    for k in range(length):
-        total += a[k] * b[k]
-    return total
-
-
 @compiled(parallel=True)
-def _add_gram(columns: Any, gram: Any) -> None:
-    """Add the products of all pairs of rows of ``columns`` to the lower half of ``gram``."""
-    size, length = columns.shape
-    for row in prange(size):
-        # Long rows first: the threads end together.
-        i = size - 1 - row
-        for j in range(i + 1):
-            gram[i, j] += _dot(columns[i], columns[j], length)
+def _add_gram(rows: Any, gram: Any) -> None:
+    """Add the products of all pairs of columns of ``rows`` to the upper half of ``gram``, four rows at a time."""
+    length, size = rows.shape
+    for i in prange(size):
+        own = gram[i, i:]
+        k = 0
+        while k + 4 <= length:
+            one, two, three, four = rows[k, i:], rows[k + 1, i:], rows[k + 2, i:], rows[k + 3, i:]
+            a, b, c, d = one[0], two[0], three[0], four[0]
+            for j in range(size - i):
+                own[j] += a * one[j] + b * two[j] + c * three[j] + d * four[j]
+            k += 4
+        while k < length:
+            one = rows[k, i:]
+            a = one[0]
+            for j in range(size - i):
+                own[j] += a * one[j]
+            k += 1
 
 
 @compiled()
 def _cholesky(matrix: Any) -> int:
-    """Lower Cholesky factor in place; the number of the first pivot that is not positive, or -1.
+    """Upper Cholesky factor in place; the number of the first pivot that is not positive, or -1.
 
-    LAPACK's own is not used because its rounding depends on the number of threads.
+    LAPACK's own is not used because its rounding depends on the processor and on the number of threads.
     """
     size = matrix.shape[0]
     for i in range(size):
-        for j in range(i):
-            matrix[i, j] = (matrix[i, j] - _dot(matrix[i], matrix[j], j)) / matrix[j, j]
-        pivot = matrix[i, i] - _dot(matrix[i], matrix[i], i)
-        if not pivot > 1e-15:
+        own = matrix[i, i:]
+        k = 0
+        while k + 4 <= i:
+            one, two, three, four = matrix[k, i:], matrix[k + 1, i:], matrix[k + 2, i:], matrix[k + 3, i:]
+            a, b, c, d = one[0], two[0], three[0], four[0]
+            for j in range(size - i):
+                own[j] -= a * one[j] + b * two[j] + c * three[j] + d * four[j]
+            k += 4
+        while k < i:
+            one = matrix[k, i:]
+            a = one[0]
+            for j in range(size - i):
+                own[j] -= a * one[j]
+            k += 1
+        if not own[0] > 1e-15:
             return i
-        matrix[i, i] = np.sqrt(pivot)
+        root = np.sqrt(own[0])
+        for j in range(size - i):
+            own[j] /= root
     return -1
 
 
 @compiled()
-def _substitute(lower: Any, value: Any) -> None:
-    """Solve L L' x = value in place."""
-    size = lower.shape[0]
+def _substitute(upper: Any, value: Any) -> None:
+    """Solve U' U x = value in place."""
+    size = upper.shape[0]
     for i in range(size):
-        value[i] = (value[i] - _dot(lower[i], value, i)) / lower[i, i]
+        value[i] /= upper[i, i]
+        row, after = upper[i, i + 1 :], value[i + 1 :]
+        for j in range(len(after)):
+            after[j] -= row[j] * value[i]
     for i in range(size - 1, -1, -1):
-        value[i] /= lower[i, i]
-        for j in range(i):
-            value[j] -= lower[i, j] * value[i]
+        value[i] = (value[i] - dot(upper[i, i + 1 :], value[i + 1 :], size - 1 - i)) / upper[i, i]
 
 
 def fit_spline(
@@ -120,7 +137,7 @@ def fit_spline(
     gram = np.zeros((size, size))
     for block in blocks:
         rows = rows_of(block) * np.sqrt(weight[block])[:, None]
-        _add_gram(np.ascontiguousarray(rows.T), gram)
+        _add_gram(rows, gram)
     penalty = basis.penalty
     underdetermined = count < size
     if underdetermined:
@@ -131,8 +148,8 @@ def fit_spline(
     used = max(smoothing, 1e-9) if underdetermined else smoothing
     while True:
         weightless = used * trace / float(np.trace(penalty))
-        lower = (np.tril(gram) + weightless * np.tril(penalty)) * scale[:, None] * scale[None, :]
-        if _cholesky(lower) < 0:
+        upper = (np.triu(gram) + weightless * np.triu(penalty)) * scale[:, None] * scale[None, :]
+        if _cholesky(upper) < 0:
             break
         used = max(10.0 * used, 1e-14)
         _log.info("normal equations of %d control points are singular; smoothing raised to %g", size - 1, used)
@@ -146,7 +163,7 @@ def fit_spline(
             residual = values[block] - (rows * coefficients).sum(axis=1)
             slope += (rows * (weight[block] * residual)[:, None]).sum(axis=0)
         step = slope * scale
-        _substitute(lower, step)
+        _substitute(upper, step)
         coefficients = coefficients + step * scale
     spline = Spline(basis, coefficients)
     misfit = np.concatenate([(rows_of(block) * coefficients).sum(axis=1) - values[block] for block in blocks])

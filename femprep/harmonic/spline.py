@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import factorial
+from math import factorial, frexp
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,24 @@ from numba import prange
 
 from femprep.compiled import compiled
 from femprep.model import FloatArray, readonly
+from femprep.model.functions import LOG_TWO, LOGARITHM
+
+
+@compiled(part=True)
+def _logarithm(x: float) -> float:
+    """As :func:`femprep.model.functions.logarithm`: the C library's own has other last bits on other processors."""
+    share, two = frexp(x)
+    if share < 0.7071067811865476:
+        share *= 2.0
+        two -= 1
+    f = share - 1.0
+    s = f / (2.0 + f)
+    half = 0.5 * f * f
+    z = s * s
+    total = LOGARITHM[6]
+    for k in range(5, -1, -1):
+        total = total * z + LOGARITHM[k]
+    return two * LOG_TWO[0] - ((half - (s * (half + z * total) + two * LOG_TWO[1])) - f)
 
 
 @compiled(part=True)
@@ -26,7 +44,7 @@ def _kernel(z: float, degree: int) -> float:
     if w < 1e-32:
         return 1.0 / degree
     root = np.sqrt(w)
-    before = np.log1p(1.0 / root)
+    before = _logarithm((1.0 + root) / root)
     value = 1.0 - 2.0 * root + 2.0 * w * before
     for k in range(2, degree + 1):
         before, value = value, (1.0 + (4 * k - 2) * w * value - (4 * k - 4) * w * before) / k

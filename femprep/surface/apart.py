@@ -12,6 +12,7 @@ from femprep.errors import InputError
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.triangles import vertex_normals
 from femprep.model import FloatArray, IntArray, Plane, Surface
+from femprep.model.products import product
 
 _log = logging.getLogger(__name__)
 
@@ -100,5 +101,5 @@ def push_apart(
 def _kept(points: FloatArray, cells: IntArray, base: Plane) -> npt.NDArray[np.bool_]:
     """Which vertices lie below the base, or belong to the wall that rises a little above it."""
     height = base.signed_distance(points)
-    wall = vertex_normals(points, cells) @ base.normal < _CAP
+    wall = product(vertex_normals(points, cells), base.normal) < _CAP
     return np.asarray((height < 0.0) | (wall & (height < _ABOVE)))

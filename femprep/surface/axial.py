@@ -8,6 +8,8 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.model import FloatArray, IntArray, Plane, Surface
+from femprep.model.functions import arctan2
+from femprep.model.products import inner, length, product, solve_definite, weighted
 from femprep.template.cup import HOLE
 
 #: Heights at which the cavity is cut for its axis.
@@ -65,12 +67,12 @@ class Axial:
             A plane does not cut the cavity, or nothing of it lies below the base.
         """
         down = -base.normal
-        across = toward - (toward @ down) * down
-        if np.linalg.norm(across) < 1e-3 * max(float(np.linalg.norm(toward)), 1e-300):
+        across = toward - inner(toward, down) * down
+        if length(across) < 1e-3 * max(length(toward), 1e-300):
             # Along the axis: any other will do.
             across = np.eye(3)[np.argmin(np.abs(down))]
-            across = across - (across @ down) * down
-        first = across / np.linalg.norm(across)
+            across = across - inner(across, down) * down
+        first = across / length(across)
         frame = np.stack([first, np.cross(down, first), down])
         centre, _ = section(endo, base)
         below = -base.signed_distance(endo.points)
@@ -82,7 +84,7 @@ class Axial:
             raise InputError("nothing of the cavity lies between base and apex plane; check their normals")
         heights = bottom * np.linspace(0.0, 0.9 if apex is None else 1.0, _CUTS)
         cuts = [section(endo, Plane(base.point + h * down, base.normal)) for h in heights]
-        local = np.array([frame[:2] @ (c - centre) for c, _ in cuts])
+        local = np.array([product(c - centre, frame[:2].T) for c, _ in cuts])
         radii = np.array([r for _, r in cuts])
         if apex is None:
             # The centre of the apex is as far from the bottom as from the sides.
@@ -97,25 +99,26 @@ class Axial:
         else:
             depth, reach = np.inf, bottom
         used = heights <= max(min(depth, bottom), heights[2])
-        powers = heights[used, None] ** np.arange(3)
-        if used.sum() < 5:
-            powers[:, 2] = 0.0
-        bend = np.linalg.lstsq(powers, local[used], rcond=None)[0]
+        # Shares of the depth, so that their powers are of a size; a line where there are too few cuts for a parabola.
+        powers = _powers(heights[used] / bottom)[:, : 3 if used.sum() >= 5 else 2]
+        bend = np.zeros((3, 2))
+        bend[: powers.shape[1]] = solve_definite(weighted(powers, powers), weighted(powers, local[used]))
+        bend /= _powers(np.array([bottom])).T
         return cls(frame, centre, bend, depth, reach, base, apex)
 
     def coordinates(self, points: FloatArray) -> FloatArray:
         """Places ``(n, 2)`` on the disk of a cup (see Cup) for points ``(n, 3)`` mm."""
-        q = (points - self.origin) @ self.frame.T
+        q = product(points - self.origin, self.frame.T)
         z = q[:, 2]
         level = np.minimum(z, self.depth if np.isfinite(self.depth) else z)
         # Above the base the axis goes on straight up, a parabola might swing out.
         height = np.maximum(level, 0.0)
-        across = q[:, :2] - height[:, None] ** np.arange(3) @ self.bend
+        across = q[:, :2] - _bent(height, self.bend)
         radius = np.linalg.norm(across, axis=1)
         if self.apex is None:
             fall = np.maximum(z - self.depth, 0.0)
             arc = np.where(
-                z > self.depth, self.reach * np.arctan2(radius, fall), 0.5 * np.pi * self.reach + self.depth - z
+                z > self.depth, self.reach * arctan2(radius, fall), 0.5 * np.pi * self.reach + self.depth - z
             )
             share = arc / self.length
         else:
@@ -155,12 +158,12 @@ class Axial:
         for points in (endo, epi):
             disk = self.coordinates(points)
             share = np.linalg.norm(disk, axis=1)
-            q = (points - self.origin) @ self.frame.T
+            q = product(points - self.origin, self.frame.T)
             used = (share < 1.0) & (q[:, 2] < min(self.depth, 1e9))
             if not used.any():
                 used = share < 1.0
             height = np.clip(q[used, 2], 0.0, self.depth)
-            across = np.linalg.norm(q[used, :2] - height[:, None] ** np.arange(3) @ self.bend, axis=1)
+            across = np.linalg.norm(q[used, :2] - _bent(height, self.bend), axis=1)
             radii.append(float(np.median(across)))
             if self.apex is None:
                 bottom = float(q[:, 2].max()) - self.depth
@@ -199,9 +202,18 @@ def section(surface: Surface, plane: Plane) -> tuple[FloatArray, float]:
     middle = np.nanmean(both, axis=1)
     span = np.nanmax(both, axis=1) - np.nanmin(both, axis=1)
     weight = np.linalg.norm(span, axis=1)
-    centre = weight @ middle / weight.sum()
-    radius = weight @ np.linalg.norm(middle - centre, axis=1) / weight.sum()
+    centre = weighted(weight, middle) / weight.sum()
+    radius = inner(weight, np.linalg.norm(middle - centre, axis=1)) / float(weight.sum())
     return np.asarray(centre), float(radius)
+
+
+def _powers(height: FloatArray) -> FloatArray:
+    return np.stack([np.ones_like(height), height, height * height], axis=1)
+
+
+def _bent(height: FloatArray, bend: FloatArray) -> FloatArray:
+    """Where the axis lies at depths ``(n,)``, across."""
+    return product(_powers(height), bend)
 
 
 def crossings(points: FloatArray, triangles: IntArray, height: FloatArray) -> FloatArray:

@@ -18,8 +18,10 @@ from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 
+from femprep.geometry.banded import Banded
 from femprep.geometry.patches import PatchSurface
 from femprep.model import FloatArray, IntArray
+from femprep.model.products import inner, length
 from femprep.surface.distortion import Ideal
 
 #: Pairs of steps and gradients remembered.
@@ -79,14 +81,12 @@ class OnPatches:
 def smoother(cells: IntArray, count: int) -> Callable[[FloatArray], FloatArray]:
     """Solve with the graph Laplacian of triangles or quadrilaterals for right sides ``(count, k)``."""
     from scipy.sparse import coo_array, diags_array
-    from scipy.sparse.linalg import splu
 
     one, two = cells.ravel(), np.roll(cells, -1, axis=1).ravel()
     half = coo_array((np.ones(len(one)), (one, two)), shape=(count, count))
     joined = (half + half.T).tocsr()
     degree: FloatArray = np.asarray(joined.sum(axis=1)).ravel()
-    matrix = (diags_array(degree * (1.0 + _ANCHOR)) - joined).tocsc()
-    return splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve
+    return Banded(diags_array(degree * (1.0 + _ANCHOR)) - joined).solve
 
 
 def descend(
@@ -132,7 +132,7 @@ def descend(
     while taken < steps:
         taken += 1
         direction = _direction(gradient, here.normals, pairs, solve)
-        if np.vdot(direction, gradient) >= 0.0:
+        if inner(direction, gradient) >= 0.0:
             pairs = []
             direction = _direction(gradient, here.normals, pairs, solve)
         if not pairs:
@@ -151,8 +151,8 @@ def descend(
             pairs = []
             continue
         move, change = there.points - here.points, slope - gradient
-        curvature = float(np.vdot(move, change))
-        if curvature > 1e-10 * np.linalg.norm(move) * np.linalg.norm(change):
+        curvature = inner(move, change)
+        if curvature > 1e-10 * length(move) * length(change):
             pairs = [*pairs[1 - _MEMORY :], (move, change, curvature)]
         here, value, gradient = there, following, slope
         record.append(value)
@@ -194,13 +194,13 @@ def _direction(
     q = gradient.copy()
     factors = []
     for move, change, curvature in reversed(pairs):
-        factor = float(np.vdot(move, q)) / curvature
+        factor = inner(move, q) / curvature
         factors.append(factor)
         q -= factor * change
     r = solve(q)
     if pairs:
         move, change, curvature = pairs[-1]
-        r *= curvature / float(np.vdot(change, solve(change)))
+        r *= curvature / inner(change, solve(change))
     for (move, change, curvature), factor in zip(pairs, reversed(factors)):
-        r += (factor - float(np.vdot(change, r)) / curvature) * move
+        r += (factor - inner(change, r) / curvature) * move
     return -_project(r, normals)

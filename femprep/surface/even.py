@@ -12,6 +12,7 @@ from femprep.geometry.patches import PatchSurface
 from femprep.geometry.topology import volume
 from femprep.geometry.triangles import areas, triangle_quality
 from femprep.model import FloatArray, IntArray, split_quads
+from femprep.model.products import product
 from femprep.surface.place import Chart, Connectivity, Goal, slide_evenly
 from femprep.surface.resolved import Resolved
 from femprep.surface.shape import HarmonicShape
@@ -112,16 +113,16 @@ def even_out(
     for _ in range(_ROUNDS):
         mesh = _resolve(shape, current)
         whole = volume(mesh.points, mesh.cells)
-        surface = PatchSurface(mesh.points @ axes, mesh.cells)
+        surface = PatchSurface(product(mesh.points, axes), mesh.cells)
         goal = Goal(surface, len(cells), curvature)
-        start = current.points @ axes
+        start = product(current.points, axes)
         if rounds == 0:
-            start = Chart.of(goal, directions @ axes, start).points_at(directions @ axes)
+            start = Chart.of(goal, product(directions, axes), start).points_at(product(directions, axes))
         slid = slide_evenly(start, current.cells, goal, connectivity)
-        following = _follow(shape, current, mesh.directions_of(slid.points @ axes.T), slid.cells)
+        following = _follow(shape, current, mesh.directions_of(product(slid.points, axes.T)), slid.cells)
         if following.faults and rounds == 0:
             # Patches on a mesh that the field's map stretches much are rough: a better mesh comes before sliding.
-            unslid = _follow(shape, current, mesh.directions_of(start @ axes.T), cells)
+            unslid = _follow(shape, current, mesh.directions_of(product(start, axes.T)), cells)
             following = min(following, unslid, key=lambda state: len(state.faults.triangles))
         rounds += 1
         if following.faults.lost:

@@ -18,6 +18,7 @@ from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
 from femprep.model import FloatArray, IntArray, Notice, Surface, records
+from femprep.model.products import product
 from femprep.options import SurfaceOptions, choose
 from femprep.surface.mend import Target, sound_map
 from femprep.surface.rest import image_axes
@@ -115,7 +116,7 @@ def fit_surface(
     boundary = _enough(obj, boundary_points(obj) if boundary is None else boundary)
     axes, turn = image_axes(obj)
     template = (cubed_template if chosen.cells == "quad" else charge_template)(chosen.vertices)
-    directions = template.directions @ (turn if obj.frame is None else obj.frame).T
+    directions = product(template.directions, (turn if obj.frame is None else obj.frame).T)
     info: dict[str, Any] = {
         "method": chosen.method,
         "vertices": len(directions),
@@ -180,17 +181,21 @@ def _target(
     tell("surface", 0.1)
     even = isotropic(obj, voxel)
     sources, placement = place_sources(
-        sphere_points(singularities) @ turn.T @ axes, even.mask, even.grid.to_index(centre[None, :])[0], voxel, radius
+        product(product(sphere_points(singularities), turn.T), axes),
+        even.mask,
+        even.grid.to_index(centre[None, :])[0],
+        voxel,
+        radius,
     )
     tell("surface", 0.3)
-    field = fit_strength(Field(centre, radius, centre + sources @ axes.T, np.ones(1)), boundary.points)
+    field = fit_strength(Field(centre, radius, centre + product(sources, axes.T), np.ones(1)), boundary.points)
     level = field.potential(boundary.points)
     steps = chosen.steps or field.enough_steps(boundary.points, level, 0.0, _FLOW_ERROR)
     feet = field.directions(field.flow(boundary.points, level, 0.0, steps))
     tell("surface", 0.7)
     target = Target(
         field,
-        Basis(sphere_points(control_points) @ turn.T, chosen.spline_order),
+        Basis(product(sphere_points(control_points), turn.T), chosen.spline_order),
         feet,
         level,
         directions,

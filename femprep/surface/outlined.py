@@ -9,6 +9,7 @@ from femprep.geometry.patches import PatchSurface
 from femprep.geometry.triangles import triangle_quality
 from femprep.image.object import LabelObject
 from femprep.model import Surface
+from femprep.model.products import product
 from femprep.surface.estimate.outline import outline
 from femprep.surface.place import place_evenly
 from femprep.surface.rest import AtRest
@@ -40,14 +41,14 @@ def outline_surface(obj: LabelObject, vertices: int) -> Surface:
     """
     rest = AtRest.of(obj)
     template = charge_template(vertices)
-    directions = rest.directions(template.directions @ (rest.axes if obj.frame is None else obj.frame).T)
+    directions = rest.directions(product(template.directions, (rest.axes if obj.frame is None else obj.frame).T))
     rough = PatchSurface(*outline(rest.obj, _OUTLINE))
     placed = place_evenly(directions, template.cells, rough)
     if placed.folded or triangle_quality(placed.points, placed.cells).min() < _POOR:
         placed = place_evenly(directions, template.cells, rough, connectivity="auto")
     if placed.folded:
         raise StageError(f"the template folds on the outline of {obj.name!r}")
-    points = placed.points @ rest.axes.T + obj.barycentre
+    points = product(placed.points, rest.axes.T) + obj.barycentre
     return Surface(
-        points, placed.cells, obj.name, directions=placed.directions @ rest.axes.T, info={"flips": placed.flips}
+        points, placed.cells, obj.name, directions=product(placed.directions, rest.axes.T), info={"flips": placed.flips}
     )

@@ -13,6 +13,8 @@ from femprep.geometry.patches import PatchSurface
 from femprep.geometry.topology import euler_characteristic, is_closed, volume
 from femprep.geometry.triangles import areas, triangle_quality
 from femprep.model import FloatArray, IntArray
+from femprep.model.functions import exponential, logarithm
+from femprep.model.products import inner, nearest_orthogonal, product, weighted
 from femprep.surface.coarser import coarser
 from femprep.surface.descent import OnPatches, Place, descend, on_sphere, smoother
 from femprep.surface.distortion import Ideal
@@ -98,9 +100,9 @@ class Goal:
         around = areas(surface.points, surface.triangles)
         share = np.bincount(surface.triangles.ravel(), weights=np.repeat(around / 3.0, 3), minlength=len(bend))
         square = np.einsum("nij,nij->n", bend, bend)
-        usual = float(share @ square / share.sum())
-        self.density: FloatArray = np.asarray((1.0 + square / usual) ** (0.5 * curvature))
-        self.area: FloatArray = float(share @ self.density) / count / self.density
+        usual = inner(share, square) / float(share.sum())
+        self.density: FloatArray = np.asarray(exponential(0.5 * curvature * logarithm(1.0 + square / usual)))
+        self.area: FloatArray = inner(share, self.density) / count / self.density
 
     def cells(self, cells: IntArray, near: IntArray) -> Ideal:
         """Ideal cells at vertices near the given ones of the surface."""
@@ -187,7 +189,7 @@ class Chart:
         density = goal.density[goal.surface.nearest(points)]
         sphere = sphere_map(points, cells, density)
         weight = areas(points, cells) * density[cells].mean(axis=1)
-        return cls(points, cells, sphere @ _turn(sphere, _wanted(points, directions, start), weight, cells).T)
+        return cls(points, cells, product(sphere, _turn(sphere, _wanted(points, directions, start), weight, cells).T))
 
     def points_at(self, directions: FloatArray) -> FloatArray:
         """Points ``(q, 3)`` of the mesh for unit vectors ``(q, 3)``."""
@@ -296,7 +298,7 @@ def _enough(slid: Slid, goal: Goal) -> bool:
 def sphere_turned(points: FloatArray, cells: IntArray, directions: FloatArray) -> FloatArray:
     """Places ``(n, 3)`` of a closed mesh on the sphere, turned so that each lies in its direction from the middle."""
     sphere = sphere_map(points, cells)
-    return np.asarray(sphere @ _turn(sphere, _wanted(points, directions, None), areas(points, cells), cells).T)
+    return product(sphere, _turn(sphere, _wanted(points, directions, None), areas(points, cells), cells).T)
 
 
 def _wanted(points: FloatArray, directions: FloatArray, start: FloatArray | None) -> FloatArray:
@@ -312,7 +314,11 @@ def _wanted(points: FloatArray, directions: FloatArray, start: FloatArray | None
 def _turn(sphere: FloatArray, wanted: FloatArray, weight: FloatArray, cells: IntArray) -> FloatArray:
     """The rotation ``(3, 3)`` after which vectors agree best with those wanted."""
     share = np.bincount(cells.ravel(), weights=np.repeat(weight, 3), minlength=len(sphere))
-    left, _, right = np.linalg.svd(wanted.T @ (share[:, None] * sphere))
+    alike = weighted(wanted, share[:, None] * sphere)
+    found = nearest_orthogonal(alike)
+    if found is not None and np.linalg.det(found) > 0.0:
+        return found
+    left, _, right = np.linalg.svd(alike)
     flip = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
     return np.asarray(left @ flip @ right)
 
@@ -336,7 +342,7 @@ def _unfolded(directions: FloatArray, slid: Slid) -> FloatArray:
         return found.points
     # Anew, turned to where the vertices should be.
     sphere = sphere_map(slid.points, slid.cells)
-    return sphere @ _turn(sphere, place.points, whole, slid.cells).T
+    return product(sphere, _turn(sphere, place.points, whole, slid.cells).T)
 
 
 def _upright(ideal: Ideal, place: Place) -> bool:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.patches import PatchSurface
 from femprep.model import FloatArray, IntArray
+from femprep.model.products import product
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +63,11 @@ class PlacedShape:
 
     def to_world(self, places: npt.ArrayLike) -> FloatArray:
         """World points ``(n, 3)`` mm LPS of places in the surface's coordinates."""
-        return np.asarray(self.centre + np.asarray(places, dtype=np.float64) @ self.axes.T, dtype=np.float64)
+        return np.asarray(self.centre + product(places, self.axes.T))
 
     def to_local(self, points: npt.ArrayLike) -> FloatArray:
         """Places in the surface's coordinates of world points ``(n, 3)`` mm LPS."""
-        return np.asarray((np.asarray(points, dtype=np.float64) - self.centre) @ self.axes, dtype=np.float64)
+        return product(np.asarray(points, dtype=np.float64) - self.centre, self.axes)
 
     def height(self, points: npt.ArrayLike) -> FloatArray:
         """How far inside the surface world points ``(n, 3)`` near it lie, ``(n,)`` mm."""

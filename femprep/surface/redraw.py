@@ -10,6 +10,7 @@ from femprep.geometry.intersection import self_intersections
 from femprep.geometry.patches import PatchSurface
 from femprep.geometry.triangles import triangle_quality
 from femprep.model import FloatArray, IntArray
+from femprep.model.products import product
 from femprep.surface.collapse import collapsed
 from femprep.surface.place import Goal, Placed, Slid, slide_evenly, sphere_turned
 from femprep.surface.quartered import quartered
@@ -112,7 +113,7 @@ def _numbers(directions: FloatArray, sphere: FloatArray) -> IntArray:
     while parts:
         mine, theirs = parts.pop()
         if len(mine) <= _MATCHED:
-            row, column = linear_sum_assignment(-directions[mine] @ sphere[theirs].T)
+            row, column = linear_sum_assignment(-product(directions[mine], sphere[theirs].T))
             number[mine[row]] = theirs[column]
             continue
         axis = np.argmax(np.ptp(directions[mine], axis=0))

@@ -5,11 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from femprep.errors import StageError
+from femprep.geometry.closest import ClosestFinder
 from femprep.model import FloatArray
+from femprep.model.functions import exponential
+from femprep.model.products import length
 from femprep.template.cup import Cup
 
 #: Cells looked at for each vertex: those with the nearest middles.
 _CANDIDATES = 8
+#: A place within this distance of a triangle lies on it, but for rounding; the disk's radius is 1.
+_OUTSIDE = 1e-9
 
 
 def scatter(disk: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
@@ -22,17 +27,21 @@ def scatter(disk: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatAr
     """
     from scipy.spatial import Delaunay
 
-    mesh = Delaunay(disk)
-    found = mesh.find_simplex(wanted)
-    if (found < 0).any():
+    # Searched by our own finder: Delaunay's asks a linear algebra library for each triangle's map, one by one, of which
+    # the threads then wait for each other.
+    triangles = Delaunay(disk).simplices.astype(np.int64)
+    found = ClosestFinder(_lifted(disk), triangles)(_lifted(wanted))
+    outside = found.distance > _OUTSIDE
+    if outside.any():
         raise StageError(
-            f"{np.count_nonzero(found < 0)} of {len(wanted)} vertices of the cup find no place on a surface; the base "
+            f"{np.count_nonzero(outside)} of {len(wanted)} vertices of the cup find no place on a surface; the base "
             "plane cuts it too near its end"
         )
-    to_shares = mesh.transform[found]
-    first = np.einsum("nij,nj->ni", to_shares[:, :2], wanted - to_shares[:, 2])
-    shares = np.column_stack([first, 1.0 - first.sum(axis=1)])
-    return np.asarray(np.einsum("ni,nij->nj", shares, values[mesh.simplices[found]]))
+    return np.asarray(np.einsum("nk,nkj->nj", found.weights, values[triangles[found.triangle]]))
+
+
+def _lifted(disk: FloatArray) -> FloatArray:
+    return np.column_stack([disk, np.zeros(len(disk))])
 
 
 def refine(coarse: Cup, values: FloatArray, fine: Cup) -> FloatArray:
@@ -64,13 +73,13 @@ def _even(cup: Cup, disk: FloatArray) -> FloatArray:
     """The disk stretched outwards so that cells of the cup are about as high as wide everywhere."""
     share = np.linalg.norm(disk, axis=1)
     if len(cup.apex):
-        hole = float(np.linalg.norm(cup.disk[cup.apex[0]]))
-        stretched = np.exp((share - 1.0) / (1.0 - hole) * 2.0 * np.pi * cup.rows / cup.columns)
+        hole = length(cup.disk[cup.apex[0]])
+        stretched = exponential((share - 1.0) / (1.0 - hole) * 2.0 * np.pi * cup.rows / cup.columns)
     else:
         # Up to here rows grow wider, from here on they stay.
         sectors = cup.columns / (5.0 if cup.cells.shape[1] == 3 else 8.0)
         turn = sectors / (sectors + cup.rows)
-        stretched = np.where(share > turn, turn * np.exp(np.maximum(share / turn - 1.0, 0.0)), share)
+        stretched = np.where(share > turn, turn * exponential(np.maximum(share / turn - 1.0, 0.0)), share)
     return np.asarray(disk * (stretched / np.maximum(share, 1e-300))[:, None])
 
 

@@ -15,6 +15,7 @@ from femprep.image.boundary import BoundaryPoints, face_indices
 from femprep.image.grid import Grid
 from femprep.image.object import LabelObject
 from femprep.model import FloatArray
+from femprep.model.products import nearest_orthogonal, product
 
 #: Decimals kept of how far boundary points are from the middles of their voxels' faces, mm, and of unit vectors: those
 #: beyond depend on how the image is turned.
@@ -23,8 +24,8 @@ _DECIMALS: Final = (6, 9)
 
 def image_axes(obj: LabelObject) -> tuple[FloatArray, FloatArray]:
     """The image's axes as columns, made exactly orthogonal, and the same as a rotation."""
-    left, _, right = np.linalg.svd(obj.grid.direction)
-    axes = np.asarray(left @ right, dtype=np.float64)
+    axes = nearest_orthogonal(obj.grid.direction)
+    assert axes is not None, "the axes of a grid are orthogonal but for rounding"
     frame = axes.copy()
     if np.linalg.det(frame) < 0.0:
         frame[:, 2] *= -1.0
@@ -53,7 +54,7 @@ class AtRest:
     def of(cls, obj: LabelObject) -> AtRest:
         """Put an object at rest."""
         axes = image_axes(obj)[1]
-        hand = np.diag(np.sign(np.diag(axes.T @ obj.grid.direction)))
+        hand = np.diag(np.sign(np.diag(product(axes.T, obj.grid.direction))))
         grid = Grid(obj.grid.shape, obj.grid.spacing, np.zeros(3), hand, obj.grid.offsets)
         return cls(LabelObject(obj.mask, grid, obj.name, obj.report), axes, obj)
 
@@ -62,7 +63,7 @@ class AtRest:
         here, there = self.obj.grid, self.given.grid
         face = face_indices(boundary, there)
         side = 2.0 * (face - boundary.voxel).sum(axis=1)
-        moved = np.round((boundary.points - there.to_world(face)) @ self.axes, _DECIMALS[0])
+        moved = np.round(product(boundary.points - there.to_world(face), self.axes), _DECIMALS[0])
         return BoundaryPoints(
             here.to_world(face) + moved,
             side[:, None] * here.direction[:, boundary.axis].T,
@@ -74,5 +75,5 @@ class AtRest:
 
     def directions(self, directions: FloatArray) -> FloatArray:
         """Unit vectors ``(n, 3)`` of the world in these coordinates."""
-        here = np.round(directions @ self.axes, _DECIMALS[1])
+        here = np.round(product(directions, self.axes), _DECIMALS[1])
         return np.asarray(here / np.linalg.norm(here, axis=1, keepdims=True))

@@ -15,6 +15,7 @@ from femprep.geometry.triangles import triangle_quality
 from femprep.image.boundary import BoundaryPoints
 from femprep.image.object import LabelObject
 from femprep.model import FloatArray, IntArray, Notice, Surface, records, split_quads
+from femprep.model.products import product
 from femprep.surface.estimate import estimate_surface
 from femprep.surface.estimate.chords import outset
 from femprep.surface.estimate.evidence import Evidence
@@ -142,7 +143,7 @@ def smooth_map(
     placed = best.placed
     shape = PlacedShape(
         best.surface,
-        placed.directions @ rest.axes.T,
+        product(placed.directions, rest.axes.T),
         split_quads(placed.cells),
         placed.points,
         rest.axes,

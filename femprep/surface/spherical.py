@@ -19,6 +19,7 @@ import numpy as np
 from femprep.geometry.banded import Banded
 from femprep.geometry.triangles import areas, corners
 from femprep.model import FloatArray, IntArray
+from femprep.model.products import inner, length, solve_definite, weighted
 from femprep.surface.descent import descend, on_sphere, smoother
 from femprep.surface.distortion import Ideal
 
@@ -97,21 +98,20 @@ def centred(directions: FloatArray, weight: FloatArray, cells: IntArray) -> Floa
     share = np.bincount(cells.ravel(), weights=np.repeat(weight / weight.sum() / 3.0, 3), minlength=len(directions))
     x = directions
     for _ in range(100):
-        middle = share @ x
-        off = float(np.linalg.norm(middle))
+        middle = weighted(share, x)
+        off = length(middle)
         if off < 1e-6:
             break
-        jacobian = 2.0 * (np.eye(3) - np.einsum("n,ni,nj->ij", share, x, x))
-        c = -np.linalg.solve(jacobian, middle)
-        length = float(np.linalg.norm(c))
-        c *= min(1.0, 0.5 / length)
+        jacobian = 2.0 * (np.eye(3) - weighted(x, share[:, None] * x))
+        c = -solve_definite(jacobian, middle[:, None])[:, 0]
+        c *= min(1.0, 0.5 / length(c))
         shifted = x + c
-        x = (1.0 - c @ c) * shifted / np.einsum("ij,ij->i", shifted, shifted)[:, None] + c
+        x = (1.0 - inner(c, c)) * shifted / np.einsum("ij,ij->i", shifted, shifted)[:, None] + c
         x = x / np.linalg.norm(x, axis=1, keepdims=True)
     return x
 
 
 def _normed(points: FloatArray, weight: FloatArray, cells: IntArray) -> FloatArray:
     """Moved and scaled to middle 0 and area 4 pi."""
-    middle = weight @ corners(points, cells).mean(axis=1) / weight.sum()
+    middle = weighted(weight, corners(points, cells).mean(axis=1)) / weight.sum()
     return np.asarray((points - middle) * np.sqrt(4.0 * np.pi / areas(points, cells).sum()))

@@ -12,6 +12,7 @@ import numpy as np
 
 from femprep.errors import OptionError
 from femprep.model import FloatArray, IntArray, readonly
+from femprep.model.functions import arctan2, sine_cosine
 
 #: Triangles around the apex of a triangle cup. A hemisphere of equilateral triangles has five corners of valence five
 #: around its pole, as half an icosahedron.
@@ -128,7 +129,7 @@ def quad_cup(columns: int, rows: int) -> Cup:
     grid = np.arange(side + 1) - 0.5 * side
     x, y = (a.ravel() for a in np.meshgrid(grid, grid, indexing="ij"))
     shell = np.maximum(np.abs(x), np.abs(y))
-    angle = np.mod(np.arctan2(y, x) + 0.25 * np.pi, 2.0 * np.pi)
+    angle = np.mod(arctan2(y, x) + 0.25 * np.pi, 2.0 * np.pi)
     order = np.lexsort((angle, shell))
     number = np.empty(len(order), dtype=np.int64)
     number[order] = np.arange(len(order))
@@ -141,14 +142,15 @@ def quad_cup(columns: int, rows: int) -> Cup:
     face = (0.5 * side / total) * np.stack([u * (1.0 - 0.15 * v * v), v * (1.0 - 0.15 * u * u)], axis=1)
     ring = len(face) - columns + np.arange(columns)
     radius = np.linalg.norm(face[ring], axis=1)
-    turn = np.unwrap(np.arctan2(face[ring, 1], face[ring, 0]))
+    turn = np.unwrap(arctan2(face[ring, 1], face[ring, 0]))
     even = turn[0] + 2.0 * np.pi * np.arange(columns) / columns
     blocks, cells, below = [face], [square], ring
     for row in range(1, rows + 1):
         share = row / rows
         at = turn + (even - turn) * share
         r = radius + (1.0 - radius) * share
-        blocks.append(np.stack([r * np.cos(at), r * np.sin(at)], axis=1))
+        sine, cosine = sine_cosine(at)
+        blocks.append(np.stack([r * cosine, r * sine], axis=1))
         above = below[-1] + 1 + np.arange(columns)
         cells.append(_straight(below, above))
         below = above
@@ -185,7 +187,8 @@ def _require(columns: int, rows: int, multiple: int) -> None:
 
 
 def _ring(radius: float, turns: FloatArray) -> FloatArray:
-    return radius * np.stack([np.cos(2.0 * np.pi * turns), np.sin(2.0 * np.pi * turns)], axis=1)
+    sine, cosine = sine_cosine(2.0 * np.pi * turns)
+    return radius * np.stack([cosine, sine], axis=1)
 
 
 def _staggered(inner: int, outer: int, columns: int, outward: bool) -> IntArray:

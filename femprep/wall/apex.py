@@ -20,6 +20,7 @@ from scipy.ndimage import distance_transform_edt
 from femprep.errors import InputError
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.model import BoolArray, FloatArray, Notice, Surface, records
+from femprep.model.products import product
 from femprep.options import WallOptions, choose
 from femprep.wall.landmarks import read_stack
 
@@ -119,7 +120,7 @@ def extend_apex(
     reach = _reach(pile, obj, endo)
     points = _raised(boundary, obj, pile, _dome(pile, reach + thickness))
     centre, outward = _end(pile, obj)
-    tip = points[int(np.argmax((points - centre) @ outward))]
+    tip = points[int(np.argmax(product(points - centre, outward)))]
     info.update(
         extrapolated_mm=thickness,
         slice_thickness_mm=pile.height,
@@ -205,7 +206,7 @@ def _reach(pile: Pile, obj: LabelObject, endo: Surface | None) -> float:
     if endo is None:
         return 0.5 * pile.height
     centre, outward = _end(pile, obj)
-    return float(np.clip(((endo.points - centre) @ outward).max(), 0.0, pile.height))
+    return float(np.clip(product(endo.points - centre, outward).max(), 0.0, pile.height))
 
 
 def _end(pile: Pile, obj: LabelObject) -> tuple[FloatArray, FloatArray]:
@@ -227,7 +228,7 @@ def _raised(boundary: BoundaryPoints, obj: LabelObject, pile: Pile, height: Floa
     """Boundary points with those of the flat end of slice 0 raised to a height above its centre."""
     column = tuple(np.delete(boundary.voxel, pile.axis, axis=1).T)
     centre, outward = _end(pile, obj)
-    facing = (boundary.axis == pile.axis) & (boundary.normal @ outward > 0.5)
+    facing = (boundary.axis == pile.axis) & (product(boundary.normal, outward) > 0.5)
     ending = facing & (boundary.voxel[:, pile.axis] == pile.first)
-    level = (boundary.points - centre) @ outward
+    level = product(boundary.points - centre, outward)
     return np.asarray(boundary.points + np.where(ending, height[column] - level, 0.0)[:, None] * outward)

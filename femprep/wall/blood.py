@@ -7,6 +7,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.geometry.topology import border_loops
 from femprep.model import FACET_TAGS, BloodPools, IntArray, Plane, Wall, endo_tags, tag_name
+from femprep.model.products import product
 from femprep.wall.planar import fill_rings
 from femprep.wall.solid import plane_frame
 
@@ -45,8 +46,8 @@ def fill_cavities(wall: Wall) -> BloodPools:
         for loop in border_loops(own):
             plane_name, plane = _plane_of(wall, loop, name)
             frame = plane_frame(plane)[:2]
-            at, cap = fill_rings([(wall.points[loop] - plane.point) @ frame.T])
-            added = at[len(loop) :] @ frame + plane.point
+            at, cap = fill_rings([product(wall.points[loop] - plane.point, frame.T)])
+            added = product(at[len(loop) :], frame) + plane.point
             added -= plane.signed_distance(added)[:, None] * plane.normal
             number = np.concatenate([loop, count + np.arange(len(added))])
             points.append(added)

@@ -13,6 +13,7 @@ from femprep.errors import InputError, OptionError, StageError
 from femprep.geometry.topology import volume
 from femprep.geometry.triangles import triangle_quality
 from femprep.model import FACET_TAGS, IntArray, Plane, Surface, TagArray, Wall
+from femprep.model.products import product
 from femprep.options import WallOptions, choose
 from femprep.wall.checks import check_sheet, check_surface, check_wall
 from femprep.wall.clip import clip, rim_loops
@@ -221,9 +222,9 @@ def _with_caps(sheets: list[Sheet], triangles: IntArray, tag: TagArray, planes: 
     for number, (name, plane) in enumerate(planes.items()):
         frame = plane_frame(plane)
         rims = [(k, loop) for k, sheet in enumerate(sheets) for loop in rim_loops(sheet, number)]
-        at, cap = fill_rings([(sheets[k].points[rim] - plane.point) @ frame[:2].T for k, rim in rims])
+        at, cap = fill_rings([product(sheets[k].points[rim] - plane.point, frame[:2].T) for k, rim in rims])
         vertex = np.concatenate([rim + starts[k] for k, rim in rims])
-        added = at[len(vertex) :] @ frame[:2] + plane.point
+        added = product(at[len(vertex) :], frame[:2]) + plane.point
         added -= plane.signed_distance(added)[:, None] * plane.normal
         vertex = np.concatenate([vertex, count + np.arange(len(added))])
         points.append(added)

@@ -8,6 +8,7 @@ from femprep.errors import InputError
 from femprep.geometry.facets import facet_triangles
 from femprep.geometry.topology import border_loops
 from femprep.model import FloatArray, IntArray, Plane, Surface, VolumeMesh
+from femprep.model.products import product
 from femprep.wall.solid import plane_frame, triangulate_rings
 
 
@@ -64,5 +65,5 @@ def _cap(points: FloatArray, loop: IntArray) -> IntArray:
     ring = points[loop[::-1]]
     middle = ring.mean(axis=0)
     normal = np.cross(ring - middle, np.roll(ring, -1, axis=0) - middle).sum(axis=0)
-    flat = (ring - middle) @ plane_frame(Plane(middle, normal))[:2].T
+    flat = product(ring - middle, plane_frame(Plane(middle, normal))[:2].T)
     return loop[::-1][triangulate_rings(flat, [np.arange(len(loop))])]

@@ -23,6 +23,7 @@ from femprep.geometry.triangles import normals, vertex_normals
 from femprep.image.grid import Grid
 from femprep.image.object import PADDING, LabelObject, make_object
 from femprep.model import FloatArray, Notice, Surface, noted
+from femprep.model.products import product
 from femprep.options import WallOptions
 from femprep.wall.checks import place
 
@@ -115,13 +116,13 @@ class Envelope:
     def object(self, like: Grid, name: str) -> LabelObject:
         """The body as voxels of a fine isotropic grid along the axes of another one."""
         axes = like.direction / np.linalg.norm(like.direction, axis=0)
-        corners = np.concatenate([part.surface.points for part in self.parts]) @ axes
+        corners = product(np.concatenate([part.surface.points for part in self.parts]), axes)
         room = max(part.thickness for part in self.parts) + max(part.blend for part in self.parts)
         low, high = corners.min(axis=0) - room, corners.max(axis=0) + room
         voxel = max(_FINEST, float((high - low).max()) / _ALONG)
         count = np.ceil((high - low) / voxel).astype(int) + 2 * PADDING
         i, j, k = (int(n) for n in count)
-        grid = Grid((i, j, k), np.full(3, voxel), axes @ (low - PADDING * voxel), axes)
+        grid = Grid((i, j, k), np.full(3, voxel), product(low - PADDING * voxel, axes.T), axes)
         return make_object(self._inside(grid), grid, name)
 
     def _inside(self, grid: Grid) -> npt.NDArray[np.bool_]:

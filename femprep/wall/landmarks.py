@@ -17,6 +17,7 @@ import numpy.typing as npt
 from femprep.errors import InputError
 from femprep.image.slices import relative_slope
 from femprep.model import BoolArray, FloatArray, Notice, Plane
+from femprep.model.products import length
 from femprep.options import WallOptions, choose
 
 if TYPE_CHECKING:
@@ -184,6 +185,8 @@ def slice_plane(
     # A grid of ITK is orthogonal, so the direction of the stack is also the normal of its slices.
     normal = towards * seg.grid.direction[:, stack.axis] / np.linalg.norm(seg.grid.direction[:, stack.axis])
     return Plane(point - inward * normal, normal, source=source, notices=notices)
+    normal = towards * seg.grid.direction[:, stack.axis] / length(seg.grid.direction[:, stack.axis])
+    return Plane(point - inward * normal, normal, source=source)
 
 
 def find_base(seg: Segmentation, *, options: WallOptions | None = None, **changes: Any) -> Plane:

@@ -18,6 +18,8 @@ from scipy.ndimage import label
 from femprep.errors import InputError
 from femprep.geometry.closest import ClosestFinder
 from femprep.model import FACET_TAGS, FloatArray, Notice, Plane, Wall, noted
+from femprep.model.functions import sine_cosine
+from femprep.model.products import length
 from femprep.wall.checks import place
 from femprep.wall.solid import drill, plane_frame
 
@@ -162,7 +164,7 @@ def _opening(
 ) -> Opening | None:
     """A patch of voxel faces as a round opening; None where it is too small, too ragged or too bent for one."""
     flow = (areas[:, None] * normals).sum(axis=0)
-    area = float(np.linalg.norm(flow))  # the area across the normal
+    area = length(flow)  # the area across the normal
     if area < _AREA:
         return None
     middle = np.average(centres, axis=0, weights=areas)
@@ -309,7 +311,8 @@ def _fit(opening: Opening, sheets: Mapping[str, ClosestFinder]) -> tuple[float, 
     radius = _INNER * opening.radius
     frame = plane_frame(opening.plane)
     turn = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
-    ring = np.cos(turn)[:, None] * frame[0] + np.sin(turn)[:, None] * frame[1]
+    sine, cosine = sine_cosine(turn)
+    ring = cosine[:, None] * frame[0] + sine[:, None] * frame[1]
     steps = np.arange(-_REACH, _REACH + _STEP, _STEP)
     for _ in range(_TRIES):
         disc = opening.plane.point + np.concatenate([np.zeros((1, 3)), 0.5 * radius * ring, radius * ring])
@@ -344,5 +347,6 @@ def _prism(plane: Plane, radius: float, ends: tuple[float, float]) -> FloatArray
     count = max(12, int(np.ceil(2.0 * np.pi * radius / 2.5)))
     frame = plane_frame(plane)
     turn = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
-    ring = plane.point + radius * (np.cos(turn)[:, None] * frame[0] + np.sin(turn)[:, None] * frame[1])
+    sine, cosine = sine_cosine(turn)
+    ring = plane.point + radius * (cosine[:, None] * frame[0] + sine[:, None] * frame[1])
     return np.stack([ring + end * plane.normal for end in ends])

@@ -13,6 +13,7 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.model import BoolArray, FloatArray, IntArray
+from femprep.model.products import inner
 from femprep.wall.solid import triangulate_rings
 
 #: Added points keep this share of the local spacing from the rings and from each other.
@@ -63,7 +64,7 @@ def fill_rings(rings: Sequence[FloatArray]) -> tuple[FloatArray, IntArray]:
 
 def _area(ring: FloatArray) -> float:
     x, y = ring.T
-    return float(0.5 * (x @ np.roll(y, -1) - np.roll(x, -1) @ y))
+    return float(0.5 * (inner(x, np.roll(y, -1)) - inner(np.roll(x, -1), y)))
 
 
 def _inner_points(points: FloatArray, edges: IntArray) -> FloatArray:
@@ -83,8 +84,8 @@ def _inner_points(points: FloatArray, edges: IntArray) -> FloatArray:
         return np.empty((0, 2))
     # Spacing wished for at a point: of the rim edges, weighted by how near they are.
     gap = np.linalg.norm(lattice[:, None] - middle[None], axis=2)
-    weight = 1.0 / np.maximum(gap, 0.1 * fine) ** 4
-    size = (weight @ length) / weight.sum(axis=1)
+    weight = 1.0 / (np.maximum(gap, 0.1 * fine) ** 2) ** 2
+    size = (weight * length).sum(axis=1) / weight.sum(axis=1)
     far = _distance(lattice, start, stop) > _FROM_RING * size
     lattice, size = lattice[far], size[far]
     chosen: list[int] = []

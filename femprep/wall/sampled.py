@@ -13,6 +13,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from femprep.model import FloatArray, IntArray
+from femprep.model.products import solve_definite
 
 #: Samples each local expansion is fitted to (two rings of a triangulation), and expansions blended at a point.
 _FITTED = 18
@@ -53,7 +54,7 @@ class SampledMap:
         normal = np.einsum("nki,nk,nkj->nij", design, weight, design)
         normal += 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(5)
         right = np.einsum("nki,nk,nkc->nic", design, weight, rise)
-        self._coefficients: FloatArray = np.linalg.solve(normal, right) / scale[:, :, None]
+        self._coefficients: FloatArray = solve_definite(normal, right) / scale[:, :, None]
 
     def _nearest(self, directions: FloatArray, count: int) -> tuple[FloatArray, IntArray]:
         """Distances and numbers ``(n, count)`` of the nearest samples, nearest first."""
@@ -91,7 +92,7 @@ class SampledMap:
         tangent, near, local = self._tangents(directions)
         gram = np.einsum("nac,nbc->nab", tangent, tangent)
         gram += 1e-12 * np.trace(gram, axis1=1, axis2=2)[:, None, None] * np.eye(2)
-        move = np.linalg.solve(gram, np.einsum("nac,nc->na", tangent, displacement)[..., None])[..., 0]
+        move = solve_definite(gram, np.einsum("nac,nc->na", tangent, displacement)[..., None])[..., 0]
         further = self.directions[near] + np.einsum("na,nac->nc", local + move, self._frame[near])
         return np.asarray(further / np.linalg.norm(further, axis=1, keepdims=True))
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from femprep.model import BoolArray, FloatArray, IntArray, Plane, SphereMap
+from femprep.model.products import product
 from femprep.wall.sampled import SampledMap
 
 #: Newton steps of the way to a plane, how near it may end on the smooth surface (the rest is projected), and the least
@@ -99,7 +100,7 @@ def reach(
         normal = np.cross(tangent[:, 0], tangent[:, 1])
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
         # The steepest way to the plane along the surface is the part of the plane's normal that is tangent to it.
-        steepest = plane.normal - (normal @ plane.normal)[:, None] * normal
+        steepest = plane.normal - product(normal, plane.normal)[:, None] * normal
         square = np.maximum((steepest**2).sum(axis=1), _STEEP**2)
         directions[active] = smooth.step(directions[active], -(away[active] / square)[:, None] * steepest)
         points[active] = at(directions[active])

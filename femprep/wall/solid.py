@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from femprep.errors import InputError, StageError
 from femprep.model import FACET_TAGS, FloatArray, IntArray, Plane, Wall
+from femprep.model.products import length, product
 from femprep.wall.clip import rim_loops
 from femprep.wall.sheet import Sheet
 
@@ -35,7 +36,7 @@ def plane_frame(plane: Plane) -> FloatArray:
     """Rotation ``(3, 3)`` whose rows are two directions of a plane and its normal, right-handed."""
     axis = np.eye(3)[int(np.argmin(np.abs(plane.normal)))]
     first = np.cross(axis, plane.normal)
-    first /= np.linalg.norm(first)
+    first /= length(first)
     return np.stack([first, np.cross(plane.normal, first), plane.normal])
 
 
@@ -75,7 +76,7 @@ def join(epi: Sheet, endo: Mapping[str, Sheet]) -> tuple[IntArray, IntArray]:
     solids = []
     for number, sheet in enumerate(sheets):
         points, triangles = _close(sheet, plug=(0.1 if number else 0.05) * size)
-        turned = (points - origin) @ rotation.T
+        turned = product(points - origin, rotation.T)
         # In this frame the base is exactly z = 0: what the vertices on it were projected to.
         turned[: len(sheet.points)][sheet.on_plane == 0, 2] = 0.0
         # Triangles that close a sheet get an identity of their own, so that they can be told apart.
@@ -116,7 +117,7 @@ def _close(sheet: Sheet, plug: float) -> tuple[FloatArray, IntArray]:
             u, v = back, np.roll(back, -1)
             tu, tv = top, np.roll(top, -1)
             triangles += [np.stack([u, v, tv], axis=1), np.stack([u, tv, tu], axis=1)]
-            flat = (sheet.points[back] - plane.point) @ rotation[:2].T
+            flat = product(sheet.points[back] - plane.point, rotation[:2].T)
             triangles.append(top[triangulate_rings(flat, [np.arange(len(back))])])
     return np.concatenate(points), np.concatenate(triangles)
 
@@ -125,7 +126,7 @@ def _sheet_facets(
     mesh: Any, sheets: Sequence[Sheet], first_id: int, rotation: FloatArray, origin: FloatArray
 ) -> tuple[IntArray, IntArray]:
     """The facets that come from sheets, in the sheets' numbering."""
-    points = np.asarray(mesh.vert_properties)[:, :3] @ rotation + origin
+    points = product(np.asarray(mesh.vert_properties)[:, :3], rotation) + origin
     triangles = np.asarray(mesh.tri_verts, dtype=np.int64)
     runs = np.asarray(mesh.run_index, dtype=np.int64) // 3
     origin_id = np.repeat(np.asarray(mesh.run_original_id, dtype=np.int64), np.diff(runs))

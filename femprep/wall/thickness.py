@@ -18,6 +18,7 @@ from femprep.geometry.closest import ClosestFinder
 from femprep.geometry.topology import edge_table
 from femprep.geometry.triangles import vertex_normals
 from femprep.model import FloatArray, IntArray, Notice, noted
+from femprep.model.products import product
 from femprep.wall.sampled import SampledMap
 from femprep.wall.sheet import Sheet
 
@@ -214,7 +215,7 @@ def _within_planes(sheet: Sheet, displacement: FloatArray) -> FloatArray:
         rim = sheet.on_plane == number
         normal = sheet.plane_of(number).normal
         whole = np.linalg.norm(displacement[rim], axis=1)
-        flat = displacement[rim] - (displacement[rim] @ normal)[:, None] * normal
+        flat = displacement[rim] - product(displacement[rim], normal)[:, None] * normal
         size = np.linalg.norm(flat, axis=1)
         displacement[rim] = flat * np.minimum(whole / np.maximum(size, 1e-300), 2.0)[:, None]
     return displacement

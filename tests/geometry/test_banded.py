@@ -7,11 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import coo_array, diags_array, random_array
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import spsolve
 
 from femprep.errors import StageError
-from femprep.geometry.banded import Banded
+from femprep.geometry.banded import SPARE, Banded
 from femprep.template import charge_template
+
+pytestmark = pytest.mark.bytes
 
 
 def laplacian(vertices: int) -> coo_array:
@@ -42,6 +45,14 @@ def test_any_pattern_will_do_pieces_apart_too(size, density, seed):
     matrix = half @ half.T + diags_array(rng.uniform(0.5, 2.0, size))
     right = rng.normal(size=size)
     assert np.allclose(matrix @ Banded(matrix).solve(right), right, atol=1e-9)
+
+
+@pytest.mark.parametrize("vertices", [162, 752])
+def test_the_band_is_as_narrow_as_scipys(vertices):
+    matrix = laplacian(vertices).tocsr()
+    order = reverse_cuthill_mckee(matrix, symmetric_mode=True)
+    turned = matrix[order][:, order].tocoo()
+    assert Banded(matrix)._rows.shape[1] - 1 - SPARE <= 1.1 * np.abs(turned.row - turned.col).max()
 
 
 def test_what_is_not_definite_is_refused():

@@ -14,6 +14,8 @@ from scipy.spatial.transform import Rotation
 from femprep.errors import InputError
 from femprep.harmonic.field import Field, fit_strength
 
+pytestmark = pytest.mark.bytes
+
 CENTRE = np.array([12.0, -40.0, 7.5])
 RADIUS = 52.0
 

@@ -13,6 +13,8 @@ import pytest
 from femprep.harmonic.field import Field
 from femprep.template import sphere_points
 
+pytestmark = pytest.mark.bytes
+
 RADIUS = 50.0
 ORIGIN = np.zeros(3)
 

@@ -21,6 +21,8 @@ from femprep.template import charge_template, sphere_points
 from femprep.template.charges import relax
 from femprep.template.sphere import Template, fibonacci, triangulate
 
+pytestmark = pytest.mark.bytes
+
 
 def faults_of_sphere(template: Template, vertices: int) -> list[str]:
     """What a template is not that a sphere of so many vertices is: of its size and radius, closed, wound outward."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from femprep.geometry.triangles import angles, areas, vertex_normals
 from femprep.model import FloatArray, IntArray
+from femprep.model.functions import sine_cosine
 
 #: Passes of smoothing the curvature before its change is taken.
 _PASSES: Final = 2
@@ -60,7 +61,8 @@ class Curvature:
 
         count = len(points)
         corner = angles(points, triangles)
-        cotangents = 1.0 / np.tan(np.clip(corner, 1e-3, np.pi - 1e-3))
+        sine, cosine = sine_cosine(np.clip(corner, 1e-3, np.pi - 1e-3))
+        cotangents = cosine / sine
         stiffness = _stiffness(cotangents, triangles, count)
         size = areas(points, triangles)
         area = _share(size / 3.0, triangles, count)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from femprep.image.boundary import BoundaryPoints, boundary_points, face_indices
 from femprep.image.object import LabelObject
 from femprep.model import FloatArray, IntArray
+from femprep.model.products import product
 from femprep.surface.estimate.crossings import crossings, slice_distances
 
 #: Share of the way from their middle that faces between slices go to where interpolation puts the surface.
@@ -102,7 +103,7 @@ def _between_slices(obj: LabelObject, boundary: BoundaryPoints) -> tuple[FloatAr
     stack = np.moveaxis(obj.mask, axis, 0)
     across = boundary.axis == axis
     voxel = np.moveaxis(boundary.voxel[across], 1, 0)[[axis, *(a for a in range(3) if a != axis)]]
-    side = np.sign(boundary.normal[across] @ obj.grid.direction[:, axis]).astype(np.int64)
+    side = np.sign(product(boundary.normal[across], obj.grid.direction[:, axis])).astype(np.int64)
     share = crossings(slice_distances(stack, (one, other)), voxel, side)
     moved = np.zeros((len(boundary), 3))
     moved[across] = (_INTERPOLATED * (share - 0.5) * boundary.spacing[across])[:, None] * boundary.normal[across]

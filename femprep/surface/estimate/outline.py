@@ -13,6 +13,7 @@ from femprep.geometry.triangles import areas
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
 from femprep.model import FloatArray, IntArray
+from femprep.model.functions import exponential, logarithm
 from femprep.surface.coarser import coarser
 
 #: Voxels of the grid the mesh is made on: the object's volume over this many, between these sizes, mm.
@@ -57,7 +58,7 @@ def outlines(
     """
     from scipy.ndimage import distance_transform_edt, gaussian_filter
 
-    voxel = float(np.clip((obj.volume / _VOXELS) ** (1.0 / 3.0), _FINEST, _COARSEST))
+    voxel = float(np.clip(exponential(logarithm(obj.volume / _VOXELS) / 3.0), _FINEST, _COARSEST))
     even = isotropic(obj, voxel)
     room = int(np.ceil(_OFFSETS[-1])) + 2
     mask = np.pad(even.mask, room)

@@ -73,7 +73,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
         limit = limits[round_] if round_ < len(limits) else _BAD
         if not np.any(worst > limit):
             break
-        small = _FLAT * _SMALLER**round_ * edge**3
+        small = _FLAT * _SMALLER**round_ * (edge * edge * edge)
         moving, simplices, kinds = _region(worst > limit, cells, count, judged)
         side = np.select([moving < count, moving >= layers * count], [1, 2], 0)
         normals, near = np.zeros((len(moving), 3)), np.zeros(len(moving), dtype=np.int64)
