@@ -8,8 +8,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 
-from femprep.advice import what_helps
-from femprep.anatomies import ANATOMIES, Layout, Parts, lay_out
 from femprep.anatomy import (
     VentricularAxes,
     WallFields,
@@ -22,23 +20,25 @@ from femprep.anatomy import (
 )
 from femprep.errors import FemprepError
 from femprep.export.content import content_of, refusals
-from femprep.fidelity import Fidelity, judge_fidelity, mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.image import LabelObject, Segmentation, align_slices
 from femprep.model import Surface, VolumeMesh, Wall, noted, with_verdict
 from femprep.options import FibreOptions, Options, choose
 from femprep.preflight import check_labels, check_options
+from femprep.report.beside_labels import volumes_beside_labels, wall_difference
 from femprep.report.manifest import VolumeRecord
 from femprep.surface import fit_surface
 from femprep.surface.fit import check_fit
-from femprep.surface.matching import match_surfaces
+from femprep.sweeping import boundary_wall, sweep
+from femprep.sweeping.matching.match import match_surfaces
 from femprep.volume import QualityReport, check, tetrahedralize
-from femprep.volume.judged import carry
-from femprep.volume.limits import judge_wall_volume
-from femprep.volume.sweep import boundary_wall, sweep
+from femprep.volume.quality.advice import what_helps
+from femprep.volume.quality.fidelity import Fidelity, judge_fidelity, mesh_fidelity, surface_fidelity, with_fidelity
+from femprep.volume.quality.judged import carry
+from femprep.volume.quality.limits import judge_wall_volume
 from femprep.volume.ventricles import label_chambers, label_ventricles
-from femprep.volumes import volumes_beside_labels, wall_difference
 from femprep.wall import build_wall, fill_cavities, open_wall
-from femprep.wall.build import apex_info
+from femprep.wall.anatomies import ANATOMIES, Layout, Parts, lay_out
+from femprep.wall.joining.build import apex_info
 
 Progress = Callable[[str, float], None]
 

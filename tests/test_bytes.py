@@ -45,8 +45,8 @@ for name, arrays in stages("phantom", seg, vertices=400, edge=5.0):
 _DESCENT = """
 from hashlib import sha256
 import numpy as np
-from femprep.surface.descent import descend, on_sphere, smoother
-from femprep.surface.distortion import Ideal
+from femprep.mesh.energies.lbfgs import descend, on_sphere, smoother
+from femprep.mesh.energies.distortion import Ideal
 from femprep.template.sphere import fibonacci, triangulate
 points = fibonacci(6750)
 cells = triangulate(points)

@@ -7,7 +7,7 @@ from femprep.anatomy.axes import VentricularAxes, ventricular_axes
 from femprep.anatomy.bullseye import bulls_eye, bulls_eye_svg
 from femprep.anatomy.coordinates import add_coordinates
 from femprep.anatomy.fibres import add_fibres, quadrature_fibres
-from femprep.anatomy.fields import WallFields
+from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.mirror import flip
 from femprep.anatomy.orientation import orient
 from femprep.anatomy.part import on_wall

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numba import prange
 
-from femprep.compiled import compiled
 from femprep.errors import InputError
+from femprep.mesh.compiled import compiled
 from femprep.model import FloatArray
 from femprep.template import store
 from femprep.template.sphere import Template, fibonacci, triangulate

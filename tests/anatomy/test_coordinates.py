@@ -10,7 +10,7 @@ from anatomy_meshes import ellipsoid, grown, slab
 
 from femprep.anatomy.axes import VentricularAxes, ventricular_axes
 from femprep.anatomy.coordinates import add_coordinates
-from femprep.anatomy.fields import WallFields
+from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.mirror import flip
 from femprep.errors import InputError
 from femprep.model import FACET_TAGS

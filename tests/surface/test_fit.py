@@ -17,18 +17,18 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from femprep.errors import InputError, OptionError, ResourceError
-from femprep.geometry.intersection import self_intersections
-from femprep.geometry.topology import is_closed, is_consistently_wound
-from femprep.geometry.triangles import triangle_quality
-from femprep.harmonic.field import Field, fit_strength
-from femprep.harmonic.leastsquares import fit_spline
-from femprep.harmonic.spline import Basis
 from femprep.image import LabelObject, boundary_points, read_segmentation
 from femprep.image.grid import Grid
 from femprep.image.object import make_object
+from femprep.mesh.intersection import self_intersections
+from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.topology import is_closed, is_consistently_wound
 from femprep.surface import label_distance
 from femprep.surface.fit import TABLE_1, fit_surface, required_memory
-from femprep.surface.shape import HarmonicShape
+from femprep.surface.harmonic.field import Field, fit_strength
+from femprep.surface.harmonic.leastsquares import fit_spline
+from femprep.surface.harmonic.shape import HarmonicShape
+from femprep.surface.harmonic.spline import Basis
 from femprep.template import sphere_points
 
 #: The paper's method on a small template, and the default one.

@@ -8,18 +8,18 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from femprep.geometry.banded import Banded
-from femprep.geometry.closest import ClosestFinder
-from femprep.geometry.intersection import self_intersections
-from femprep.geometry.patches import PatchSurface
+from femprep.mesh.banded import Banded
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.curvature import Curvature
+from femprep.mesh.intersection import self_intersections
+from femprep.mesh.operations.midpoint_subdivision import quartered
+from femprep.mesh.operations.step_back import apart
+from femprep.mesh.operations.tangential_smoothing import spread
+from femprep.mesh.patches import PatchSurface
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import exponential, logarithm
 from femprep.model.products import inner
-from femprep.surface.estimate.curvature import Curvature
-from femprep.surface.estimate.evidence import Evidence
-from femprep.surface.estimate.sheets import apart
-from femprep.surface.estimate.spread import spread
-from femprep.surface.quartered import quartered
+from femprep.surface.estimate.observations import Evidence
 
 #: Old vertices, new ones and triangles to where the vertices go.
 Step = Callable[[FloatArray, FloatArray, IntArray], FloatArray]
