@@ -11,9 +11,10 @@ from scipy.spatial import cKDTree
 
 from femprep.errors import InputError
 from femprep.image import LabelObject
+from femprep.mesh.plane_sections import plane_sections
 from femprep.model import Plane, Surface
 from femprep.model.record import Record
-from femprep.surface.measure.sections import label_contours, plane_sections
+from femprep.surface.measure.sections import label_contours
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]

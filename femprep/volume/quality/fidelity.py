@@ -15,12 +15,13 @@ from scipy.spatial import cKDTree
 
 from femprep.image import Grid, LabelObject
 from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.plane_sections import plane_sections
 from femprep.model import BoolArray, FloatArray, IntArray, Plane, Surface, VolumeMesh
 from femprep.model.facets import facet_triangles
 from femprep.model.fidelity import FidelityRecord, SliceFidelity
 from femprep.options import CheckOptions
 from femprep.surface.measure.inslice import dense
-from femprep.surface.measure.sections import label_contours, plane_sections
+from femprep.surface.measure.sections import label_contours
 from femprep.volume.quality.report import LimitRecord, QualityReport
 
 #: Distance of neighbouring samples along an outline, mm.

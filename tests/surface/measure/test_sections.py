@@ -7,15 +7,9 @@ import pytest
 from surface_shapes import ball_object, box, moved, rotation, sphere
 
 from femprep.image import Grid, make_object
+from femprep.mesh.plane_sections import chains, plane_sections
 from femprep.model import Plane
-from femprep.surface.measure.sections import (
-    chains,
-    end_planes,
-    grid_planes,
-    label_contours,
-    plane_sections,
-    slice_planes,
-)
+from femprep.surface.measure.sections import end_planes, grid_planes, label_contours, slice_planes
 
 
 def length(contour):
