@@ -20,7 +20,6 @@ from femprep.options import Options
 from femprep.surface import fit_surface
 from femprep.surface.fitting.ahead import in_turn
 from femprep.surface.fitting.outlined import outline_surface
-from femprep.volume.quality.fidelity import Outline
 from femprep.wall import (
     Envelope,
     Opening,
@@ -36,6 +35,7 @@ from femprep.wall import (
     thin_wall,
 )
 from femprep.wall.assumed import assumed_wall, closed_openings, filled_groove, unused_structures
+from femprep.wall.outlines import Outline
 
 logger = logging.getLogger(__name__)
 

@@ -23,6 +23,7 @@ from femprep.options import CheckOptions
 from femprep.surface.measure.inslice import dense
 from femprep.surface.measure.sections import label_contours
 from femprep.volume.quality.report import LimitRecord, QualityReport
+from femprep.wall.outlines import Outline
 
 #: Distance of neighbouring samples along an outline, mm.
 _STEP: Final = 0.2
@@ -31,28 +32,6 @@ _WITHIN: Final = 1.0
 #: A slice lies in such a plane where it is parallel to it and no farther than this, mm: there the rim of the facets is
 #: what is measured, by a cut as far inside.
 _IN_PLANE: Final = 1e-3
-
-
-@dataclass(frozen=True, eq=False)
-class Outline:
-    """What facets of one tag ought to follow.
-
-    Attributes
-    ----------
-    facets : str
-        Name of the facets' tag.
-    obj : LabelObject
-        Its outlines are those of the labels, as they were repaired.
-    beside : tuple of LabelObject
-        Neighbours that are joined to it: near them its outline is none of the facets'.
-    clear : float
-        How near, mm.
-    """
-
-    facets: str
-    obj: LabelObject
-    beside: tuple[LabelObject, ...] = ()
-    clear: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,8 @@ from femprep.model import FACET_TAGS, Plane, Surface, VolumeMesh
 from femprep.options import CheckOptions
 from femprep.surface import fit_surface
 from femprep.volume import check
-from femprep.volume.quality.fidelity import Outline, judge_fidelity, mesh_fidelity, surface_fidelity, with_fidelity
+from femprep.volume.quality.fidelity import judge_fidelity, mesh_fidelity, surface_fidelity, with_fidelity
+from femprep.wall.outlines import Outline
 
 PIXEL = 1.5
 
