@@ -89,7 +89,7 @@ _HOMES = {
     "write_surface": "femprep.export",
     "mesh_segmentation": "femprep.pipeline",
     "fit_surfaces": "femprep.pipeline",
-    "Run": "femprep.pipeline",
+    "Run": "femprep.report.run",
     "write_run": "femprep.report.output",
     "mesh_sequence": "femprep.sequence",
     "write_sequence": "femprep.sequence",

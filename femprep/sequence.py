@@ -14,11 +14,12 @@ from femprep.export.series import write_pvd, write_xdmf_series
 from femprep.image import Segmentation
 from femprep.model import noted
 from femprep.options import Options, choose
-from femprep.pipeline import Run, Stages, begin, mesh_segmentation
+from femprep.pipeline import Stages, begin, mesh_segmentation
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import PhaseRecord, SequenceManifest, hashes
 from femprep.report.methods import FILES, sequence_methods
 from femprep.report.output import write_methods, write_run
+from femprep.report.run import Run
 from femprep.report.volumes import cavity_volume, voxel_volume
 from femprep.sweeping import displacements, template_of
 from femprep.wall import phase_base_offsets

@@ -15,7 +15,6 @@ from femprep.export import write_facets, write_format, write_mesh, write_surface
 from femprep.export.losses import losses
 from femprep.model import Notice, noted, verdict_of
 from femprep.model.facets import facet_triangles
-from femprep.pipeline import Run, Surfaces
 from femprep.report.beside_labels import beside
 from femprep.report.bullseyes import report_bulls_eyes
 from femprep.report.fidelity_tables import fidelity_tables
@@ -26,6 +25,7 @@ from femprep.report.notices import lines
 from femprep.report.page import report_page
 from femprep.report.picture import end_painter, finish_picture, start_painter, start_picture
 from femprep.report.quality_page import quality_charts, quality_tables
+from femprep.report.run import Run, Surfaces
 from femprep.report.slices import STROKES, slice_pictures
 from femprep.report.volumes import voxel_volume
 from femprep.wall import cavity_surface
