@@ -73,14 +73,14 @@ def _require_finite(mesh: VolumeMesh) -> None:
 
 
 def _vtk(path: Path) -> VolumeMesh:
-    from femprep.export.vtu.write import read_foreign, read_own
+    from femprep.export.vtu.read import read_foreign, read_own
 
     own = read_own(path)
     return own if own is not None else from_meshio(read_foreign(path))
 
 
 def _legacy_vtk(path: Path) -> VolumeMesh:
-    from femprep.export.vtu.write import read_foreign
+    from femprep.export.vtu.read import read_foreign
 
     try:
         return from_meshio(read_foreign(path))
@@ -106,7 +106,7 @@ def _xdmf(path: Path) -> VolumeMesh:
 
 
 def _med(path: Path) -> VolumeMesh:
-    from femprep.export.med.write import read
+    from femprep.export.med.read import read
 
     return read(path, meshio_mesh(path))
 
@@ -136,7 +136,7 @@ def _folder(path: Path) -> VolumeMesh:
 
 
 def _medit(path: Path) -> VolumeMesh:
-    from femprep.export.medit.write import solutions
+    from femprep.export.medit.read import solutions
 
     mesh = _with_unit(path)
     return mesh.with_data(cell=solutions(path, mesh))
