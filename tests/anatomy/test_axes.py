@@ -11,7 +11,8 @@ from anatomy_meshes import ellipsoid, grown, slab
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from femprep.anatomy.axes import Drift, VentricularAxes, facets_of, hand, rv_drift, ventricular_axes
+from femprep.anatomy.axes import Drift, VentricularAxes, hand, rv_drift
+from femprep.anatomy.find_axes import facets_of, ventricular_axes
 from femprep.anatomy.laplace.fem import LinearElements
 from femprep.anatomy.mirror import flip
 from femprep.errors import InputError

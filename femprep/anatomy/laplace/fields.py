@@ -21,7 +21,8 @@ from typing import Final
 
 import numpy as np
 
-from femprep.anatomy.axes import BASE_FACETS, VentricularAxes, ventricular_axes
+from femprep.anatomy.axes import BASE_FACETS, VentricularAxes
+from femprep.anatomy.find_axes import ventricular_axes
 from femprep.anatomy.frames import normalise
 from femprep.anatomy.laplace.dirichlet import solve
 from femprep.anatomy.laplace.fem import LinearElements
