@@ -16,8 +16,8 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from femprep.anatomy.laplace.shapes import centre, quadrature, shape_functions
-from femprep.blas import one_blas_thread
 from femprep.errors import InputError
+from femprep.mesh.blas import one_blas_thread
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FloatArray, IntArray, VolumeMesh
 

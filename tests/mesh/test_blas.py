@@ -8,7 +8,7 @@ import pytest
 import scipy.linalg  # noqa: F401
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from femprep.blas import one_blas_thread
+from femprep.mesh.blas import one_blas_thread
 
 
 def threads() -> list[int]:
