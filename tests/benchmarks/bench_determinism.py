@@ -19,7 +19,9 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final
@@ -94,15 +96,28 @@ def stages(name: str, seg: Any, vertices: int = 1500, edge: float = 2.5) -> Iter
     epi = fp.fit_surface(heart, boundary=fp.extend_apex(seg, heart), vertices=vertices)
     yield f"{name} epicardium", _surface(epi)
     base = fp.find_base(seg)
-    try:
-        wall = fp.build_wall(epi=epi, endo={"lv": endo}, base=base)
-    except fp.FemprepError as error:
-        yield f"{name} wall", {"points": np.frombuffer(str(error).encode(), dtype=np.uint8), "cells": np.empty(0)}
-    else:
-        yield f"{name} wall", {"points": wall.points, "cells": wall.triangles}
     toward = (1.0, 0.0, 0.0) if seg.frame is None else tuple(seg.frame[:, 0].tolist())
-    mesh = fp.sweep(fp.match_surfaces(endo=endo, epi=epi, base=base, toward=toward, edge_length=edge))
-    yield f"{name} swept mesh", {"points": mesh.points, "cells": mesh.cells["tetra"]}
+    yield f"{name} wall", _or_refusal(lambda: _wall(fp.build_wall(epi=epi, endo={"lv": endo}, base=base)))
+    match = partial(fp.match_surfaces, endo=endo, epi=epi, base=base, toward=toward, edge_length=edge)
+    yield f"{name} swept mesh", _or_refusal(lambda: _mesh(fp.sweep(match())))
+
+
+def _or_refusal(make: Callable[[], dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """What is made, or the words by which it is refused."""
+    from femprep import FemprepError
+
+    try:
+        return make()
+    except FemprepError as error:
+        return {"points": np.frombuffer(str(error).encode(), dtype=np.uint8), "cells": np.empty(0)}
+
+
+def _wall(wall: Any) -> dict[str, np.ndarray]:
+    return {"points": wall.points, "cells": wall.triangles}
+
+
+def _mesh(mesh: Any) -> dict[str, np.ndarray]:
+    return {"points": mesh.points, "cells": mesh.cells["tetra"]}
 
 
 def _surface(surface: Any) -> dict[str, np.ndarray]:
@@ -113,7 +128,6 @@ def child(folder: Path, count: int, phantom: bool) -> None:
     """Make everything and keep it in a folder."""
     for number, (name, arrays) in enumerate(made(count, TEMPLATES, phantom)):
         np.savez(folder / f"{number:03d} {name}.npz", **arrays)
-        print(".", end="", flush=True)
 
 
 def digest(arrays: Any) -> str:
@@ -160,20 +174,18 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--phantom", choices=("yes", "no"), default="yes", help="whether to fit the whole heart")
     parser.add_argument("--libraries", action="store_true", help="other kernels of the libraries as well")
     parser.add_argument("--columns", nargs="+", help="only these columns, by name")
+    parser.add_argument("--jobs", type=int, default=1, help="columns at a time")
     parser.add_argument("--child", type=Path, help=argparse.SUPPRESS)
     given = parser.parse_args(arguments)
     if given.child:
         child(given.child, given.maps, given.phantom == "yes")
         return
-    columns = {}
-    with tempfile.TemporaryDirectory() as folder:
-        for name, environment in settings(given.libraries).items():
-            if given.columns and name not in given.columns:
-                continue
-            here = Path(folder) / name.replace(" ", "-")
-            run(environment, here, ["--maps", str(given.maps), "--phantom", given.phantom])
-            columns[name] = {f.stem[4:]: np.load(f) for f in sorted((here / "out").iterdir())}
-            print(f" {name}", flush=True)
+    chosen = {n: e for n, e in settings(given.libraries).items() if not given.columns or n in given.columns}
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(given.jobs) as pool:
+        places = {name: Path(folder) / name.replace(" ", "-") for name in chosen}
+        arguments = ["--maps", str(given.maps), "--phantom", given.phantom]
+        list(pool.map(lambda name: run(chosen[name], places[name], arguments), chosen))
+        columns = {n: {f.stem[4:]: np.load(f) for f in sorted((p / "out").iterdir())} for n, p in places.items()}
         table(columns)
 
 

