@@ -50,8 +50,8 @@ def what_helps(seg: Segmentation, found: Fidelity, parts: Parts, options: Option
     shifted = [] if not beside else _shifted(seg, beside, options)
     own = _greatest(parts, seg)
     if own > (options.limits.maximum_label_distance or np.inf):
-        line = f"the surfaces fitted to the labels are {own:.1f} pixels off themselves: more --vertices follow narrow ends"
-        return shifted or [f"{line} more closely; else look at the labels"]
+        line = f"the surfaces fitted to the labels are {own:.1f} pixels off themselves"
+        return shifted or [f"{line}: more --vertices follow a narrow end more closely; else look at the labels"]
     finer = "--mesher tetwild or fewer --layers" if options.volume.mesher == "sweep" else "a smaller --edge-length"
     return [
         *shifted,
