@@ -128,7 +128,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 units="as asked, named in the file",
                 read_by="CalculiX",
                 unread_by="Abaqus",
-                needs="abaqus_step:require",
+                needs="abaqus.step:require",
             ),
             Format(
                 name="dolfinx",
@@ -193,7 +193,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 units="as asked, named in the file",
                 read_by="febio-python",
                 unread_by="FEBio",
-                needs="abaqus_step:require",
+                needs="abaqus.step:require",
             ),
             Format(
                 name="opencarp",
@@ -262,7 +262,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 units="as asked, named in the file",
                 read_by="ansys-dyna-core (PyDyna)",
                 unread_by="LS-DYNA",
-                needs="lsdyna:require",
+                needs="lsdyna.write:require",
             ),
         )
     }
