@@ -200,13 +200,16 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 endings=(".pts",),
                 filename="opencarp/mesh.pts",
                 home="opencarp.write:write",
-                program="openCARP, meshtool",
-                carries="region tags, fibres and sheets (.lon), facet tags (.surf, .vtx), AHA segments (.dat)",
+                program="openCARP, MeshTool",
+                carries=(
+                    "region tags, fibres and sheets, blood as bath (.lon), facet tags (.surf, .vtx), AHA segments and "
+                    "ventricular coordinates after UVC (.dat), a beat to start from (.par)"
+                ),
                 elements="linear; of quadratic ones the corners",
                 units="micrometres",
-                read_by="a parser after meshtool's sources",
-                unread_by="openCARP, meshtool",
-                beside=("mesh.elem", "mesh.lon", "mesh.tags.txt"),
+                read_by="MeshTool (pymeshtool 1.3)",
+                unread_by="openCARP",
+                beside=("mesh.elem", "mesh.lon", "mesh.tags.txt", "mesh.par"),
             ),
             Format(
                 name="svmultiphysics",

@@ -9,21 +9,24 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FileError
-from femprep.export.opencarp.write import CARP_FACETS, CARP_TYPES, MICROMETRES
+from femprep.export.opencarp.write import CARP_FACETS, CARP_TYPES, INWARD, MICROMETRES, NO_FIBRE
 from femprep.export.parts import Parts
-from femprep.model import IntArray, VolumeMesh
+from femprep.model import IntArray, VolumeMesh, is_blood
 
 log = logging.getLogger(__name__)
 
 _KINDS: Final = {word: (kind, np.argsort(order)) for kind, (word, order) in CARP_TYPES.items()}
+#: Directions in blood, where none mean anything: other solvers want unit vectors at right angles in every element.
+_BLOOD: Final = {"fiber": (1.0, 0.0, 0.0), "sheet": (0.0, 1.0, 0.0)}
 _FACETS: Final = {word: {3: "triangle", 4: "quad"}[corners] for corners, word in CARP_FACETS.items()}
 
 
 def read(path: Path) -> VolumeMesh:
     """Read the mesh to which a ``.pts`` or ``.elem`` file belongs.
 
-    Points become mm. Region tags stand in ``.elem``, fibre and sheet in ``.lon`` (none where that holds zeros, or does
-    not exist); facets in ``stem.<name>.surf``. Names of tags are those of ``stem.tags.txt``, where femprep wrote it.
+    Points become mm. Region tags stand in ``.elem``, fibre and sheet in ``.lon`` (none where that does not exist, or
+    holds nothing but zeros and the ``1 0 0`` of tissue without fibres; in blood those that ``on_wall`` gives it);
+    facets in ``stem.<name>.surf``. Names of tags are those of ``stem.tags.txt``, where femprep wrote it.
 
     Raises
     ------
@@ -51,7 +54,7 @@ def read(path: Path) -> VolumeMesh:
         for own in np.unique(tag):
             if int(own) in names:
                 region[tag == own] = parts.numbers.of(names[int(own)], int(own))
-        own_data = {name: values[rows] for name, values in data.items()}
+        own_data = {name: _filled(name, values[rows], region) for name, values in data.items()}
         parts.cells.append((kind, numbers[:, : len(order)][:, order], region, own_data))
     if parts.left_out:
         log.warning("elements of types %s are left out", ", ".join(sorted(parts.left_out)))
@@ -93,7 +96,7 @@ def _data(stem: Path, count: int) -> dict[str, np.ndarray]:
         axes = np.array([line.split() for line in lines if line.strip()], dtype=np.float64)
         if axes.shape != (count, 3 * int(head)):
             raise FileError(f"{str(lon)!r} holds an array of shape {axes.shape} for {count} elements, {head} axes each")
-        if axes.any():
+        if not np.isin(axes[:, 3:], 0.0).all() or (axes[axes.any(axis=1), :3] != NO_FIBRE).any():
             found = {name: axes[:, 3 * i : 3 * i + 3] for i, name in enumerate(("fiber", "sheet")[: int(head)])}
     if aha.is_file():
         values = np.array(aha.read_text(encoding="ascii").split(), dtype=np.int32)
@@ -102,10 +105,17 @@ def _data(stem: Path, count: int) -> dict[str, np.ndarray]:
     return found
 
 
+def _filled(name: str, values: np.ndarray, region: IntArray) -> np.ndarray:
+    """Data of elements, with directions in blood, where the file has none."""
+    if name in _BLOOD:
+        values[is_blood(region) & ~values.any(axis=1)] = _BLOOD[name]
+    return values
+
+
 def _surface(path: Path) -> list[tuple[str, IntArray]]:
     rows: dict[str, list[list[str]]] = {}
     for line in _lines(path, "facets"):
         word, *nodes = line.split()
         if word in _FACETS:
-            rows.setdefault(_FACETS[word], []).append(nodes[: 3 if word == "Tr" else 4])
+            rows.setdefault(_FACETS[word], []).append([nodes[i] for i in INWARD[3 if word == "Tr" else 4]])
     return [(kind, np.array(nodes, dtype=np.int64)) for kind, nodes in rows.items()]
