@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from femprep.volume.measures import element_volumes
 from meshes import mixed, truncated_ellipsoid, with_fibres
 
 from femprep.export import write_mesh
 from femprep.export.names import facet_nodes
 from femprep.export.opencarp.write import CARP_TYPES
 from femprep.mesh.elements import ELEMENTS
+from femprep.mesh.measures.volume_elements import element_volumes
 from femprep.model import REGION_TAGS, VolumeMesh
 
 meshtool = pytest.importorskip("pymeshtool", reason="pymeshtool is not installed, or has no wheel here")
