@@ -11,6 +11,7 @@ import inspect
 import json
 import re
 from collections.abc import Callable, Iterable, Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
@@ -214,6 +215,27 @@ def _record(name: str) -> str:
     return _table((f"`{name}`" if name != "sequence.json" else "`run.json` of a sequence", "what"), rows)
 
 
+def _drawing(module: str) -> str:
+    """What the docstring of a module says after its first paragraph, with its drawings as they stand there."""
+    text = inspect.getdoc(import_module(module)) or ""
+    return "```text\n" + text.partition("\n\n")[2].replace("::\n", ":\n") + "\n```\n"
+
+
+def coordinates() -> str:
+    """Ventricular coordinates."""
+    return _drawing("femprep.anatomy.coordinates")
+
+
+def segments() -> str:
+    """How AHA segments are numbered."""
+    return _drawing("femprep.anatomy.aha")
+
+
+def signs() -> str:
+    """The signs of fibre angles, drawn."""
+    return _drawing("femprep.anatomy.fibres")
+
+
 def api() -> str:
     """Every public function and class from its docstring."""
     import femprep
@@ -240,6 +262,9 @@ PARTS: Final[Mapping[str, Callable[[], str]]] = {
     "record-run": record_run,
     "record-quality": record_quality,
     "record-sequence": record_sequence,
+    "coordinates": coordinates,
+    "segments": segments,
+    "signs": signs,
     "api": api,
 }
 
