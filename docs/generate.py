@@ -1,8 +1,8 @@
 """What the pages say of options, commands, formats, tags and records, made from the code while the pages are built.
 
 A hook of MkDocs: a line ``<!-- generated: NAME -->`` of a page is replaced by what the function of that name in
-``PARTS`` gives, so that nothing of it is written twice. Links to ``examples/pictures`` are those of the repository in the
-sources, and those of the site in its pages.
+``PARTS`` gives, so that nothing of it is written twice. Links to ``examples/pictures`` are those of the
+repository in the sources, and those of the site in its pages.
 """
 
 from __future__ import annotations
@@ -52,7 +52,9 @@ def tags() -> str:
     from femprep.model import FACET_TAGS, REGION_TAGS
 
     tables = (("region", REGION_TAGS), ("facets", FACET_TAGS))
-    return "\n".join(_table((f"{what}", "tag"), ((f"`{k}`", str(v)) for k, v in table.items())) for what, table in tables)
+    return "\n".join(
+        _table((f"{what}", "tag"), ((f"`{k}`", str(v)) for k, v in table.items())) for what, table in tables
+    )
 
 
 def presets() -> str:
@@ -105,7 +107,9 @@ def options() -> str:
         if group := _group(entry):
             found = schema["$defs"][group]
             words = inspect.cleandoc(found.get("description", "")).splitlines()[0]
-            parts.append(f"## `[{name}]`\n\n{words}\n\n" + _table(_OPTION_HEAD, map(_option, found["properties"].items())))
+            parts.append(
+                f"## `[{name}]`\n\n{words}\n\n" + _table(_OPTION_HEAD, map(_option, found["properties"].items()))
+            )
     return "\n".join(parts)
 
 
@@ -162,7 +166,10 @@ def commands() -> str:
         command = load(name)
         arguments = [param for param in command.params if param.param_type_name == "argument"]
         usage = " ".join(
-            [f"femprep {name}", *(a.metavar or a.name.upper() if a.required else f"[{a.name.upper()}]" for a in arguments)]
+            [
+                f"femprep {name}",
+                *(a.metavar or a.name.upper() if a.required else f"[{a.name.upper()}]" for a in arguments),
+            ]
         )
         text = inspect.cleandoc(command.help or "")
         rows = [(", ".join(f"`{flag}`" for flag in _flags(param)), _said(param)) for param in command.params]
@@ -215,29 +222,46 @@ def _record(name: str) -> str:
     return _table((f"`{name}`" if name != "sequence.json" else "`run.json` of a sequence", "what"), rows)
 
 
-def _drawing(module: str) -> str:
-    """What the docstring of a module says after its first paragraph, with its drawings as they stand there."""
+def _docstring(module: str) -> str:
+    """What the docstring of a module says after its first paragraph; drawings as they stand there, tables as tables."""
     text = inspect.getdoc(import_module(module)) or ""
-    return "```text\n" + text.partition("\n\n")[2].replace("::\n", ":\n") + "\n```\n"
+    parts: list[str] = []
+    for block in text.partition("\n\n")[2].split("\n\n"):
+        lines = block.splitlines()
+        if lines[0].startswith("==="):
+            at = lines[0].index(" =")
+            parts.append(_table(("", ""), ((f"`{line[:at].strip()}`", line[at:].strip()) for line in lines[1:-1])))
+        elif not lines[0].startswith(" "):
+            parts.append(_prose(block))
+        elif parts and parts[-1].endswith("```"):
+            parts[-1] = f"{parts[-1][:-3]}\n{block}\n```"
+        else:
+            parts.append(f"```text\n{block}\n```")
+    return "\n\n".join(parts) + "\n"
+
+
+def _prose(text: str) -> str:
+    """A paragraph of a docstring without what only Sphinx reads."""
+    return re.sub(r":\w+:(?=`)", "", text).replace("``", "`").removesuffix("::") + (":" if text.endswith("::") else "")
 
 
 def coordinates() -> str:
     """Ventricular coordinates."""
-    return _drawing("femprep.anatomy.coordinates")
+    return _docstring("femprep.anatomy.coordinates")
 
 
 def segments() -> str:
     """How AHA segments are numbered."""
-    return _drawing("femprep.anatomy.aha")
+    return _docstring("femprep.anatomy.aha")
 
 
 def signs() -> str:
     """The signs of fibre angles, drawn."""
-    return _drawing("femprep.anatomy.fibres")
+    return _docstring("femprep.anatomy.fibres")
 
 
 def api() -> str:
-    """Every public function and class from its docstring."""
+    """Every public function and class from its docstring, by room; nouns, options and errors last."""
     import femprep
 
     rooms: dict[str, list[str]] = {}
@@ -246,7 +270,9 @@ def api() -> str:
         if callable(found):
             room = found.__module__.split(".")[1]
             rooms.setdefault(room, []).append(f"::: {found.__module__}.{found.__qualname__}\n")
-    return "\n".join(f"## {room}\n\n" + "\n".join(entries) for room, entries in rooms.items())
+    last = [room for room in ("model", "options", "errors") if room in rooms]
+    ordered = [*(room for room in rooms if room not in last), *last]
+    return "\n".join(f"## {room}\n\n" + "\n".join(rooms[room]) for room in ordered)
 
 
 #: What a page may ask for.
