@@ -28,14 +28,14 @@ from typing import Any
 import numpy as np
 
 import femprep as fp
-from femprep.geometry.triangles import triangle_quality
 from femprep.image import LabelObject
+from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.plane_sections import plane_sections
 from femprep.model import Plane, Surface
 from femprep.phantoms import Phantom
 from femprep.surface import fit_surface, in_slice_distance, slice_planes, surface_distance, surface_quality
 from femprep.surface.fit import TABLE_1
 from femprep.surface.reference import marching_cubes
-from femprep.surface.section import plane_sections
 from femprep.template import charge_template
 
 FIRST = runpy.run_path(str(Path(__file__).with_name("01_table_1.py")))

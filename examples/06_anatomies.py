@@ -153,7 +153,7 @@ def main(
 
 def smallest_angles(mesh: fp.VolumeMesh) -> np.ndarray:
     """Smallest dihedral angle of each tetrahedron, degrees."""
-    from femprep.volume.measures import element_measures
+    from femprep.mesh.measures.volume_elements import element_measures
 
     return element_measures(mesh.points, mesh.cells["tetra"], "tetra")["minimum_dihedral"]
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 
-from femprep.advice import what_helps
-from femprep.anatomies import ANATOMIES, Layout, Parts, lay_out
 from femprep.anatomy import (
     VentricularAxes,
     WallFields,
@@ -22,79 +20,27 @@ from femprep.anatomy import (
 )
 from femprep.errors import FemprepError
 from femprep.export.content import content_of, refusals
-from femprep.fidelity import Fidelity, judge_fidelity, mesh_fidelity, surface_fidelity, with_fidelity
-from femprep.image import LabelObject, Segmentation, align_slices
-from femprep.model import Surface, VolumeMesh, Wall, noted, with_verdict
+from femprep.image import Segmentation, align_slices
+from femprep.model import VolumeMesh, Wall, noted, with_verdict
 from femprep.options import FibreOptions, Options, choose
 from femprep.preflight import check_labels, check_options
-from femprep.report.manifest import VolumeRecord
+from femprep.report.beside_labels import volumes_beside_labels, wall_difference
+from femprep.report.run import Run, Surfaces
 from femprep.surface import fit_surface
 from femprep.surface.fit import check_fit
-from femprep.surface.matching import match_surfaces
-from femprep.volume import QualityReport, check, tetrahedralize
-from femprep.volume.judged import carry
-from femprep.volume.limits import judge_wall_volume
-from femprep.volume.sweep import boundary_wall, sweep
+from femprep.sweeping import boundary_wall, sweep
+from femprep.sweeping.matching.match import match_surfaces
+from femprep.volume import check, tetrahedralize
+from femprep.volume.quality.advice import what_helps
+from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, with_fidelity
+from femprep.volume.quality.judged import carry
+from femprep.volume.quality.limits import judge_wall_volume
 from femprep.volume.ventricles import label_chambers, label_ventricles
-from femprep.volumes import volumes_beside_labels, wall_difference
 from femprep.wall import build_wall, fill_cavities, open_wall
-from femprep.wall.build import apex_info
+from femprep.wall.anatomies import ANATOMIES, Layout, Parts, lay_out
+from femprep.wall.joining.build import apex_info
 
 Progress = Callable[[str, float], None]
-
-
-@dataclass(frozen=True)
-class Run:
-    """What one run made, and what it took.
-
-    Attributes
-    ----------
-    segmentation : Segmentation
-        The label map it began with.
-    options : Options
-        All options, defaults included.
-    objects : mapping of str to LabelObject
-        What each surface was fitted to.
-    surfaces : mapping of str to Surface
-        Closed template surfaces by name.
-    wall : Wall
-    mesh : VolumeMesh
-    quality : QualityReport
-    fidelity : Fidelity
-        How far the mesh lies from its labels; the quality report holds its records.
-    volumes : tuple of VolumeRecord
-        Volumes beside those of the labels.
-    seconds : mapping of str to float
-        Wall-clock time of each stage, in order.
-    """
-
-    segmentation: Segmentation
-    options: Options
-    objects: Mapping[str, LabelObject]
-    surfaces: Mapping[str, Surface]
-    wall: Wall
-    mesh: VolumeMesh
-    quality: QualityReport
-    fidelity: Fidelity = field(default_factory=Fidelity)
-    volumes: tuple[VolumeRecord, ...] = ()
-    seconds: Mapping[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Surfaces:
-    """Closed surfaces alone: the objects they were fitted to, their distance to those, seconds per stage."""
-
-    segmentation: Segmentation
-    options: Options
-    objects: Mapping[str, LabelObject]
-    surfaces: Mapping[str, Surface]
-    fidelity: Fidelity = field(default_factory=Fidelity)
-    seconds: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def failures(self) -> tuple[str, ...]:
-        """A line for each surface that lies too far from its labels."""
-        return judge_fidelity(self.fidelity.records, self.options.limits)[1]
 
 
 class Stages:

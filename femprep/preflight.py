@@ -10,18 +10,18 @@ from typing import Final
 
 import numpy as np
 
-from femprep.anatomies import Layout
 from femprep.anatomy import VentricularAxes, ventricular_axes
-from femprep.anatomy.fields import require_ventricle
+from femprep.anatomy.laplace.fields import require_ventricle
 from femprep.errors import InputError, MissingDependencyError, OptionError
 from femprep.export.content import Content, refusals
 from femprep.image import Segmentation
 from femprep.model import FloatArray
 from femprep.options import Options
 from femprep.surface.fit import check_fit
-from femprep.surface.resolution import check_columns, corners_of
+from femprep.sweeping.matching.resolution import check_columns, corners_of
 from femprep.volume.sizing import lengths_at
 from femprep.volume.validate import check_amount, check_sizing
+from femprep.wall.anatomies import Layout
 
 #: Element types of order 2.
 _QUADRATIC: Final = {"tetra": "tetra10", "wedge": "wedge15", "hexahedron": "hexahedron20"}

@@ -14,15 +14,16 @@ from femprep.export.series import write_pvd, write_xdmf_series
 from femprep.image import Segmentation
 from femprep.model import noted
 from femprep.options import Options, choose
-from femprep.output import write_methods, write_run
-from femprep.pipeline import Run, Stages, begin, mesh_segmentation
+from femprep.pipeline import Stages, begin, mesh_segmentation
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import PhaseRecord, SequenceManifest, hashes
 from femprep.report.methods import FILES, sequence_methods
+from femprep.report.output import write_methods, write_run
+from femprep.report.run import Run
 from femprep.report.volumes import cavity_volume, voxel_volume
-from femprep.volume.sweep import displacements, template_of
+from femprep.sweeping import displacements, template_of
 from femprep.wall import phase_base_offsets
-from femprep.wall.phase_bases import base_moved_with_phases
+from femprep.wall.planes.phase_bases import base_moved_with_phases
 
 Progress = Callable[[str, float], None]
 
@@ -39,7 +40,7 @@ class SequenceRun:
     reference : int
         Number of that phase, from 0.
     template : mapping of str to int or str
-        What their connectivity follows from, see :func:`~femprep.volume.sweep.template_of`.
+        What their connectivity follows from, see :func:`~femprep.sweeping.template_of`.
     """
 
     runs: tuple[Run, ...]

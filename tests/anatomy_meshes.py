@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from meshes import quadratic, wedges_to_tets
 
-from femprep.elements import ELEMENTS, boundary_faces
+from femprep.mesh.elements import ELEMENTS, boundary_faces
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from femprep.elements import boundary_faces
+from femprep.mesh.elements import boundary_faces
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
 
 BASE = 10.0

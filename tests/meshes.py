@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femprep.elements import ELEMENTS, boundary_faces
+from femprep.mesh.elements import ELEMENTS, boundary_faces
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
 
 #: Semi-axes (across, along) of the endocardium and the epicardium, and the heights of base and apex plane, mm.

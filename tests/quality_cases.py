@@ -20,12 +20,12 @@ import numpy as np
 
 import femprep as fp
 from femprep.image import Segmentation
+from femprep.mesh.measures.volume_elements import element_measures
 from femprep.model import Plane, Surface, VolumeMesh
 from femprep.phantoms import biventricular, lv_ellipsoid
-from femprep.surface.matching import match_surfaces
-from femprep.template.matched import MatchedSurfaces
-from femprep.volume.measures import element_measures
-from femprep.volume.sweep import sweep
+from femprep.sweeping import sweep
+from femprep.sweeping.matching.match import match_surfaces
+from femprep.sweeping.matching.matched import MatchedSurfaces
 
 BASELINE = Path(__file__).with_name("baselines") / "quality.json"
 

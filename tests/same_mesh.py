@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from femprep.elements import FACET_CORNERS
+from femprep.mesh.elements import FACET_CORNERS
 from femprep.model import VolumeMesh
 
 

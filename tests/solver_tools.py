@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femprep.elements import FACET_CORNERS
+from femprep.mesh.elements import FACET_CORNERS
 from femprep.model import FACET_TAGS, VolumeMesh
 
 #: The Python that Debian's dolfinx and dolfin packages belong to.

@@ -148,7 +148,6 @@ def test_a_page_that_asks_for_what_is_not_made_is_refused(generate: ModuleType) 
         generate.fill("<!-- generated: nothing -->")
 
 
-@pytest.mark.skipif(not (ROOT / "femprep" / "mesh").is_dir(), reason="pages name the rooms of the new house")
 def test_paths_of_the_house_are_there() -> None:
     for page in DOCS.rglob("*.md"):
         for path in re.findall(r"`(femprep/[\w/.]+)`", page.read_text()):

@@ -22,15 +22,15 @@ from femprep.model import Notice, Plane
 from femprep.options import ImageOptions, WallOptions
 from femprep.phantoms import biventricular, lv_ellipsoid
 from femprep.report.notices import gather
-from femprep.surface.matching import match_surfaces
-from femprep.surface.outlined import outline_surface
+from femprep.surface.fitting.outlined import outline_surface
+from femprep.sweeping.matching.match import match_surfaces
 from femprep.volume.tetrahedra import _notices as attempts_told
 from femprep.wall import Envelope, Part, build_wall, extend_apex, find_base, find_common_base, keep_apart, thin_wall
 from femprep.wall.assumed import assumed_wall, closed_openings, filled_groove, unused_structures
-from femprep.wall.clip import clip
-from femprep.wall.mend import mend
-from femprep.wall.openings import Opening, open_wall
-from femprep.wall.phase_bases import base_moved_with_phases
+from femprep.wall.chambers.openings import Opening, open_wall
+from femprep.wall.clipping.clip import clip
+from femprep.wall.clipping.mend import mend
+from femprep.wall.planes.phase_bases import base_moved_with_phases
 
 PACKAGE = Path(fp.__file__).parent
 GRID = Grid((40, 40, 40), np.ones(3), np.zeros(3), np.eye(3))
@@ -262,13 +262,13 @@ def test_whoever_warns_tells() -> None:
 
 
 def test_a_missing_picture_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import femprep.output
+    import femprep.report.output
 
     seg = lv_ellipsoid().segmentation(spacing=(1.4, 1.4, 8.0), apex="uncapped")
     changes = {"surface": {"vertices": 500}, "volume": {"mesher": "sweep", "edge_length": 6.0}}
     run = fp.mesh_segmentation(seg, **changes)
     for name in ("start_painter", "start_picture", "finish_picture"):
-        monkeypatch.setattr(femprep.output, name, lambda *_: None)
+        monkeypatch.setattr(femprep.report.output, name, lambda *_: None)
     manifest = fp.write_run(run, tmp_path / "out")
     assert any("no picture of the mesh" in line for line in manifest.notices)
     # The sweep tells of the apex as fTetWild does, and so does its wall.

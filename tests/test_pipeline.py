@@ -15,7 +15,7 @@ import femprep as fp
 from femprep.cli import main
 from femprep.cli._names import mesh_names
 from femprep.cli.schema import schema_texts
-from femprep.elements import boundary_faces
+from femprep.mesh.elements import boundary_faces
 from femprep.phantoms import lv_ellipsoid
 from femprep.report.volumes import cavity_volume
 

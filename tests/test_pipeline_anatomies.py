@@ -10,19 +10,19 @@ import numpy as np
 import pytest
 
 import femprep as fp
-from femprep.anatomies import ANATOMIES, lay_out
 from femprep.cli import main
 from femprep.errors import OptionError
-from femprep.geometry.closest import ClosestFinder
-from femprep.geometry.facets import facet_triangles
-from femprep.geometry.topology import is_manifold
-from femprep.geometry.triangles import triangle_quality
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.measures.volume_elements import element_volumes
+from femprep.mesh.topology import is_manifold
 from femprep.model import FACET_TAGS
+from femprep.model.facets import facet_triangles
 from femprep.options import Options
 from femprep.phantoms import biventricular, four_chambers
 from femprep.pipeline import Stages
 from femprep.report.volumes import cavity_volume
-from femprep.volume.measures import element_volumes
+from femprep.wall.anatomies import ANATOMIES, lay_out
 
 COARSE = {"surface": {"vertices": 900}, "volume": {"edge_length": 4.0}}
 

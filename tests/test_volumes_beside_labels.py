@@ -7,8 +7,8 @@ import pytest
 
 from femprep.image import Grid, make_object
 from femprep.model import FACET_TAGS, REGION_TAGS, Plane, VolumeMesh
+from femprep.report.beside_labels import volumes_beside_labels, wall_difference
 from femprep.report.manifest import VolumeRecord
-from femprep.volumes import volumes_beside_labels, wall_difference
 
 
 def box_mesh(low: float, high: float, layers: int) -> VolumeMesh:

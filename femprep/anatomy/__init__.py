@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from femprep.anatomy.aha import add_aha, segment_means
-from femprep.anatomy.axes import VentricularAxes, ventricular_axes
+from femprep.anatomy.axes import VentricularAxes
 from femprep.anatomy.bullseye import bulls_eye, bulls_eye_svg
 from femprep.anatomy.coordinates import add_coordinates
 from femprep.anatomy.fibres import add_fibres, quadrature_fibres
-from femprep.anatomy.fields import WallFields
+from femprep.anatomy.find_axes import ventricular_axes
+from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.mirror import flip
 from femprep.anatomy.orientation import orient
 from femprep.anatomy.part import on_wall

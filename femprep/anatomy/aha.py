@@ -27,11 +27,12 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from femprep.anatomy.axes import BASE_FACETS, VentricularAxes, facets_of, septum_notices, ventricular_axes
-from femprep.anatomy.fields import WallFields
+from femprep.anatomy.axes import BASE_FACETS, VentricularAxes, septum_notices
+from femprep.anatomy.find_axes import facets_of, ventricular_axes
+from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.part import refuse_blood
-from femprep.elements import ELEMENTS, match_facets
 from femprep.errors import InputError
+from femprep.mesh.elements import ELEMENTS, match_facets
 from femprep.model import FACET_TAGS, FloatArray, VolumeMesh, noted
 
 #: Names of the segments: 1-17 of the left ventricle, 21-29 of the right ventricular free wall.

@@ -1,4 +1,4 @@
-"""VolumeMesh or Segmentation in, VentricularAxes out: long axis, apex, base, where the RV and the front lie, the hand.
+"""The axes and landmarks of a left ventricle, and from the drift of its RV in, the hand of the heart out.
 
 The hand tells an anatomical heart from its mirror image. Looking from the base to the apex with the right ventricle on
 the left-hand side, the outflow tract of the RV, and with it the anterior wall, is at the top; so
@@ -11,11 +11,10 @@ its cavity drifts to the front, to the outflow tract. Where it does not drift cl
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,12 +22,7 @@ from scipy.special import stdtrit
 
 from femprep.anatomy.frames import normalise
 from femprep.errors import InputError
-from femprep.model import FACET_TAGS, FloatArray, Notice, VolumeMesh, readonly
-
-if TYPE_CHECKING:
-    from femprep.image.segmentation import Segmentation
-
-logger = logging.getLogger(__name__)
+from femprep.model import FloatArray, Notice, readonly
 
 #: Facets that close the ventricles at the base.
 BASE_FACETS: Final = ("base", "mitral", "tricuspid", "aortic", "pulmonary")
@@ -164,111 +158,6 @@ def hand_notices(axes: VentricularAxes) -> list[Notice]:
     return [Notice.of("assumed", words)]
 
 
-def ventricular_axes(
-    source: VolumeMesh | Segmentation, *, basal_end: str = "auto", mirrored: str = "auto"
-) -> VentricularAxes:
-    """Find the axes and landmarks of the left ventricle, and whether the heart is mirrored.
-
-    Parameters
-    ----------
-    source : VolumeMesh or Segmentation
-        A mesh with tagged facets (endocardium, epicardium, base), or a label map with the structures ``lv`` and
-        ``myo`` and, for the septum and the hand, ``rv``. Axes that a mesh carries in ``info["axes"]`` are taken.
-    basal_end : {"auto", "first", "last"}
-        Which end of a label map's stack is basal.
-    mirrored : {"auto", "yes", "no"}
-        Whether the heart is mirrored: found, or said.
-
-    Returns
-    -------
-    VentricularAxes
-
-    Raises
-    ------
-    InputError
-        A structure or the facets of a surface are missing, or a word is none of those above.
-    """
-    if mirrored not in ("auto", "yes", "no"):
-        raise InputError(f"mirrored is {mirrored!r}; expected auto, yes or no")
-    found = _found(source, basal_end)
-    if mirrored == "auto":
-        return found
-    info = {
-        **found.info,
-        "hand": "given",
-        "assumed": [name for name in found.info.get("assumed", ()) if name != "hand"],
-    }
-    # The insertion points are named by the front, which lies on the other side of a heart of the other hand.
-    turned = bool(found.mirrored) != (mirrored == "yes")
-    names = {"anterior": "inferior", "inferior": "anterior"} if turned else {}
-    insertions = {names.get(name, name): point for name, point in found.insertions.items()}
-    return replace(found, mirrored=mirrored == "yes", insertions=insertions, info=info)
-
-
-def _found(source: VolumeMesh | Segmentation, basal_end: str) -> VentricularAxes:
-    if isinstance(source, VolumeMesh):
-        if source.info.get("axes"):
-            return VentricularAxes.from_record(source.info["axes"])
-        return axes_from_mesh(source)
-    from femprep.anatomy.landmarks import axes_from_labels
-
-    return axes_from_labels(source, basal_end=basal_end)
-
-
-def facets_of(mesh: VolumeMesh, *names: str) -> tuple[FloatArray, FloatArray]:
-    """Centroids and area vectors (outward) of the facets of some names, ``(f, 3)`` each; empty where there are none."""
-    tags = [FACET_TAGS[name] for name in names]
-    centres, areas, first = [np.empty((0, 3))], [np.empty((0, 3))], 0
-    for kind, block in mesh.facets.items():
-        chosen = block[np.isin(mesh.facet_tag[first : first + len(block)], tags)]
-        corner = mesh.points[chosen[:, : 3 if kind.startswith("triangle") else 4]]
-        one, other = ((1, 0), (2, 0)) if corner.shape[1] == 3 else ((2, 0), (3, 1))
-        centres.append(corner.mean(axis=1))
-        areas.append(np.cross(corner[:, one[0]] - corner[:, one[1]], corner[:, other[0]] - corner[:, other[1]]) / 2)
-        first += len(block)
-    return np.concatenate(centres), np.concatenate(areas)
-
-
-def axes_from_mesh(mesh: VolumeMesh) -> VentricularAxes:
-    """Axes from the tagged facets of a mesh.
-
-    The long axis is the line through the centroids of the LV endocardium at eight heights above the base plane. An RV
-    endocardium gives the septal direction and the hand; without one the septum is assumed where it usually lies in a
-    patient, which ``info["assumed"]`` says.
-    """
-    endo, endo_area = facets_of(mesh, "endo", "endo_lv")
-    epi, _ = facets_of(mesh, "epi")
-    base, base_area = facets_of(mesh, *BASE_FACETS)
-    for name, found in (("endo' or 'endo_lv", endo), ("epi", epi), ("base", base)):
-        if not len(found):
-            have = ", ".join(mesh.facet_names) or "none"
-            raise InputError(f"the mesh has no facets tagged {name!r}, so it has no axes; its facets: {have}")
-    up = normalise(base_area.sum(axis=0))
-    weight = np.linalg.norm(base_area, axis=1)
-    middle = np.average(base, axis=0, weights=weight)
-    direction, through = _line(endo, np.linalg.norm(endo_area, axis=1), up)
-    top = float((middle - through) @ up)
-    foot = through + direction * top / float(direction @ up)
-    low = float(((epi - foot) @ direction).min())
-    apex = foot + low * direction
-    rv, rv_area = facets_of(mesh, "endo_rv")
-    info: dict[str, Any] = {}
-    if not len(rv):
-        info["assumed"] = ["septal", "hand"]
-        septal = USUAL_RV if abs(USUAL_RV @ direction) < 0.9 else np.array([-1.0, 0.0, 0.0])
-        return VentricularAxes(apex, foot, septal, None, source="mesh", info=info)
-    size = np.linalg.norm(rv_area, axis=1)
-    septal = np.average(rv, axis=0, weights=size) - apex
-    axes = VentricularAxes(apex, foot, septal, None, source="mesh")
-    height = axes.height(rv)
-    drift = rv_drift(axes, rv, size, np.floor(7.999 * (height - height.min()) / max(float(np.ptp(height)), 1e-9)))
-    mirrored = hand(drift)
-    info.update(drift.record())
-    if mirrored is None:
-        info["assumed"] = ["hand"]
-    return VentricularAxes(apex, foot, septal, mirrored, source="mesh", info=info)
-
-
 class Drift(NamedTuple):
     """By how much the RV turns about the long axis from its apical to its basal end.
 
@@ -344,24 +233,3 @@ def rv_drift(axes: VentricularAxes, points: FloatArray, weight: FloatArray, leve
     off = angle - np.average(angle, weights=size) - slope * step
     variance = float(np.sum(size * off**2)) / (count - 2)
     return Drift(slope * extent, float(np.sqrt(variance / spread)) * extent, count)
-
-
-def _line(points: FloatArray, weight: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Direction and a point of the line through the centroids at eight heights, refined once along itself."""
-    direction, through = up, np.average(points, axis=0, weights=weight)
-    for _ in range(2):
-        height = (points - through) @ direction
-        bins = np.linspace(height.min(), height.max(), 9)
-        which = np.clip(np.digitize(height, bins) - 1, 0, 7)
-        centres = []
-        for k in range(1, 8):  # the lowest, where the apex closes, leans to whichever side is deeper
-            at = which == k
-            if np.count_nonzero(at) >= 3:
-                centres.append(np.average(points[at], axis=0, weights=weight[at]))
-        if len(centres) < 3:
-            break
-        c = np.array(centres)
-        through = c.mean(axis=0)
-        direction = np.linalg.svd(c - through)[2][0]
-        direction = direction if direction @ up > 0 else -direction
-    return direction, through

@@ -9,7 +9,8 @@ transventricular     0 in the left, 1 in the right ventricle (of the septum each
 ===================  ==========================================================================================
 
 Each is the solution of a Laplace problem made linear in distance (Schuler et al. 2021, Cobiveco, doi
-10.1016/j.media.2021.102247; see :mod:`femprep.anatomy.fields`). A mirrored heart has the coordinates of its twin.
+10.1016/j.media.2021.102247; see :mod:`femprep.anatomy.laplace.fields`). A mirrored heart has the coordinates of its
+twin.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from femprep.anatomy.axes import VentricularAxes, septum_notices
-from femprep.anatomy.fields import WallFields
+from femprep.anatomy.laplace.fields import WallFields
 from femprep.model import FloatArray, VolumeMesh, noted
 
 

@@ -39,10 +39,10 @@ from typing import Any
 import numpy as np
 
 from femprep.anatomy.axes import VentricularAxes, hand_notices
-from femprep.anatomy.fields import WallFields
 from femprep.anatomy.frames import make_frames
+from femprep.anatomy.laplace.fields import WallFields
+from femprep.anatomy.laplace.shapes import quadrature
 from femprep.anatomy.rules import Sites, at_cells, at_points, node_fields, triads
-from femprep.anatomy.shapes import quadrature
 from femprep.errors import InputError
 from femprep.model import FloatArray, Notice, VolumeMesh, noted, without_failure
 from femprep.options import FibreOptions, choose
@@ -136,8 +136,8 @@ def quadrature_fibres(
         As for :func:`add_fibres`.
     points : mapping of str to (q, 3) array, optional
         Reference points by element type, on the reference elements of
-        :func:`femprep.anatomy.shapes.shape_functions`. Where not given: four points of a tetrahedron (degree 2), six of
-        a wedge, eight of a hexahedron.
+        :func:`femprep.anatomy.laplace.shapes.shape_functions`. Where not given: four points of a tetrahedron (degree
+        2), six of a wedge, eight of a hexahedron.
 
     Returns
     -------

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.anatomy.axes import VentricularAxes
-from femprep.elements import ELEMENTS, FACET_CORNERS
 from femprep.errors import InputError
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import FloatArray, IntArray, Plane, VolumeMesh
 
 if TYPE_CHECKING:

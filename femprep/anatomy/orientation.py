@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -11,8 +12,12 @@ from femprep.anatomy.landmarks import axes_from_labels
 from femprep.errors import InputError
 from femprep.image import Segmentation
 from femprep.model import Notice, noted
+from femprep.model.products import nearest_orthogonal
 
 _log = logging.getLogger(__name__)
+
+#: Decimals of the axes that are kept.
+_DECIMALS: Final = 12
 
 
 def orient(seg: Segmentation, *, basal_end: str = "auto") -> Segmentation:
@@ -44,7 +49,9 @@ def orient(seg: Segmentation, *, basal_end: str = "auto") -> Segmentation:
         record = noted({"source": "image", "reason": str(error)}, Notice.of("assumed", words))
         return replace(seg, frame=None, info={**seg.info, "orientation": record})
     up, side = axes.long_axis, axes.septal
-    frame = np.column_stack([side, np.cross(up, side), up])
+    # Digits that differ between processors' linear algebra are not of the heart.
+    frame = nearest_orthogonal(np.round(np.column_stack([side, np.cross(up, side), up]), _DECIMALS))
+    assert frame is not None, "axes at right angles are not flat"
     record = {"source": "labels", "assumed": list(axes.info.get("assumed", ())), "frame": frame.tolist()}
     if "septal" in record["assumed"]:
         words = (

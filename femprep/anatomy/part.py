@@ -8,8 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.elements import match_facets
 from femprep.errors import InputError
+from femprep.mesh.elements import match_facets
 from femprep.model import IntArray, VolumeMesh, is_blood
 
 #: Directions in blood, where none mean anything: solvers want unit vectors at right angles in every element.

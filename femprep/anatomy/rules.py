@@ -18,10 +18,10 @@ from typing import Literal
 
 import numpy as np
 
-from femprep.anatomy.fem import LinearElements
-from femprep.anatomy.fields import WallFields
 from femprep.anatomy.frames import bislerp, make_frames, rotate
-from femprep.anatomy.shapes import shape_functions
+from femprep.anatomy.laplace.fem import LinearElements
+from femprep.anatomy.laplace.fields import WallFields
+from femprep.anatomy.laplace.shapes import shape_functions
 from femprep.model import BoolArray, FloatArray
 from femprep.options import FibreOptions
 

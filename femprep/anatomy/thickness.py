@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from femprep.elements import ELEMENTS
 from femprep.errors import InputError
-from femprep.geometry.closest import ClosestFinder
-from femprep.geometry.facets import facet_triangles
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.elements import ELEMENTS
 from femprep.model import FloatArray, VolumeMesh
+from femprep.model.facets import facet_triangles
 
 
 def wall_thickness(mesh: VolumeMesh) -> FloatArray:

@@ -26,9 +26,9 @@ def bullseye(
     One number in each segment of the left ventricle: the base lies outside, the anterior wall at the top, the septum on
     the left.
     """
-    from femprep.bullseyes import draw
     from femprep.errors import OptionError
     from femprep.export import read_mesh
+    from femprep.report.bullseyes import draw
     from femprep.report.pages import write_page
 
     if out.suffix.lower() != ".svg":

@@ -81,7 +81,7 @@ def _methods(
     from femprep.errors import OptionError
     from femprep.image import read_segmentation
     from femprep.surface import read_surface
-    from femprep.surface.side_by_side import VERTICES, all_methods, compare_methods
+    from femprep.surface.reference.side_by_side import VERTICES, all_methods, compare_methods
 
     seg = read_segmentation(image, structures=parse_structures(structure), preset=preset)
     objects = parse_objects([chosen] if chosen else None, dict(seg.structures))

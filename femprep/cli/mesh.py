@@ -180,7 +180,7 @@ def _read_template(path: Path | None) -> dict[str, Any]:
     if path is None:
         return {}
     from femprep.export import read_mesh
-    from femprep.volume.sweep import template_of
+    from femprep.sweeping import template_of
 
     return dict(template_of(read_mesh(path)))
 
@@ -239,11 +239,11 @@ def mesh_file(segmentation: Path, out: Path, options: Options, *, quiet: bool, j
 def mesh_and_write(seg: Any, out: Path, options: Options, *, source: Path | None, progress: Any) -> tuple[Any, Any]:
     """The pipeline, then its folder."""
     from femprep.pipeline import mesh_segmentation
-    from femprep.rehearsal import Rehearsal
+    from femprep.report.rehearsal import Rehearsal
 
     with Rehearsal(options.formats, progress) as rehearsal:
         run = mesh_segmentation(seg, options, progress=rehearsal)
-        from femprep.output import write_run  # loaded by the rehearsal, while the mesher runs
+        from femprep.report.output import write_run  # loaded by the rehearsal, while the mesher runs
 
         return run, write_run(run, out, source=source, progress=progress, painter=rehearsal.painter)
 

@@ -72,8 +72,8 @@ def surface(
     require_writable(out, surface_names(objects))
 
     from femprep.image import read_segmentation
-    from femprep.output import write_surfaces
     from femprep.pipeline import fit_surfaces
+    from femprep.report.output import write_surfaces
 
     with bars(quiet or json) as progress:
         seg = read_segmentation(segmentation, structures=options.labels, options=options.image)

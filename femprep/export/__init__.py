@@ -1,4 +1,4 @@
-"""Meshes, walls and surfaces in, files for solvers out, and back: one table, one file per format."""
+"""Meshes, walls and surfaces in, files for solvers out, and back: one table, a folder per format."""
 
 from __future__ import annotations
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from femprep.elements import ELEMENTS
-from femprep.export.xdmf import WHOLE, reduced
+from femprep.export.xdmf.write import WHOLE, reduced
+from femprep.mesh.elements import ELEMENTS
 from femprep.model import Notice, VolumeMesh
 
 #: Formats whose readers know linear elements alone.

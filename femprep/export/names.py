@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from femprep.elements import FACET_CORNERS
+from femprep.mesh.elements import FACET_CORNERS
 from femprep.model import FACET_TAGS, REGION_TAGS, IntArray, VolumeMesh, tag_name
 
 #: Key of ``VolumeMesh.info`` for the names of tags that a foreign file brought along: ``{name: number}``.

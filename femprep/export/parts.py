@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from femprep.elements import ELEMENTS, FACET_CORNERS, element_faces
 from femprep.errors import InputError
 from femprep.export.names import Numbers
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, element_faces
 from femprep.model import FloatArray, IntArray, VolumeMesh
 
 

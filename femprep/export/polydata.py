@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from femprep.elements import FACET_CORNERS, match_facets
 from femprep.export.names import facet_names
 from femprep.export.vtk_xml import add_arrays, add_record, vtk_cells, vtk_points
+from femprep.mesh.elements import FACET_CORNERS, match_facets
 from femprep.model import Plane, Surface, VolumeMesh, Wall, tag_name
 
 

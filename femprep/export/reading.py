@@ -73,14 +73,14 @@ def _require_finite(mesh: VolumeMesh) -> None:
 
 
 def _vtk(path: Path) -> VolumeMesh:
-    from femprep.export.vtu import read_foreign, read_own
+    from femprep.export.vtu.read import read_foreign, read_own
 
     own = read_own(path)
     return own if own is not None else from_meshio(read_foreign(path))
 
 
 def _legacy_vtk(path: Path) -> VolumeMesh:
-    from femprep.export.vtu import read_foreign
+    from femprep.export.vtu.read import read_foreign
 
     try:
         return from_meshio(read_foreign(path))
@@ -93,50 +93,50 @@ def _legacy_vtk(path: Path) -> VolumeMesh:
 
 
 def _abaqus(path: Path) -> VolumeMesh:
-    from femprep.export.abaqus_reader import read
+    from femprep.export.abaqus.read import read
 
     return read(path)
 
 
 def _xdmf(path: Path) -> VolumeMesh:
-    from femprep.export.xdmf_reader import read_own
+    from femprep.export.xdmf.read import read_own
 
     own = read_own(path)
     return own if own is not None else _meshio(path)
 
 
 def _med(path: Path) -> VolumeMesh:
-    from femprep.export.med import read
+    from femprep.export.med.read import read
 
     return read(path, meshio_mesh(path))
 
 
 def _febio(path: Path) -> VolumeMesh:
-    from femprep.export.febio_reader import read
+    from femprep.export.febio.read import read
 
     return read(path)
 
 
 def _lsdyna(path: Path) -> VolumeMesh:
-    from femprep.export.lsdyna_reader import read
+    from femprep.export.lsdyna.read import read
 
     return read(path)
 
 
 def _opencarp(path: Path) -> VolumeMesh:
-    from femprep.export.opencarp_reader import read
+    from femprep.export.opencarp.read import read
 
     return read(path)
 
 
 def _folder(path: Path) -> VolumeMesh:
-    from femprep.export.svmultiphysics_reader import read
+    from femprep.export.svmultiphysics.read import read
 
     return read(path)
 
 
 def _medit(path: Path) -> VolumeMesh:
-    from femprep.export.medit import solutions
+    from femprep.export.medit.read import solutions
 
     mesh = _with_unit(path)
     return mesh.with_data(cell=solutions(path, mesh))

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.export.xdmf import TOPOLOGY, Document
+from femprep.export.xdmf.write import TOPOLOGY, Document
 from femprep.model import VolumeMesh
 
 

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.elements import ELEMENTS, FACET_CORNERS
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import IntArray, VolumeMesh
 
 log = logging.getLogger(__name__)

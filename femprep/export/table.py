@@ -107,7 +107,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 name="vtu",
                 endings=(".vtu",),
                 filename="mesh.vtu",
-                home="vtu:write",
+                home="vtu.write:write",
                 program="VTK, ParaView",
                 carries="regions, facet tags, all cell and point data, names, planes (facets as field data)",
                 elements="all",
@@ -118,7 +118,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 name="abaqus",
                 endings=(".inp",),
                 filename="mesh.inp",
-                home="abaqus:write",
+                home="abaqus.write:write",
                 program="Abaqus, CalculiX",
                 carries=(
                     "regions and AHA segments (ELSET, NSET), facet tags (NSET, element SURFACE), fibres and sheets "
@@ -128,13 +128,13 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 units="as asked, named in the file",
                 read_by="CalculiX",
                 unread_by="Abaqus",
-                needs="abaqus_step:require",
+                needs="abaqus.step:require",
             ),
             Format(
                 name="dolfinx",
                 endings=(),
                 filename="dolfinx/mesh.xdmf",
-                home="xdmf:write",
+                home="xdmf.write:write",
                 program="dolfinx, cardiac_geometries",
                 carries=(
                     "cell tags, facet tags, names (markers.json), fibres and other cell and point data "
@@ -149,7 +149,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 name="fenics",
                 endings=(),
                 filename="fenics/mesh.xdmf",
-                home="xdmf:write_fenics",
+                home="xdmf.write:write_fenics",
                 program="legacy FEniCS",
                 carries="as dolfinx, and fibres and sheets as checkpoints",
                 elements="tetra; others cut into tetrahedra",
@@ -161,7 +161,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 name="gmsh",
                 endings=(".msh",),
                 filename="mesh.msh",
-                home="gmsh:write",
+                home="gmsh.write:write",
                 program="Gmsh 2.2, scikit-fem, dolfinx, many more",
                 carries="regions and facet tags as named physical groups, point data",
                 elements="all",
@@ -172,7 +172,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 name="gmsh41",
                 endings=(),
                 filename="mesh41.msh",
-                home="gmsh:write_41",
+                home="gmsh.write:write_41",
                 program="Gmsh 4.1, dolfinx",
                 carries="regions and facet tags as entities and named physical groups, cell, facet and point data",
                 elements="all",
@@ -183,7 +183,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 name="febio",
                 endings=(".feb",),
                 filename="mesh.feb",
-                home="febio:write",
+                home="febio.write:write",
                 program="FEBio 4",
                 carries=(
                     "parts, regions and AHA segments (ElementSet), facet tags (NodeSet, Surface), fibres and sheets "
@@ -193,26 +193,29 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 units="as asked, named in the file",
                 read_by="febio-python",
                 unread_by="FEBio",
-                needs="abaqus_step:require",
+                needs="abaqus.step:require",
             ),
             Format(
                 name="opencarp",
                 endings=(".pts",),
                 filename="opencarp/mesh.pts",
-                home="opencarp:write",
-                program="openCARP, meshtool",
-                carries="region tags, fibres and sheets (.lon), facet tags (.surf, .vtx), AHA segments (.dat)",
+                home="opencarp.write:write",
+                program="openCARP, MeshTool",
+                carries=(
+                    "region tags, fibres and sheets, blood as bath (.lon), facet tags (.surf, .vtx), AHA segments and "
+                    "ventricular coordinates after UVC (.dat), a beat to start from (.par)"
+                ),
                 elements="linear; of quadratic ones the corners",
                 units="micrometres",
-                read_by="a parser after meshtool's sources",
-                unread_by="openCARP, meshtool",
-                beside=("mesh.elem", "mesh.lon", "mesh.tags.txt"),
+                read_by="MeshTool (pymeshtool 1.3)",
+                unread_by="openCARP",
+                beside=("mesh.elem", "mesh.lon", "mesh.tags.txt", "mesh.par"),
             ),
             Format(
                 name="svmultiphysics",
                 endings=(),
                 filename="svmultiphysics",
-                home="svmultiphysics:write",
+                home="svmultiphysics.write:write",
                 program="svMultiPhysics, SimVascular",
                 carries=(
                     "mesh-complete folder: regions (DOMAIN_ID), faces with global numbers, fibres and sheets "
@@ -229,7 +232,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 name="med",
                 endings=(".med",),
                 filename="mesh.med",
-                home="med:write",
+                home="med.write:write",
                 program="Salome, code_aster",
                 carries="groups for regions, AHA segments, facets and their nodes, fibres and other data as fields",
                 elements="all",
@@ -241,7 +244,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 name="medit",
                 endings=(".mesh",),
                 filename="mesh.mesh",
-                home="medit:write",
+                home="medit.write:write",
                 program="FreeFEM, MMG",
                 carries="regions and facet tags as references, fibres, sheets and AHA segments (.sol)",
                 elements="linear; of quadratic ones the corners",
@@ -252,7 +255,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 name="ls-dyna",
                 endings=(".k",),
                 filename="mesh.k",
-                home="lsdyna:write",
+                home="lsdyna.write:write",
                 program="LS-DYNA",
                 carries=(
                     "parts, regions and AHA segments (SET_SOLID), facet tags (SET_NODE_LIST, SET_SEGMENT), fibres and "
@@ -262,7 +265,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 units="as asked, named in the file",
                 read_by="ansys-dyna-core (PyDyna)",
                 unread_by="LS-DYNA",
-                needs="lsdyna:require",
+                needs="lsdyna.write:require",
             ),
         )
     }

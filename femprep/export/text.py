@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic_core import to_json
 
-from femprep.compiled import compiled
+from femprep.mesh.compiled import compiled
 
 IntArray = npt.NDArray[np.int64]
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.model import FloatArray, readonly
+from femprep.model.products import inverse, product
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +93,11 @@ class Grid:
         local = index * self.spacing
         if self.offsets is not None:
             local += self.offset_at(index[..., self.stack_axis])
-        return np.asarray(self.origin + local @ self.direction.T, dtype=np.float64)
+        return np.asarray(self.origin + product(local, self.direction.T), dtype=np.float64)
 
     def to_index(self, points: npt.ArrayLike) -> FloatArray:
         """Fractional indices ``(n, 3)`` of world points ``(n, 3)`` mm LPS."""
-        local = (np.asarray(points, dtype=np.float64) - self.origin) @ np.linalg.inv(self.direction).T
+        local = product(np.asarray(points, dtype=np.float64) - self.origin, inverse(self.direction).T)
         if self.offsets is not None:
             axis = self.stack_axis
             # Slices stay in their planes, so that the number of the slice is known first.

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from femprep.mesh.blas import one_blas_thread
 from femprep.model import FloatArray, IntArray
 
 #: Degrees of freedom of Student's distribution of jumps and errors: few of either may be far larger than the others.
@@ -52,6 +53,7 @@ class Jumps:
     evidence: float
 
 
+@one_blas_thread()
 def find_jumps(
     places: Sequence[IntArray],
     positions: Sequence[FloatArray],

@@ -15,6 +15,7 @@ from femprep.errors import InputError
 from femprep.image.grid import Grid
 from femprep.image.topology import BoolArray, euler_characteristic, label_pieces, label_voids, used_box
 from femprep.model import FloatArray, Notice, readonly, records
+from femprep.model.products import product, weighted
 from femprep.options import ImageOptions, choose
 
 log = logging.getLogger(__name__)
@@ -87,7 +88,7 @@ class LabelObject:
             return at
         axis = self.stack_axis
         share = np.count_nonzero(self.mask, axis=tuple(a for a in range(3) if a != axis)) / total
-        return np.asarray(at + self.grid.direction @ (share @ self.grid.offsets), dtype=np.float64)
+        return np.asarray(at + product(weighted(share, self.grid.offsets), self.grid.direction.T), dtype=np.float64)
 
     @property
     def stack_axis(self) -> int:

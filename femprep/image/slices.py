@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from femprep.image.grid import Grid
 from femprep.model import FloatArray, IntArray, readonly
+from femprep.model.products import inner, length, product
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +62,7 @@ class SliceTable:
         if len(self) < 3:
             return np.empty(0)
         bend = self.centroid[1:-1] - 0.5 * (self.centroid[:-2] + self.centroid[2:])
-        in_plane = bend - (bend @ self.normal)[:, None] * self.normal
+        in_plane = bend - product(bend, self.normal)[:, None] * self.normal
         return np.asarray(np.linalg.norm(in_plane, axis=1), dtype=np.float64)
 
 
@@ -92,7 +93,7 @@ def slice_table(mask: npt.NDArray[np.bool_], grid: Grid, axis: int | None = None
         centre[row, first] = np.count_nonzero(plane, axis=1) @ np.arange(plane.shape[0]) / count[k]
         centre[row, second] = np.count_nonzero(plane, axis=0) @ np.arange(plane.shape[1]) / count[k]
     pixel = float(grid.spacing[first] * grid.spacing[second])
-    normal = grid.direction[:, axis] / np.linalg.norm(grid.direction[:, axis])
+    normal = grid.direction[:, axis] / length(grid.direction[:, axis])
     return SliceTable(
         axis, index, count[index] * pixel, count[index], grid.to_world(centre), float(grid.spacing[axis]), normal
     )
@@ -104,4 +105,4 @@ def relative_slope(area: npt.ArrayLike) -> float:
     if len(values) < 2 or not values.any():
         return 0.0
     k = np.arange(len(values)) - (len(values) - 1) / 2
-    return float((k @ values) / (k @ k) / values.mean())
+    return inner(k, values) / inner(k, k) / float(values.mean())

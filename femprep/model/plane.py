@@ -11,6 +11,8 @@ import numpy.typing as npt
 from femprep.errors import InputError
 from femprep.model.arrays import FloatArray, readonly
 from femprep.model.notice import Notice, records
+from femprep.model.products import inner, product
+from femprep.model.products import length as length_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +38,7 @@ class Plane:
 
     def __post_init__(self) -> None:
         normal = np.asarray(self.normal, dtype=float)
-        length = float(np.linalg.norm(normal))
+        length = length_of(normal)
         if not np.isfinite(length) or length == 0.0:
             raise InputError(f"plane normal {normal.tolist()} has no direction; give a finite, non-zero vector")
         object.__setattr__(self, "point", readonly(self.point, np.float64, (3,), "plane point"))
@@ -50,8 +52,8 @@ class Plane:
     @property
     def offset(self) -> float:
         """The plane is the set of points x with ``normal . x = offset``, mm."""
-        return float(self.normal @ self.point)
+        return inner(self.normal, self.point)
 
     def signed_distance(self, points: npt.ArrayLike) -> FloatArray:
         """Distance of points ``(n, 3)`` from the plane, mm, positive on the side that is cut away."""
-        return np.asarray((np.asarray(points, dtype=float) - self.point) @ self.normal, dtype=np.float64)
+        return product(np.asarray(points, dtype=float) - self.point, self.normal)

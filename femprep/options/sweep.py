@@ -46,7 +46,7 @@ class SweepOptions(StageOptions):
         1.0,
         gt=0,
         description="Least distance of the epicardium from the endocardium, mm; nearer parts are pushed outwards. "
-        "A fifth of an edge for each layer is the least in any case.",
+        "A tenth of an edge for each layer is the least in any case.",
     )
     maximum_push: float = Field(
         8.0, ge=0, description="Farthest the epicardium may be pushed outwards to reach the least thickness, mm."

@@ -18,8 +18,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.elements import ELEMENTS, FACET_CORNERS, boundary_faces, set_numbers
 from femprep.errors import DiskFullError, cannot_write
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, boundary_faces, set_numbers
 from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
 
 logger = logging.getLogger(__name__)

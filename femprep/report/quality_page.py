@@ -10,7 +10,7 @@ from femprep.report.page import STYLE, histogram, table
 from femprep.report.pages import write_page
 
 if TYPE_CHECKING:
-    from femprep.volume.report import QualityReport
+    from femprep.volume.quality.report import QualityReport
 
 #: Measures that are drawn, with their titles.
 CHARTS: Final = {

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from femprep.geometry.facets import facet_triangles
 from femprep.image import LabelObject
 from femprep.model import FloatArray, IntArray, Plane, VolumeMesh
+from femprep.model.facets import facet_triangles
 
 
 def enclosed_volume(points: FloatArray, triangles: IntArray) -> float:

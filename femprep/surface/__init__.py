@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from femprep.surface.compare import Comparison, compare_surfaces
-from femprep.surface.distance import SurfaceDistance, surface_distance
+from femprep.mesh.plane_sections import plane_sections
 from femprep.surface.files import read_surface
 from femprep.surface.fit import fit_surface
-from femprep.surface.inslice import InSliceDistance, in_slice_distance, label_distance
-from femprep.surface.quality import SurfaceQuality, surface_quality
-from femprep.surface.section import end_planes, grid_planes, label_contours, plane_sections, slice_planes
-from femprep.surface.shape import HarmonicShape
+from femprep.surface.harmonic.shape import HarmonicShape
+from femprep.surface.measure.compare import Comparison, compare_surfaces
+from femprep.surface.measure.distance import SurfaceDistance, surface_distance
+from femprep.surface.measure.inslice import InSliceDistance, in_slice_distance, label_distance
+from femprep.surface.measure.quality import SurfaceQuality, surface_quality
+from femprep.surface.measure.sections import end_planes, grid_planes, label_contours, slice_planes
 
 __all__ = [
     "Comparison",

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from femprep.errors import FileError, InputError
-from femprep.geometry.topology import is_closed, is_consistently_wound
+from femprep.mesh.topology import is_closed, is_consistently_wound
 from femprep.model import FloatArray, IntArray, Surface
 
 _VTK = (".vtp", ".vtk")

@@ -10,18 +10,19 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from femprep.errors import InputError, ResourceError, StageError
-from femprep.harmonic.field import Field, fit_strength
-from femprep.harmonic.leastsquares import BLOCK
-from femprep.harmonic.sources import place_sources
-from femprep.harmonic.spline import Basis
 from femprep.image.boundary import BoundaryPoints, boundary_points
+from femprep.image.canonical_frame import image_axes
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
 from femprep.model import FloatArray, IntArray, Notice, Surface, records
+from femprep.model.products import product
 from femprep.options import SurfaceOptions, choose
-from femprep.surface.mend import Target, sound_map
-from femprep.surface.rest import image_axes
-from femprep.surface.smooth import Rough, smooth_map
+from femprep.surface.fitting.smooth import Rough, smooth_map
+from femprep.surface.harmonic.field import Field, fit_strength
+from femprep.surface.harmonic.leastsquares import BLOCK
+from femprep.surface.harmonic.mend import Target, sound_map
+from femprep.surface.harmonic.sources import place_sources
+from femprep.surface.harmonic.spline import Basis
 from femprep.template import charge_template, cubed_template, sphere_points
 
 _log = logging.getLogger(__name__)
@@ -81,7 +82,7 @@ def fit_surface(
     progress : callable, optional
         Told the stage and the fraction done.
     begun : Future, optional
-        What another thread has begun of it, see :func:`~femprep.surface.ahead.in_turn`.
+        What another thread has begun of it, see :func:`~femprep.surface.fitting.ahead.in_turn`.
     **changes
         Options by name, for example ``method="paper", vertices=1180, singularities=227, control_points=204`` (Table 1).
 
@@ -89,9 +90,9 @@ def fit_surface(
     -------
     Surface
         ``directions`` are the template's vertices, moved or not, ``shape`` the smooth surface as a
-        :class:`HarmonicShape` (by ``"smooth"`` as a :class:`~femprep.surface.placed.PlacedShape`), so that
-        ``shape(directions)`` is ``points``; ``info`` tells the parameters, residuals (mm), and under ``notices`` what
-        was mended.
+        :class:`HarmonicShape` (by ``"smooth"`` as a
+        :class:`~femprep.surface.fitting.placed_parametrisation.PlacedShape`), so that ``shape(directions)`` is
+        ``points``; ``info`` tells the parameters, residuals (mm), and under ``notices`` what was mended.
 
     Raises
     ------
@@ -115,7 +116,7 @@ def fit_surface(
     boundary = _enough(obj, boundary_points(obj) if boundary is None else boundary)
     axes, turn = image_axes(obj)
     template = (cubed_template if chosen.cells == "quad" else charge_template)(chosen.vertices)
-    directions = template.directions @ (turn if obj.frame is None else obj.frame).T
+    directions = product(template.directions, (turn if obj.frame is None else obj.frame).T)
     info: dict[str, Any] = {
         "method": chosen.method,
         "vertices": len(directions),
@@ -180,17 +181,21 @@ def _target(
     tell("surface", 0.1)
     even = isotropic(obj, voxel)
     sources, placement = place_sources(
-        sphere_points(singularities) @ turn.T @ axes, even.mask, even.grid.to_index(centre[None, :])[0], voxel, radius
+        product(product(sphere_points(singularities), turn.T), axes),
+        even.mask,
+        even.grid.to_index(centre[None, :])[0],
+        voxel,
+        radius,
     )
     tell("surface", 0.3)
-    field = fit_strength(Field(centre, radius, centre + sources @ axes.T, np.ones(1)), boundary.points)
+    field = fit_strength(Field(centre, radius, centre + product(sources, axes.T), np.ones(1)), boundary.points)
     level = field.potential(boundary.points)
     steps = chosen.steps or field.enough_steps(boundary.points, level, 0.0, _FLOW_ERROR)
     feet = field.directions(field.flow(boundary.points, level, 0.0, steps))
     tell("surface", 0.7)
     target = Target(
         field,
-        Basis(sphere_points(control_points) @ turn.T, chosen.spline_order),
+        Basis(product(sphere_points(control_points), turn.T), chosen.spline_order),
         feet,
         level,
         directions,

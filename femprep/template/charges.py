@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numba import prange
 
-from femprep.compiled import compiled
 from femprep.errors import InputError
+from femprep.mesh.compiled import compiled
 from femprep.model import FloatArray
 from femprep.template import store
 from femprep.template.sphere import Template, fibonacci, triangulate
@@ -30,6 +30,10 @@ _ITERATIONS = 400
 _ROUNDS = 4
 #: Longest move of a charge in one step, in spacings.
 _LONGEST_MOVE = 0.3
+#: Charges of a block, and the rows of its room: places, sums of 1/d and of the force.
+_BLOCK = 32
+_X, _Y, _Z, _SUM, _FX, _FY, _FZ = (_BLOCK * k for k in range(7))
+_ROOM = _BLOCK * 7
 
 
 def sphere_points(count: int) -> FloatArray:
@@ -138,51 +142,56 @@ def _spacing(count: int) -> float:
     return float(np.sqrt(8.0 * np.pi / (np.sqrt(3.0) * count)))
 
 
-@compiled(fast_sums=True, part=True)
-def _push(points: Any, i: int, others: Any) -> tuple[float, float, float, float]:
-    """Sum of 1/d and its gradient over all other charges."""
-    x, y, z = points[i, 0], points[i, 1], points[i, 2]
-    total = 0.0
-    fx = 0.0
-    fy = 0.0
-    fz = 0.0
+@compiled(part=True)
+def _push(points: Any, others: Any, first: int, share: Any, force: Any) -> None:
+    """Half the sum of 1/d, and its gradient, over all other charges, for a block of charges.
+
+    Vector units are filled with the block's charges, so that each one's sums run over the others in their order,
+    whatever the processor's width. The block's room is one array: the compiler then knows that its parts do not
+    overlap.
+    """
+    count = min(_BLOCK, points.shape[0] - first)
+    room = np.zeros(_ROOM)
+    for i in range(_BLOCK):
+        at = first + min(i, count - 1)
+        room[_X + i] = points[at, 0]
+        room[_Y + i] = points[at, 1]
+        room[_Z + i] = points[at, 2]
     for j in range(others.shape[1]):
-        dx = others[0, j] - x
-        dy = others[1, j] - y
-        dz = others[2, j] - z
-        squared = dx * dx + dy * dy + dz * dz
-        # The charge itself: no distance, no force.
-        near = 1.0 / np.sqrt(squared) if squared > 0.0 else 0.0
-        cube = near * near * near
-        total += near
-        fx += dx * cube
-        fy += dy * cube
-        fz += dz * cube
-    return total, fx, fy, fz
+        x, y, z = others[0, j], others[1, j], others[2, j]
+        for i in range(_BLOCK):
+            dx = x - room[_X + i]
+            dy = y - room[_Y + i]
+            dz = z - room[_Z + i]
+            squared = dx * dx + dy * dy + dz * dz
+            # The charge itself: no distance, no force.
+            near = 1.0 / np.sqrt(squared) if squared > 0.0 else 0.0
+            cube = near * near * near
+            room[_SUM + i] += near
+            room[_FX + i] += dx * cube
+            room[_FY + i] += dy * cube
+            room[_FZ + i] += dz * cube
+    for i in range(count):
+        share[first + i] = 0.5 * room[_SUM + i]
+        force[first + i, 0] = room[_FX + i]
+        force[first + i, 1] = room[_FY + i]
+        force[first + i, 2] = room[_FZ + i]
 
 
 @compiled(parallel=True)
 def _coulomb(points: Any, share: Any, force: Any) -> None:
     """Half the potential at each charge, and the gradient of the whole energy."""
     others = points.T.copy()
-    for i in prange(points.shape[0]):
-        total, fx, fy, fz = _push(points, i, others)
-        share[i] = 0.5 * total
-        force[i, 0] = fx
-        force[i, 1] = fy
-        force[i, 2] = fz
+    for block in prange((points.shape[0] + _BLOCK - 1) // _BLOCK):
+        _push(points, others, block * _BLOCK, share, force)
 
 
 @compiled()
 def _coulomb_alone(points: Any, share: Any, force: Any) -> None:
     """As _coulomb, by one thread."""
     others = points.T.copy()
-    for i in range(points.shape[0]):
-        total, fx, fy, fz = _push(points, i, others)
-        share[i] = 0.5 * total
-        force[i, 0] = fx
-        force[i, 1] = fy
-        force[i, 2] = fz
+    for block in range((points.shape[0] + _BLOCK - 1) // _BLOCK):
+        _push(points, others, block * _BLOCK, share, force)
 
 
 def _neighbours(directions: FloatArray) -> tuple[FloatArray, FloatArray, float]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.model import IntArray
+from femprep.model.functions import sine_cosine
 from femprep.template.sphere import Template
 
 #: Cells along an edge of the cube, at most.
@@ -63,7 +64,8 @@ def cubed_sphere(cells: int) -> Template:
             quads.append((square if side > 0 else square[:, ::-1]) + len(corners) * u.size)
             corners.append(lattice)
     lattice, index = np.unique(np.concatenate(corners), axis=0, return_inverse=True)
-    directions = np.tan(0.25 * np.pi * lattice / cells)
+    sine, cosine = sine_cosine(0.25 * np.pi * lattice / cells)
+    directions = sine / cosine
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     # By the lattice where heights are equal but for rounding.
     order = np.lexsort((lattice[:, 1], lattice[:, 0], -np.round(directions[:, 2], 12)))

@@ -8,6 +8,7 @@ import numpy as np
 
 from femprep.errors import InputError, StageError
 from femprep.model import FloatArray, IntArray, readonly
+from femprep.model.functions import sine_cosine
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +37,9 @@ def fibonacci(count: int) -> FloatArray:
         raise InputError(f"{count} points asked for on a sphere, at least 1 is needed")
     index = np.arange(count)
     z = 1.0 - (2.0 * index + 1.0) / count
-    angle = index * (np.pi * (3.0 - np.sqrt(5.0)))
+    sine, cosine = sine_cosine(index * (np.pi * (3.0 - np.sqrt(5.0))))
     ring = np.sqrt(1.0 - z * z)
-    return np.column_stack([ring * np.cos(angle), ring * np.sin(angle), z])
+    return np.column_stack([ring * cosine, ring * sine, z])
 
 
 def triangulate(directions: FloatArray) -> IntArray:
@@ -68,7 +69,7 @@ def triangulate(directions: FloatArray) -> IntArray:
         raise StageError(f"{len(directions)} points on the sphere have no hull: {str(error).splitlines()[0]}") from None
     cells = hull.simplices.astype(np.int64)
     a, b, c = (directions[cells[:, k]] for k in range(3))
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) < 0.0
+    inward = (np.cross(b - a, c - a) * (a + b + c)).sum(axis=1) < 0.0
     cells[inward] = cells[inward][:, [0, 2, 1]]
     # Euler: a closed triangulated sphere has 2 V - 4 triangles.
     if len(cells) != 2 * len(directions) - 4 or hull.equations[:, 3].max() >= 0.0:

@@ -18,7 +18,7 @@ from femprep.template.sphere import Template
 _log = logging.getLogger(__name__)
 
 #: Part of every file name: raise it when templates are made differently.
-VERSION = 1
+VERSION = 2
 
 
 def folder() -> Path:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from femprep.volume.check import check
-from femprep.volume.report import QualityReport
+from femprep.volume.quality.check import check
+from femprep.volume.quality.report import QualityReport
 from femprep.volume.tetrahedra import tetrahedralize
 
 __all__ = ["QualityReport", "check", "tetrahedralize"]

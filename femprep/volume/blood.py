@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femprep.elements import boundary_faces, element_faces
 from femprep.errors import StageError
-from femprep.geometry.closest import ClosestFinder
-from femprep.geometry.topology import edge_table, euler_characteristic, pieces, volume
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.elements import boundary_faces, element_faces
+from femprep.mesh.measures.volume_elements import centroids, element_volumes
+from femprep.mesh.topology import edge_table, euler_characteristic, pieces, volume
 from femprep.model import (
     FACET_TAGS,
     REGION_TAGS,
@@ -24,7 +25,6 @@ from femprep.model import (
     is_blood,
     tag_name,
 )
-from femprep.volume.measures import centroids, element_volumes
 
 
 class Filling:

@@ -9,17 +9,17 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import StageError
-from femprep.geometry.topology import edge_table, euler_characteristic, pieces, pinched_vertices
-from femprep.geometry.tree import curve_order
+from femprep.mesh.measures.volume_elements import element_measures, element_volumes
+from femprep.mesh.topology import edge_table, euler_characteristic, pieces, pinched_vertices
+from femprep.mesh.tree import curve_order
 from femprep.model import REGION_TAGS, FloatArray, IntArray, TagArray, VolumeMesh, Wall
 from femprep.options import VolumeOptions
-from femprep.volume.attempts import MISSED, Attempt
 from femprep.volume.blood import Filling, TaggedFacets, check_cavities, find_facets
-from femprep.volume.constraints import Constraints, constrain
-from femprep.volume.guard import Run
-from femprep.volume.measures import element_measures, element_volumes
 from femprep.volume.optimise import REGULAR_SINE, optimise
+from femprep.volume.optimise.constraints import Constraints, constrain
 from femprep.volume.tagging import tag_facets
+from femprep.volume.tetwild.attempts import MISSED, Attempt
+from femprep.volume.tetwild.guard import Run
 
 #: Largest relative difference between the volumes of mesh and wall.
 _VOLUME_LIMIT: Final = 0.02

@@ -14,13 +14,13 @@ from typing import Final
 
 import numpy as np
 
+from femprep.mesh.measures.volume_elements import element_measures, element_volumes
+from femprep.mesh.unique_rows import bucketed, sort_each
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh, Wall
-from femprep.rows import bucketed, sort_each
-from femprep.volume.check import check
-from femprep.volume.constraints import constrain
-from femprep.volume.measures import element_measures, element_volumes
 from femprep.volume.optimise import optimise
-from femprep.volume.percentiles import percentiles
+from femprep.volume.optimise.constraints import constrain
+from femprep.volume.quality.check import check
+from femprep.volume.quality.percentiles import percentiles
 from femprep.volume.tagging import tag_facets
 
 _log = logging.getLogger(__name__)

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import FileError, InputError
-from femprep.geometry.closest import ClosestFinder
+from femprep.mesh.closest import ClosestFinder
 from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
 

@@ -12,10 +12,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.geometry.patches import PatchSurface
+from femprep.mesh.patches import PatchSurface
+from femprep.mesh.quadratic import add_middles, number_edges
 from femprep.model import FACET_TAGS, FloatArray, IntArray, Notice, VolumeMesh, Wall, noted, tag_name
 from femprep.volume.optimise import LEAST, tet_quality
-from femprep.volume.quadratic import add_middles, number_edges
 
 #: Sheets whose names begin with these are smooth.
 _SMOOTH: Final = ("endo", "epi")

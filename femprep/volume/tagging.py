@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import StageError
-from femprep.geometry.closest import ClosestFinder
-from femprep.geometry.topology import edge_table, pieces
-from femprep.geometry.triangles import areas, normals
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.measures.triangles import areas, normals
+from femprep.mesh.topology import edge_table, pieces
 from femprep.model import FACET_TAGS, BoolArray, FloatArray, IntArray, TagArray, Wall, tag_name
 
 #: How much a normal at a right angle counts, in envelopes of distance: at a rim both surfaces are near.

@@ -11,17 +11,17 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import StageError
-from femprep.geometry.triangles import areas
+from femprep.mesh.measures.triangles import areas
 from femprep.model import BloodPools, Notice, VolumeMesh, Wall, noted
 from femprep.options import VolumeOptions, choose
-from femprep.volume.attempts import Attempt, attempts
 from femprep.volume.blood import Filling
 from femprep.volume.finish import Candidate, finish
-from femprep.volume.guard import Run, run_tetwild
+from femprep.volume.quality.transmural import elements_through_wall
 from femprep.volume.rehearsal import meanwhile, rehearse
 from femprep.volume.sizing import Sizing, SizingField, sizing_field
 from femprep.volume.smooth import quadratic_tetrahedra
-from femprep.volume.transmural import elements_through_wall
+from femprep.volume.tetwild.attempts import Attempt, attempts
+from femprep.volume.tetwild.guard import Run, run_tetwild
 from femprep.volume.validate import Estimate, check_edge_length, check_sizing, check_wall
 
 Progress = Callable[[str, float], None]

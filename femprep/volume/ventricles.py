@@ -8,12 +8,12 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from femprep.elements import FACET_CORNERS, element_faces
 from femprep.errors import InputError
-from femprep.geometry.closest import ClosestFinder
-from femprep.geometry.facets import facet_triangles
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.elements import FACET_CORNERS, element_faces
+from femprep.mesh.measures.volume_elements import centroids
 from femprep.model import REGION_TAGS, FloatArray, IntArray, Surface, TagArray, VolumeMesh, is_blood
-from femprep.volume.measures import centroids
+from femprep.model.facets import facet_triangles
 
 #: An element with at least this many faces to one other region joins it: interfaces become smoother.
 _SURROUNDED: Final = 3

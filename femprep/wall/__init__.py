@@ -7,16 +7,16 @@ tags every facet, ``open_wall`` cuts valves and vessels open; ``cavity_surface``
 those of a wall, for its blood to be meshed as well.
 """
 
-from femprep.wall.apart import keep_apart
-from femprep.wall.apex import extend_apex
-from femprep.wall.blood import fill_cavities
-from femprep.wall.build import build_wall
-from femprep.wall.cavity import cavity_surface
-from femprep.wall.common_base import find_common_base
-from femprep.wall.envelope import Envelope, Part, thin_wall
-from femprep.wall.landmarks import find_apex, find_base
-from femprep.wall.openings import Opening, check_openings, find_openings, given_openings, open_wall
-from femprep.wall.phase_bases import phase_base_offsets
+from femprep.wall.chambers.blood import fill_cavities
+from femprep.wall.chambers.cavity import cavity_surface
+from femprep.wall.chambers.envelope import Envelope, Part, thin_wall
+from femprep.wall.chambers.minimum_thickness import keep_apart
+from femprep.wall.chambers.openings import Opening, check_openings, find_openings, given_openings, open_wall
+from femprep.wall.joining.build import build_wall
+from femprep.wall.planes.apex import extend_apex
+from femprep.wall.planes.common_base import find_common_base
+from femprep.wall.planes.landmarks import find_apex, find_base
+from femprep.wall.planes.phase_bases import phase_base_offsets
 
 __all__ = [
     "Envelope",

@@ -9,7 +9,7 @@ import numpy as np
 
 from femprep.model import Notice, Surface
 from femprep.options import WallOptions
-from femprep.wall.envelope import Envelope
+from femprep.wall.chambers.envelope import Envelope
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation

@@ -11,13 +11,14 @@ from anatomy_meshes import ellipsoid, grown, slab
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from femprep.anatomy.axes import Drift, VentricularAxes, facets_of, hand, rv_drift, ventricular_axes
-from femprep.anatomy.fem import LinearElements
+from femprep.anatomy.axes import Drift, VentricularAxes, hand, rv_drift
+from femprep.anatomy.find_axes import facets_of, ventricular_axes
+from femprep.anatomy.laplace.fem import LinearElements
 from femprep.anatomy.mirror import flip
-from femprep.elements import boundary_faces
 from femprep.errors import InputError
 from femprep.image.grid import Grid
 from femprep.image.segmentation import Segmentation
+from femprep.mesh.elements import boundary_faces
 from femprep.model import VolumeMesh
 
 
@@ -233,7 +234,7 @@ def _area(mesh: VolumeMesh) -> list[np.ndarray]:
 
 
 def test_mid_side_nodes_stay_in_the_middle_of_their_edges():
-    from femprep.elements import ELEMENTS
+    from femprep.mesh.elements import ELEMENTS
 
     for kind in ("tetra", "wedge", "hexahedron"):
         twin = flip(grown(ellipsoid(kind, size=2, layers=1).mesh))

@@ -12,14 +12,15 @@ import pytest
 from biventricular import LV_EPI, RV_EPI, biventricular, level
 
 from femprep.anatomy.aha import add_aha
-from femprep.anatomy.axes import VentricularAxes, ventricular_axes
+from femprep.anatomy.axes import VentricularAxes
 from femprep.anatomy.coordinates import add_coordinates
 from femprep.anatomy.fibres import add_fibres, helix_angle, quadrature_fibres
-from femprep.anatomy.fields import WallFields
+from femprep.anatomy.find_axes import ventricular_axes
 from femprep.anatomy.frames import make_frames
+from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.mirror import flip
 from femprep.anatomy.rules import at_cells, node_fields
-from femprep.elements import element_faces
+from femprep.mesh.elements import element_faces
 
 
 @pytest.fixture(scope="module")

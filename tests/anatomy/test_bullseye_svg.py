@@ -12,8 +12,8 @@ from biventricular import biventricular
 
 from femprep.anatomy import add_aha, bulls_eye_svg, wall_thickness
 from femprep.anatomy.axes import VentricularAxes
-from femprep.elements import ELEMENTS
 from femprep.errors import InputError
+from femprep.mesh.elements import ELEMENTS
 from femprep.model import VolumeMesh
 
 SVG = "{http://www.w3.org/2000/svg}"

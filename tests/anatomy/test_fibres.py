@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from femprep.anatomy.axes import VentricularAxes
 from femprep.anatomy.ellipsoid import EllipsoidWall
 from femprep.anatomy.fibres import add_fibres, default_points, helix_angle, quadrature_fibres
-from femprep.anatomy.fields import WallFields
+from femprep.anatomy.laplace.fields import WallFields
+from femprep.anatomy.laplace.shapes import shape_functions
 from femprep.anatomy.mirror import flip
 from femprep.anatomy.rules import at_cells, node_fields
-from femprep.anatomy.shapes import shape_functions
 from femprep.errors import InputError, OptionError
 from femprep.options import FibreOptions
 

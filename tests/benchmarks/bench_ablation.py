@@ -24,11 +24,12 @@ import numpy as np
 from bench_surfaces import RODERO_LABELS, Case, phantoms, placed, rodero
 
 from femprep.model import Surface
-from femprep.surface import end_planes, fit_surface, smooth, surface_distance
-from femprep.surface.estimate import estimate, evidence
+from femprep.surface import end_planes, fit_surface, surface_distance
+from femprep.surface.estimate import estimate, observations
 from femprep.surface.fit import TABLE_1
+from femprep.surface.fitting import smooth
 from femprep.surface.reference import METHODS
-from femprep.surface.side_by_side import VERTICES
+from femprep.surface.reference.side_by_side import VERTICES
 
 BODIES = ("lv", "rv crescent", "rv crescent, end-systolic", "la", "whole heart")
 #: Voxels, points across a voxel (more than one: partial volume), seed of the grid's place, slice shifts in mm.
@@ -50,7 +51,7 @@ SMOOTH: dict[str, tuple[list[Change], dict[str, Any]]] = {
         [(estimate, "_SOFTEST", 1000.0), (estimate, "_STIFFEST", 1000.0)],
         {},
     ),
-    "without: faces between slices placed by interpolation": ([(evidence, "_INTERPOLATED", 0.0)], {}),
+    "without: faces between slices placed by interpolation": ([(observations, "_INTERPOLATED", 0.0)], {}),
     "without: faces between slices": ([(estimate, "_BETWEEN", (1e-6, 1e-6))], {}),
     "without: a face weighted by its slant": (
         # The weight of all faces falls by about twenty, and the bounds with it.

@@ -65,8 +65,8 @@ OBJECTS = {"lv": ("lv",), "epi": ("lv", "myo"), "rv": ("rv",)}
 def one_surface(job: tuple[str, str, str, str, tuple[str, ...]]) -> dict[str, Any]:
     """Fit the LV cavity, LV + myocardium and the RV cavity of one map, or some of them; measure them."""
     import femprep as fp
-    from femprep.geometry.intersection import self_intersections
-    from femprep.geometry.triangles import triangle_quality
+    from femprep.mesh.intersection import self_intersections
+    from femprep.mesh.measures.triangles import triangle_quality
     from femprep.report.notices import lines
     from femprep.surface import label_distance, surface_quality
 

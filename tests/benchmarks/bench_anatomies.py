@@ -46,7 +46,7 @@ def choose(rows: list[dict[str, str]], count: int) -> list[dict[str, str]]:
 
 def measure(run: Any, anatomy: str) -> dict[str, Any]:
     """Figures of any finished run."""
-    from femprep.volume.measures import element_volumes
+    from femprep.mesh.measures.volume_elements import element_volumes
 
     measures, mesh = run.quality.measures, run.mesh
     tags, regions = TAGS[anatomy]
@@ -92,8 +92,8 @@ def meshed(row: dict[str, Any], path: str, anatomy: str, preset: str, changes: d
 def one_biv(name: str, path: str, changes: dict[str, Any]) -> dict[str, Any]:
     """Mesh both ventricles of one map; measure them."""
     import femprep as fp
+    from femprep.mesh.measures.volume_elements import centroids, element_volumes
     from femprep.report.volumes import cavity_volume, voxel_volume
-    from femprep.volume.measures import centroids, element_volumes
 
     row: dict[str, Any] = {"case": name}
     with outcome_told(row):

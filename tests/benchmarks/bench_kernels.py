@@ -17,11 +17,11 @@ from typing import Any
 import numba
 import numpy as np
 
-from femprep.harmonic import kernels
-from femprep.harmonic.field import Field
 from femprep.image import LabelObject, boundary_points
 from femprep.phantoms import lv_ellipsoid
 from femprep.surface.fit import TABLE_1, fit_surface
+from femprep.surface.harmonic import kernels
+from femprep.surface.harmonic.field import Field
 
 SPACING = (1.44, 1.44, 8.0)
 

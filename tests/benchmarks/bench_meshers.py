@@ -27,11 +27,11 @@ from pathlib import Path
 import numpy as np
 
 import femprep as fp
+from femprep.mesh.measures.volume_elements import element_measures
 from femprep.model import Plane, Surface, Wall
-from femprep.surface.matching import match_surfaces
+from femprep.sweeping import sweep
+from femprep.sweeping.matching.match import match_surfaces
 from femprep.template import charge_template
-from femprep.volume.measures import element_measures
-from femprep.volume.sweep import sweep
 from femprep.volume.tetrahedra import tetrahedralize
 
 #: Angle between triangles from which an edge of the wall is one of its rims, radians.

@@ -19,10 +19,10 @@ import numpy as np
 
 import femprep as fp
 from femprep.errors import FemprepError
+from femprep.mesh.measures.volume_elements import element_measures
 from femprep.model import VolumeMesh, Wall
-from femprep.volume.measures import element_measures
+from femprep.volume.quality.transmural import elements_through_wall
 from femprep.volume.tetrahedra import tetrahedralize
-from femprep.volume.transmural import elements_through_wall
 
 CASES = (
     "patient007_frame01",

@@ -25,14 +25,14 @@ import numpy as np
 import trimesh
 from rows import keep
 
-from femprep.geometry.topology import volume
 from femprep.image import Grid, LabelObject, make_object, read_segmentation
+from femprep.mesh.topology import volume
 from femprep.model import Surface
 from femprep.phantoms import Phantom, atrium, lv_ellipsoid, rv_bent, rv_crescent, whole_heart
 from femprep.surface import fit_surface, read_surface
 from femprep.surface.fit import TABLE_1
+from femprep.surface.reference.side_by_side import Method, MethodFigures, all_methods, measure_method
 from femprep.surface.reference.slice_interpolation import METHOD
-from femprep.surface.side_by_side import Method, MethodFigures, all_methods, measure_method
 
 RODERO_LABELS = {"lv": 1, "rv": 3, "la": 5, "ra": 7}
 #: Between an object's name and the number of its placement.

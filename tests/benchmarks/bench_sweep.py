@@ -51,7 +51,7 @@ def prepared(path: str, store: Path | None, offset: float = 0.0, shifts: bool = 
     from femprep.model import Plane, Surface
     from femprep.report.notices import lines
     from femprep.surface import fit_surface
-    from femprep.surface.patches import patches_of
+    from femprep.surface.fitting.patches import patches_of
 
     file = store / f"{Path(path).name.split('.')[0]}{'-corrected' if shifts else ''}.npz" if store else None
     if file is None or not file.exists():
@@ -87,7 +87,7 @@ def prepared(path: str, store: Path | None, offset: float = 0.0, shifts: bool = 
 
 def judged(mesh: Any, matched: Any, order: int) -> dict[str, Any]:
     """Figures of one mesh, and what of its limits it misses."""
-    from femprep.volume.measures import element_measures
+    from femprep.mesh.measures.volume_elements import element_measures
 
     ((kind, cells),) = mesh.cells.items()
     found = element_measures(mesh.points, cells, kind)

@@ -21,14 +21,14 @@ from pathlib import Path
 import numpy as np
 
 from femprep.errors import FemprepError
-from femprep.geometry.triangles import triangle_quality
+from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.measures.volume_elements import element_measures
 from femprep.model import Plane, Surface, Wall
 from femprep.options import VolumeOptions
 from femprep.template import charge_template
-from femprep.volume.attempts import attempts
-from femprep.volume.guard import run_tetwild
-from femprep.volume.measures import element_measures
 from femprep.volume.tetrahedra import tetrahedralize
+from femprep.volume.tetwild.attempts import attempts
+from femprep.volume.tetwild.guard import run_tetwild
 from femprep.volume.validate import mean_thickness
 from femprep.wall import build_wall
 

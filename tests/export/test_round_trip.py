@@ -10,12 +10,12 @@ import pytest
 from meshes import mixed, truncated_ellipsoid, with_fibres
 from same_mesh import assert_same, copies
 
-from femprep.elements import ELEMENTS
 from femprep.export import FORMATS, read_mesh, write_mesh
+from femprep.mesh.elements import ELEMENTS
 from femprep.model import VolumeMesh, with_verdict
 from femprep.options import CheckOptions
 from femprep.volume import check
-from femprep.volume.judged import carry
+from femprep.volume.quality.judged import carry
 
 KINDS = [*ELEMENTS, "mixed"]
 LINEAR = ("tetra", "wedge", "hexahedron", "mixed")

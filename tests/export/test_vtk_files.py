@@ -10,9 +10,9 @@ import pytest
 import pyvista
 from meshes import mixed, truncated_ellipsoid, with_fibres
 
-from femprep.elements import match_facets
 from femprep.errors import InputError
 from femprep.export import read_mesh, write_facets, write_mesh, write_surface, write_wall
+from femprep.mesh.elements import match_facets
 from femprep.model import FACET_TAGS, Plane, Surface, Wall
 
 

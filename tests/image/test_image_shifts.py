@@ -20,7 +20,7 @@ from femprep.image import (
 )
 from femprep.image.reader import read_segmentation
 from femprep.phantoms import biventricular, lv_ellipsoid, rv_bent
-from femprep.surface.section import label_contours
+from femprep.surface.measure.sections import label_contours
 
 SPACING = (1.44, 1.44, 8.0)
 

@@ -10,9 +10,9 @@ import pytest
 from meshes import mixed, truncated_ellipsoid
 from solver_tools import calculix_results, pressure_loads, run_calculix
 
-from femprep.elements import ELEMENTS
 from femprep.export import write_mesh
 from femprep.export.names import facet_nodes
+from femprep.mesh.elements import ELEMENTS
 from femprep.model import FACET_TAGS, VolumeMesh
 
 pytestmark = pytest.mark.solver

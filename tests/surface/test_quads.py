@@ -7,8 +7,8 @@ import pytest
 
 import femprep as fp
 from femprep.cli import main
-from femprep.geometry.triangles import quad_quality
 from femprep.image import write_segmentation
+from femprep.mesh.measures.triangles import quad_quality
 from femprep.phantoms import atrium, biventricular, lv_ellipsoid
 from femprep.surface import surface_quality
 from femprep.template import cubed_template

@@ -6,12 +6,12 @@ import pytest
 
 from femprep.image import read_segmentation
 from femprep.model import Surface
-from femprep.surface.distance import surface_distance
 from femprep.surface.files import read_surface
 from femprep.surface.fit import fit_surface
-from femprep.surface.inslice import label_distance
+from femprep.surface.measure.distance import surface_distance
+from femprep.surface.measure.inslice import label_distance
+from femprep.surface.measure.sections import end_planes
 from femprep.surface.reference import METHODS, marching_cubes
-from femprep.surface.section import end_planes
 
 pytestmark = pytest.mark.data
 

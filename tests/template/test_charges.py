@@ -15,11 +15,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from femprep.errors import InputError, StageError
-from femprep.geometry.topology import euler_characteristic, is_closed, is_consistently_wound
-from femprep.geometry.triangles import triangle_quality
+from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.topology import euler_characteristic, is_closed, is_consistently_wound
 from femprep.template import charge_template, sphere_points
 from femprep.template.charges import relax
 from femprep.template.sphere import Template, fibonacci, triangulate
+
+pytestmark = pytest.mark.bytes
 
 
 def faults_of_sphere(template: Template, vertices: int) -> list[str]:

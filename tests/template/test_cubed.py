@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from femprep.errors import InputError
-from femprep.geometry.topology import is_closed, is_consistently_wound
+from femprep.mesh.topology import is_closed, is_consistently_wound
 from femprep.model import Surface
 from femprep.template.cubed import cubed_sphere
 

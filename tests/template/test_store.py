@@ -25,7 +25,7 @@ def forbid(count: int) -> None:
 
 def test_made_once(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first = charge_template(60)
-    assert [path.name for path in cache.iterdir()] == ["charges-v1-60.npz"]
+    assert [path.name for path in cache.iterdir()] == ["charges-v2-60.npz"]
     monkeypatch.setattr(charges, "_make", forbid)
     again = charge_template(60)
     np.testing.assert_array_equal(again.directions, first.directions)
@@ -35,7 +35,7 @@ def test_made_once(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("damage", ["empty", "cut", "flipped", "text", "other"])
 def test_a_damaged_file_is_made_anew(cache: Path, damage: str, caplog: pytest.LogCaptureFixture) -> None:
     first = charge_template(60)
-    path = cache / "charges-v1-60.npz"
+    path = cache / "charges-v2-60.npz"
     whole = path.read_bytes()
     if damage == "empty":
         path.write_bytes(b"")
@@ -47,7 +47,7 @@ def test_a_damaged_file_is_made_anew(cache: Path, damage: str, caplog: pytest.Lo
         path.write_text("not a template")
     else:
         charge_template(61)
-        path.write_bytes((cache / "charges-v1-61.npz").read_bytes())
+        path.write_bytes((cache / "charges-v2-61.npz").read_bytes())
     with caplog.at_level("WARNING"):
         again = charge_template(60)
     assert "made anew" in caplog.text
@@ -75,7 +75,7 @@ def test_nothing_half_made_is_left(cache: Path, monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(store.np, "savez", fail)
     store.save("charges", 70, template)
-    assert [path.name for path in cache.iterdir()] == ["charges-v1-60.npz"]
+    assert [path.name for path in cache.iterdir()] == ["charges-v2-60.npz"]
 
 
 def test_processes_that_make_the_same_template_at_once(cache: Path) -> None:
@@ -86,7 +86,7 @@ def test_processes_that_make_the_same_template_at_once(cache: Path) -> None:
     answers = {child.communicate()[0] for child in children}
     assert [child.returncode for child in children] == [0, 0, 0]
     assert len(answers) == 1
-    assert [path.name for path in cache.iterdir()] == ["charges-v1-333.npz"]
+    assert [path.name for path in cache.iterdir()] == ["charges-v2-333.npz"]
 
 
 def test_folder_of_the_platform(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,14 +9,14 @@ import pytest
 from analytic_walls import cut_ellipsoid_volume
 
 import femprep as fp
-from femprep.elements import boundary_faces, match_facets
 from femprep.errors import InputError, OptionError, StageError
 from femprep.export import FORMATS
-from femprep.geometry.facets import facet_triangles
-from femprep.geometry.topology import edge_table, volume
+from femprep.mesh.elements import boundary_faces, match_facets
+from femprep.mesh.measures.volume_elements import element_volumes
+from femprep.mesh.topology import edge_table, volume
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
+from femprep.model.facets import facet_triangles
 from femprep.volume.blood import Filling, check_cavities, find_facets
-from femprep.volume.measures import element_volumes
 
 HEIGHT = 10.0
 

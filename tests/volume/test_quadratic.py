@@ -8,14 +8,14 @@ import pytest
 from analytic_walls import cut_ellipsoid_volume, ellipsoid_wall
 from meshes import truncated_ellipsoid
 
-from femprep.elements import ELEMENTS, boundary_faces
 from femprep.errors import InputError, StageError
+from femprep.mesh.elements import ELEMENTS, boundary_faces
+from femprep.mesh.measures.volume_elements import element_measures, element_volumes
+from femprep.mesh.quadratic import add_middles, number_edges
 from femprep.model import FACET_TAGS, VolumeMesh, Wall
 from femprep.volume import check, tetrahedralize
-from femprep.volume.measures import element_measures, element_volumes
-from femprep.volume.quadratic import add_middles, number_edges
+from femprep.volume.quality.transmural import mesh_edges
 from femprep.volume.smooth import quadratic_tetrahedra
-from femprep.volume.transmural import mesh_edges
 
 ENDO, EPI, HEIGHT = (22.0, 22.0, 42.0), (31.0, 31.0, 51.0), 10.0
 EXACT = cut_ellipsoid_volume(EPI, HEIGHT) - cut_ellipsoid_volume(ENDO, HEIGHT)

@@ -8,8 +8,8 @@ from femprep.errors import FileError, InputError, OptionError, ResourceError
 from femprep.model import FACET_TAGS, Wall
 from femprep.options import QUALITY, Options, VolumeOptions, choose
 from femprep.volume import tetrahedralize
+from femprep.volume.quality.transmural import elements_through_wall, mesh_edges
 from femprep.volume.sizing import THROUGH, read_sizing, sizing_field, thickness_at
-from femprep.volume.transmural import elements_through_wall, mesh_edges
 from femprep.volume.validate import check_sizing
 
 

@@ -3,8 +3,8 @@ import pytest
 from analytic_walls import ellipsoid_wall
 
 from femprep.errors import StageError
-from femprep.geometry.topology import border_edges, pieces
-from femprep.geometry.triangles import areas, normals
+from femprep.mesh.measures.triangles import areas, normals
+from femprep.mesh.topology import border_edges, pieces
 from femprep.model import FACET_TAGS, Wall
 from femprep.volume.tagging import tag_facets
 

@@ -7,15 +7,15 @@ import pytest
 from analytic_walls import cut_ellipsoid_volume, ellipsoid_wall
 from scipy.spatial import cKDTree
 
-from femprep.elements import boundary_faces
 from femprep.errors import StageError
-from femprep.geometry.topology import euler_characteristic, is_manifold
+from femprep.mesh.elements import boundary_faces
+from femprep.mesh.measures.volume_elements import element_measures
+from femprep.mesh.topology import euler_characteristic, is_manifold
 from femprep.model import FACET_TAGS, REGION_TAGS, Plane, Wall
 from femprep.options import VolumeOptions
 from femprep.volume import check, finish, tetrahedra, tetrahedralize
-from femprep.volume.attempts import attempts
-from femprep.volume.guard import Run
-from femprep.volume.measures import element_measures
+from femprep.volume.tetwild.attempts import attempts
+from femprep.volume.tetwild.guard import Run
 
 
 def holds(mesh, wall, volume: float = 0.01) -> None:

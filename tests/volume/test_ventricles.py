@@ -9,9 +9,9 @@ import pytest
 from biventricular import LV_EPI, biventricular, level
 
 from femprep.errors import InputError
+from femprep.mesh.measures.volume_elements import centroids
 from femprep.model import REGION_TAGS, Surface
 from femprep.template import charge_template
-from femprep.volume.measures import centroids
 from femprep.volume.ventricles import label_ventricles, neighbours, tidy_regions
 
 

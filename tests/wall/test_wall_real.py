@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from faults import faults
 
-from femprep.geometry.closest import ClosestFinder
-from femprep.geometry.topology import is_manifold
-from femprep.geometry.triangles import triangle_quality
 from femprep.image import Segmentation, read_segmentation
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.topology import is_manifold
 from femprep.model import FACET_TAGS, Plane
 from femprep.surface import fit_surface
 from femprep.wall import build_wall, extend_apex, find_apex, find_base

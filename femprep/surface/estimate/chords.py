@@ -6,8 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from femprep.geometry.patches import PatchSurface
-from femprep.geometry.triangles import vertex_normals
+from femprep.mesh.measures.triangles import vertex_normals
+from femprep.mesh.patches import PatchSurface
 from femprep.model import FloatArray
 
 #: An even triangle of area A on a surface whose principal curvatures add up to H lies beneath it by A H over this.

@@ -8,16 +8,18 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from femprep.geometry.banded import Banded
-from femprep.geometry.closest import ClosestFinder
-from femprep.geometry.intersection import self_intersections
-from femprep.geometry.patches import PatchSurface
+from femprep.mesh.banded import Banded
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.curvature import Curvature
+from femprep.mesh.intersection import self_intersections
+from femprep.mesh.operations.midpoint_subdivision import quartered
+from femprep.mesh.operations.step_back import apart
+from femprep.mesh.operations.tangential_smoothing import spread
+from femprep.mesh.patches import PatchSurface
 from femprep.model import FloatArray, IntArray
-from femprep.surface.estimate.curvature import Curvature
-from femprep.surface.estimate.evidence import Evidence
-from femprep.surface.estimate.sheets import apart
-from femprep.surface.estimate.spread import spread
-from femprep.surface.quartered import quartered
+from femprep.model.functions import exponential, logarithm
+from femprep.model.products import inner
+from femprep.surface.estimate.observations import Evidence
 
 #: Old vertices, new ones and triangles to where the vertices go.
 Step = Callable[[FloatArray, FloatArray, IntArray], FloatArray]
@@ -182,7 +184,7 @@ def _bend(
     if not edges:
         return moves, stiffness
     mean = shape.mean + shape.change @ move
-    chosen = _ALIKE * _determined(solver, labels) / float(mean @ (bent @ mean))
+    chosen = _ALIKE * _determined(solver, labels) / inner(mean, bent @ mean)
     return moves, chosen
 
 
@@ -197,7 +199,7 @@ def _determined(solver: Banded, labels: Any) -> float:
        Communications in Statistics 19(2), 1990. doi:10.1080/03610919008812866
     """
     signs = np.random.default_rng(0).choice([-1.0, 1.0], size=(labels.shape[0], _PROBES))
-    return float(np.einsum("ij,ij->", signs, solver.solve(labels @ signs)) / _PROBES)
+    return inner(signs, solver.solve(labels @ signs)) / _PROBES
 
 
 def _held_back(move: FloatArray, triangles: IntArray) -> FloatArray:
@@ -208,7 +210,9 @@ def _held_back(move: FloatArray, triangles: IntArray) -> FloatArray:
     share = np.minimum(1.0, _STEP / np.maximum(np.abs(move), _STEP))
     for _ in range(_RINGS):
         least = share[triangles].min(axis=1)
-        np.minimum.at(share, triangles, np.broadcast_to(least[:, None] ** _SOFT, triangles.shape))
+        np.minimum.at(
+            share, triangles, np.broadcast_to(exponential(_SOFT * logarithm(least))[:, None], triangles.shape)
+        )
     return share
 
 

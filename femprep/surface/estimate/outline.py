@@ -7,13 +7,14 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import StageError
-from femprep.geometry.polygons import isosurface, taubin
-from femprep.geometry.topology import euler_characteristic, is_closed, pieces, volume
-from femprep.geometry.triangles import areas
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
+from femprep.mesh.measures.triangles import areas
+from femprep.mesh.operations.decimation import coarser
+from femprep.mesh.polygons import isosurface, taubin
+from femprep.mesh.topology import euler_characteristic, is_closed, pieces, volume
 from femprep.model import FloatArray, IntArray
-from femprep.surface.coarser import coarser
+from femprep.model.functions import exponential, logarithm
 
 #: Voxels of the grid the mesh is made on: the object's volume over this many, between these sizes, mm.
 _VOXELS: Final = 15000
@@ -57,7 +58,7 @@ def outlines(
     """
     from scipy.ndimage import distance_transform_edt, gaussian_filter
 
-    voxel = float(np.clip((obj.volume / _VOXELS) ** (1.0 / 3.0), _FINEST, _COARSEST))
+    voxel = float(np.clip(exponential(logarithm(obj.volume / _VOXELS) / 3.0), _FINEST, _COARSEST))
     even = isotropic(obj, voxel)
     room = int(np.ceil(_OFFSETS[-1])) + 2
     mask = np.pad(even.mask, room)

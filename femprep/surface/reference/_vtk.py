@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from femprep.geometry.topology import volume
 from femprep.image import Grid
+from femprep.mesh.topology import volume
 from femprep.model import Surface
 
 

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from femprep.model import FloatArray, IntArray
-from femprep.volume.constraints import Constraints
+from femprep.volume.optimise.constraints import Constraints
 from femprep.volume.optimise.quality import REGULAR_SINE, qualities
 from femprep.volume.optimise.relax import relax
 from femprep.volume.optimise.search import search, try_places

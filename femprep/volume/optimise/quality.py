@@ -7,7 +7,7 @@ from typing import Final
 import numba
 import numpy as np
 
-from femprep.compiled import compiled
+from femprep.mesh.compiled import compiled
 from femprep.model import BoolArray, FloatArray, IntArray
 
 #: Sine of the regular tetrahedron's dihedral angle.

@@ -7,7 +7,7 @@ from typing import Final
 import numba
 import numpy as np
 
-from femprep.compiled import compiled
+from femprep.mesh.compiled import compiled
 from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.volume.optimise.quality import worst_around
 from femprep.volume.optimise.stars import FIRST_STEP, SURFACE_STEP, mark_star

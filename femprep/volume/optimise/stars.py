@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.compiled import compiled
+from femprep.mesh.compiled import compiled
 from femprep.model import BoolArray, IntArray
 
 #: First step of a move by the mean edge length around, inside and on a curved surface.

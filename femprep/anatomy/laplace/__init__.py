@@ -1,0 +1,1 @@
+"""Laplace problems on a wall's mesh: linear elements, their solution, and the fields that are shared."""

@@ -1,0 +1,161 @@
+"""An Abaqus or CalculiX deck in, a volume mesh out: nodes, elements, sets and element surfaces."""
+
+from __future__ import annotations
+
+import logging
+import re
+from pathlib import Path
+
+import numpy as np
+
+from femprep.errors import FileError, InputError
+from femprep.export.abaqus.deck import KINDS, Deck, parse
+from femprep.export.names import Numbers
+from femprep.export.units import UNITS
+from femprep.mesh.elements import ELEMENTS, FACET_TYPES
+from femprep.model import IntArray, VolumeMesh
+
+log = logging.getLogger(__name__)
+
+
+def read(path: Path) -> VolumeMesh:
+    """Read the volume mesh of a deck.
+
+    Element sets become regions (the first set an element is in decides, sets of all elements do not count), element
+    surfaces become tagged facets. Elements of other types (shells, springs) are left out.
+
+    Raises
+    ------
+    FileError
+        The file is damaged.
+    InputError
+        It holds no volume elements.
+    """
+    deck = parse(path)
+    if not deck.nodes or not deck.elements:
+        raise InputError(f"holds no volume elements of types {', '.join(KINDS)}; other types: {sorted(deck.left_out)}")
+    nodes = np.concatenate(deck.nodes)
+    labels, points = nodes[:, 0].astype(np.int64), nodes[:, 1:4] / UNITS[deck.unit].per_mm
+    blocks: dict[str, list[IntArray]] = {}
+    for kind, rows, _ in deck.elements:
+        blocks.setdefault(kind, []).append(rows)
+    tables = {kind: np.concatenate(parts) for kind, parts in blocks.items()}
+    element_labels = np.concatenate([table[:, 0] for table in tables.values()])
+    cells = {kind: _index(labels, table[:, 1:], "node", path) for kind, table in tables.items()}
+    numbers = Numbers()
+    region = _regions(deck, element_labels, numbers)
+    cell_data = {**_directions(deck, element_labels, path), **_segments(deck, element_labels)}
+    facets, facet_tag = _facets(deck, cells, element_labels, numbers)
+    if deck.left_out:
+        log.warning("elements of types %s are left out", ", ".join(sorted(deck.left_out)))
+    return VolumeMesh(
+        points=points,
+        cells=cells,
+        region=region,
+        facets=facets,
+        facet_tag=facet_tag,
+        cell_data=cell_data,
+        info={
+            "source": {"region": "ELSET", "facet_tag": "SURFACE", "left_out": sorted(deck.left_out)},
+            **numbers.info,
+        },
+    )
+
+
+def _index(labels: IntArray, wanted: IntArray, what: str, path: Path) -> IntArray:
+    """Positions of labels."""
+    order = np.argsort(labels, kind="stable")
+    place = np.minimum(np.searchsorted(labels, wanted, sorter=order), len(labels) - 1)
+    found = order[place]
+    wrong = labels[found] != wanted
+    if np.any(wrong):
+        raise FileError(f"{str(path)!r}: {what} {int(np.asarray(wanted)[wrong][0])} is used but not defined")
+    return found
+
+
+def _labels_of(deck: Deck, name: str, seen: tuple[str, ...] = ()) -> IntArray:
+    """Element labels of a set, sets within it opened; a set is named in any case."""
+    wanted = next((own for own in deck.sets if own.upper() == name.upper()), None)
+    if wanted is None or wanted in seen:
+        return np.empty(0, dtype=np.int64)
+    parts = [
+        _labels_of(deck, member, (*seen, wanted)) if isinstance(member, str) else np.atleast_1d(member)
+        for member in deck.sets[wanted]
+    ]
+    return np.concatenate([np.empty(0, dtype=np.int64), *parts]).astype(np.int64)
+
+
+def _rows_of(labels: IntArray, members: IntArray) -> IntArray:
+    """Positions of those labels that exist."""
+    order = np.argsort(labels, kind="stable")
+    rows = order[np.minimum(np.searchsorted(labels, members, sorter=order), len(labels) - 1)]
+    return np.asarray(rows[labels[rows] == members], dtype=np.int64)
+
+
+def _segments(deck: Deck, labels: IntArray) -> dict[str, np.ndarray]:
+    """AHA segments from the sets ``aha_1``, ``aha_2``..."""
+    values = np.zeros(len(labels), dtype=np.int32)
+    for name in deck.sets:
+        match = re.fullmatch(r"aha_(\d+)", name.lower())
+        if match:
+            values[_rows_of(labels, _labels_of(deck, name))] = int(match[1])
+    return {"aha": values} if values.any() else {}
+
+
+def _directions(deck: Deck, labels: IntArray, path: Path) -> dict[str, np.ndarray]:
+    """Fibre and sheet from a distribution of two vectors over all elements."""
+    if deck.directions is None or len(deck.directions) != len(labels):
+        return {}
+    rows = _index(labels, deck.directions[:, 0].astype(np.int64), "element", path)
+    found = np.empty((len(labels), 6))
+    found[rows] = deck.directions[:, 1:]
+    return {"fiber": found[:, :3], "sheet": found[:, 3:]}
+
+
+def _regions(deck: Deck, labels: IntArray, numbers: Numbers) -> np.ndarray:
+    region = np.zeros(len(labels), dtype=np.int64)
+    for name in deck.sets:
+        if re.fullmatch(r"aha_\d+", name.lower()):
+            continue
+        rows = _rows_of(labels, np.unique(_labels_of(deck, name)))
+        if len(rows) == len(labels) and name.upper() in {"EALL", "ALL"}:
+            continue
+        free = rows[region[rows] == 0]
+        if free.size:
+            region[free] = numbers.of(name)
+    return region.astype(np.int32)
+
+
+def _facets(
+    deck: Deck, cells: dict[str, IntArray], labels: IntArray, numbers: Numbers
+) -> tuple[dict[str, IntArray], np.ndarray]:
+    kinds = np.concatenate([np.full(len(block), kind) for kind, block in cells.items()])
+    starts = dict(zip(cells, np.cumsum([0, *(len(block) for block in cells.values())])))
+    order = np.argsort(labels, kind="stable")
+    nodes: dict[str, list[IntArray]] = {}
+    tags: dict[str, list[np.ndarray]] = {}
+    for name, pairs in deck.surfaces.items():
+        members, faces = [], []
+        for first, face in pairs:
+            own = np.array([int(first)]) if first.isdigit() else _labels_of(deck, first)
+            if re.fullmatch(r"S[1-6]", face.upper()):
+                members.append(own)
+                faces.append(np.full(len(own), int(face[1]) - 1))
+        if not members:
+            continue
+        wanted, face_numbers = np.concatenate(members), np.concatenate(faces)
+        rows = order[np.minimum(np.searchsorted(labels, wanted, sorter=order), len(labels) - 1)]
+        known = labels[rows] == wanted
+        rows, face_numbers = rows[known], face_numbers[known]
+        for kind, block in cells.items():
+            for number in range(len(ELEMENTS[kind].faces)):
+                chosen = rows[(kinds[rows] == kind) & (face_numbers == number)]
+                found = block[chosen - starts[kind]][:, ELEMENTS[kind].face_nodes(number)]
+                if len(found):
+                    facet_kind = FACET_TYPES[found.shape[1]]
+                    nodes.setdefault(facet_kind, []).append(found)
+                    tag = np.full(len(found), numbers.of(name, facet=True), dtype=np.int32)
+                    tags.setdefault(facet_kind, []).append(tag)
+    facets = {kind: np.concatenate(parts) for kind, parts in nodes.items()}
+    all_tags = [np.concatenate(tags[kind]) for kind in facets]
+    return facets, np.concatenate([np.empty(0, dtype=np.int32), *all_tags])

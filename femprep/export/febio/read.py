@@ -1,0 +1,111 @@
+"""An FEBio model (``.feb``, version 3 or 4) in, its volume mesh out: parts, surfaces, sets, material axes."""
+
+from __future__ import annotations
+
+import logging
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+from xml.etree import ElementTree
+
+import numpy as np
+
+from femprep.errors import FileError, InputError
+from femprep.export.febio.write import FEBIO_FACETS, FEBIO_TYPES
+from femprep.export.parts import Parts
+from femprep.export.units import UNITS
+from femprep.model import FloatArray, IntArray, VolumeMesh
+
+log = logging.getLogger(__name__)
+
+_KINDS: Final = {name: kind for kind, name in FEBIO_TYPES.items()}
+_FACETS: Final = {name: kind for kind, name in FEBIO_FACETS.items()}
+
+
+def read(path: Path) -> VolumeMesh:
+    """Read the mesh of a model.
+
+    Parts (``Elements``) become regions by their names, surfaces tagged facets, element sets ``aha_1``, ``aha_2``... the
+    AHA segments; fibres come from the ``ElementData`` of types ``mat_axis`` and ``fiber``.
+
+    Raises
+    ------
+    FileError
+        The file is damaged.
+    InputError
+        It has no nodes or volume elements, or a node that is not defined is used.
+    """
+    try:
+        root = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError as error:
+        raise FileError(f"{str(path)!r} is damaged: {error}") from error
+    found = root.find("Mesh")
+    if found is None:
+        raise InputError("holds no section Mesh; femprep reads FEBio's versions 3 and 4")
+    nodes = [node for block in found.iterfind("Nodes") for node in block]
+    if not nodes:
+        raise InputError("holds no nodes")
+    place = {int(node.get("id", "0")): i for i, node in enumerate(nodes)}
+    points = np.array([(node.text or "").split(",") for node in nodes], dtype=np.float64)
+    parts, numbers = Parts(), []
+    axes = _axes(root)
+    for block in found.iterfind("Elements"):
+        kind, name = (block.get("type") or "").lower(), block.get("name") or ""
+        if kind not in _KINDS:
+            parts.left_out.add(kind)
+            continue
+        rows = _nodes(block, place)
+        region = parts.numbers.of(re.sub(f"_{kind}$", "", name))
+        parts.cells.append((_KINDS[kind], rows, np.full(len(rows), region), axes.get(name, {})))
+        numbers.append((_KINDS[kind], [int(element.get("id", "0")) for element in block]))
+    for surface in found.iterfind("Surface"):
+        by_type: dict[str, list[ElementTree.Element]] = {}
+        for facet in surface:
+            by_type.setdefault(facet.tag, []).append(facet)
+        tag = parts.numbers.of(surface.get("name") or "", facet=True)
+        parts.facets += [(_FACETS[t], _nodes(rows, place), tag) for t, rows in by_type.items() if t in _FACETS]
+    if parts.left_out:
+        log.warning("elements of types %s are left out", ", ".join(sorted(parts.left_out)))
+    mesh = parts.mesh(points / UNITS[_unit(path)].per_mm, "Elements", "Surface")
+    return _with_segments(mesh, found, numbers)
+
+
+def _unit(path: Path) -> str:
+    with path.open("rb") as file:
+        match = re.search(rb"femprep volume mesh; length (\w+),", file.read(1000))
+    return match[1].decode() if match and match[1].decode() in UNITS else "mm"
+
+
+def _nodes(rows: ElementTree.Element | list[ElementTree.Element], place: dict[int, int]) -> IntArray:
+    """Node positions of elements or facets."""
+    try:
+        return np.array([[place[int(n)] for n in (row.text or "").split(",")] for row in rows], dtype=np.int64)
+    except KeyError as error:
+        raise InputError(f"node {error.args[0]} is used, but not defined") from None
+
+
+def _axes(root: ElementTree.Element) -> dict[str, dict[str, FloatArray]]:
+    """Fibre and sheet of each element set that has a vector for all its elements."""
+    found: dict[str, dict[str, FloatArray]] = {}
+    for data in root.iterfind("MeshData/ElementData"):
+        own = found.setdefault(data.get("elem_set") or "", {})
+        if data.get("type") == "mat_axis":
+            for name, axis in (("fiber", "a"), ("sheet", "d")):
+                own[name] = np.array([(row.findtext(axis) or "").split(",") for row in data], dtype=np.float64)
+        elif data.get("type") == "fiber":
+            own["fiber"] = np.array([(row.text or "").split(",") for row in data], dtype=np.float64)
+    return found
+
+
+def _with_segments(mesh: VolumeMesh, found: ElementTree.Element, numbers: list[tuple[str, list[int]]]) -> VolumeMesh:
+    """The mesh with AHA segments, where there are such sets. Elements stand by type, as in the mesh."""
+    kinds = dict.fromkeys(kind for kind, _ in numbers)
+    labels = [label for kind in kinds for own, rows in numbers if own == kind for label in rows]
+    place = {label: row for row, label in enumerate(labels)}
+    aha = np.zeros(mesh.n_cells, dtype=np.int32)
+    for entry in found.iterfind("ElementSet"):
+        match = re.fullmatch(r"aha_(\d+)", (entry.get("name") or "").lower())
+        if match:
+            aha[[place[int(n)] for n in (entry.text or "").split(",")]] = int(match[1])
+    return replace(mesh, cell_data={**mesh.cell_data, "aha": aha}) if aha.any() else mesh

@@ -1,0 +1,148 @@
+"""An LS-DYNA keyword file (``.k``, fixed columns) in, its solid elements out: parts, segments, sets, fibres."""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from femprep.errors import FileError, InputError
+from femprep.export.lsdyna.write import PLACES
+from femprep.export.parts import Parts, with_mid_side_nodes
+from femprep.export.units import UNITS
+from femprep.model import IntArray, VolumeMesh
+
+log = logging.getLogger(__name__)
+
+#: Places that repeat a node, by element type: which type an element of eight places is.
+_REPEATED: Final = {"tetra": ((3, 4), (3, 5), (3, 6), (3, 7)), "wedge": ((4, 5), (6, 7)), "hexahedron": ()}
+
+
+def read(path: Path) -> VolumeMesh:
+    """Read the solid elements of a keyword file, as femprep writes it: no comma-separated or long cards.
+
+    Parts become regions by the first word of their titles, titled segment sets tagged facets, sets of solids
+    ``aha_1``, ``aha_2``... the AHA segments; ``*ELEMENT_SOLID_ORTHO`` gives fibre (a) and sheet (d).
+
+    Raises
+    ------
+    FileError
+        The file is damaged, or not in columns.
+    InputError
+        It holds no solid elements.
+    """
+    text = path.read_text(encoding="utf-8", errors="replace")
+    if "*KEYWORD" not in text.upper():
+        raise FileError(f"{str(path)!r} is no LS-DYNA keyword file: it has no *KEYWORD")
+    unit = re.search(r"femprep volume mesh; length (\w+),", text[:1000])
+    scale = UNITS[unit[1]].per_mm if unit and unit[1] in UNITS else 1.0
+    parts, titles = Parts(), {}
+    ids, points, solids, segments, sets = [], [], [], [], {}
+    for keyword, cards in _sections(text):
+        if keyword == "*NODE":
+            ids += [int(card[:8]) for card in cards]
+            points += [[float(card[8 + 16 * i : 24 + 16 * i]) for i in range(3)] for card in cards]
+        elif keyword == "*PART":
+            titles.update({int(cards[i + 1][:10]): cards[i].split()[0] for i in range(0, len(cards) - 1, 2)})
+        elif keyword in ("*ELEMENT_SOLID", "*ELEMENT_SOLID_ORTHO"):
+            solids += _solids(cards, keyword.endswith("ORTHO"))
+        elif keyword.startswith("*ELEMENT_"):
+            parts.left_out.add(keyword)
+        elif keyword == "*SET_SEGMENT_TITLE":
+            segments.append((cards[0].strip(), [_integers(card, 10)[:4] for card in cards[2:]]))
+        elif keyword == "*SET_SOLID_TITLE":
+            sets[cards[0].strip().lower()] = [n for card in cards[2:] for n in _integers(card, 10) if n]
+    if not solids:
+        raise InputError("holds no solid elements")
+    if parts.left_out:
+        log.warning("elements %s are left out", ", ".join(sorted(parts.left_out)))
+    place = {label: i for i, label in enumerate(ids)}
+    aha = {label: int(name[4:]) for name, rows in sets.items() if re.fullmatch(r"aha_\d+", name) for label in rows}
+    _add_solids(parts, solids, titles, place, aha)
+    cells = {kind: nodes for kind, nodes, *_ in parts.cells}
+    for name, rows in segments:
+        tag = parts.numbers.of(name, facet=True)
+        for count, kind in ((3, "triangle"), (4, "quad")):
+            own = [row[:count] for row in rows if (row[2] == row[3]) == (count == 3)]
+            if own:
+                facet_kind, nodes = with_mid_side_nodes(kind, _places(own, place), cells)
+                parts.facets.append((facet_kind, nodes, tag))
+    return parts.mesh(np.array(points) / scale, "*PART", "*SET_SEGMENT")
+
+
+def _sections(text: str) -> Iterator[tuple[str, list[str]]]:
+    """Keywords with the cards below them, comments left out."""
+    keyword, cards = "", list[str]()
+    for line in text.splitlines():
+        if line.startswith("$") or not line.strip():
+            continue
+        if line.startswith("*"):
+            if keyword:
+                yield keyword, cards
+            keyword, cards = line.split()[0].upper(), []
+        else:
+            cards.append(line)
+    if keyword:
+        yield keyword, cards
+
+
+def _integers(card: str, width: int) -> list[int]:
+    return [int(card[i : i + width]) for i in range(0, len(card.rstrip()), width)]
+
+
+def _solids(cards: list[str], ortho: bool) -> list[tuple[int, int, list[int], list[float]]]:
+    """Number, part, nodes and axes of each element; ten nodes stand on a card of their own."""
+    found, row = [], 0
+    while row < len(cards):
+        head = _integers(cards[row], 8)
+        row += 1
+        nodes = head[2:]
+        if not nodes:
+            nodes = _integers(cards[row], 8)
+            row += 1
+        axes = []
+        if ortho:
+            axes = [float(card[16 * i : 16 * i + 16]) for card in cards[row : row + 2] for i in range(3)]
+            row += 2
+        found.append((head[0], head[1], nodes, axes))
+    return found
+
+
+def _kind(nodes: list[int]) -> str:
+    if len(nodes) == 10:
+        return "tetra10"
+    return next(kind for kind, pairs in _REPEATED.items() if all(nodes[a] == nodes[b] for a, b in pairs))
+
+
+def _add_solids(
+    parts: Parts,
+    solids: list[tuple[int, int, list[int], list[float]]],
+    titles: dict[int, str],
+    place: dict[int, int],
+    aha: dict[int, int],
+) -> None:
+    kinds = [_kind(nodes) for _, _, nodes, _ in solids]
+    for kind in dict.fromkeys(kinds):
+        own = [solid for solid, of in zip(solids, kinds) if of == kind]
+        order = [PLACES[kind].index(i) for i in range(len(set(PLACES[kind])))]
+        nodes = _places([[solid[2][i] for i in order] for solid in own], place)
+        names = [titles.get(part, f"tag_{part}") for _, part, _, _ in own]
+        region = np.array([parts.numbers.of(name) for name in names])
+        data = {}
+        if all(len(axes) == 6 for *_, axes in own):
+            axes = np.array([solid[3] for solid in own])
+            data = {"fiber": axes[:, :3], "sheet": axes[:, 3:]}
+        if aha:
+            data["aha"] = np.array([aha.get(label, 0) for label, *_ in own], dtype=np.int32)
+        parts.cells.append((kind, nodes, region, data))
+
+
+def _places(rows: list[list[int]], place: dict[int, int]) -> IntArray:
+    try:
+        return np.array([[place[n] for n in row] for row in rows], dtype=np.int64)
+    except KeyError as error:
+        raise InputError(f"node {error.args[0]} is used, but not defined") from None

@@ -1,0 +1,134 @@
+"""A volume mesh to an LS-DYNA keyword file (``.k``): nodes, elements with fibres, parts, sets and segments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from femprep.errors import InputError
+from femprep.export.content import Content
+from femprep.export.fibres import directions, segments
+from femprep.export.names import facet_names, facet_nodes, region_names
+from femprep.export.text import number
+from femprep.export.units import UNITS
+from femprep.export.verdict import verdict_comments
+from femprep.mesh.elements import ELEMENTS
+from femprep.model import IntArray, VolumeMesh
+from femprep.options import ExportOptions
+
+#: Which of our nodes fill the eight places of a linear solid: a wedge is a hexahedron with two edges drawn together,
+#: a tetrahedron repeats its last node (Keyword User's Manual I, *ELEMENT_SOLID).
+PLACES: Final = {
+    "tetra": (0, 1, 2, 3, 3, 3, 3, 3),
+    "wedge": (1, 0, 3, 4, 2, 2, 5, 5),
+    "hexahedron": (0, 1, 2, 3, 4, 5, 6, 7),
+    "tetra10": (0, 1, 2, 3, 4, 5, 6, 7, 8, 9),
+}
+#: Element formulations: one-point nodal-pressure tetrahedron, ten-node tetrahedron, pentahedron, fully integrated
+#: hexahedron.
+FORMULATIONS: Final = {"tetra": 13, "tetra10": 16, "wedge": 15, "hexahedron": 2}
+
+
+def require(content: Content, options: ExportOptions) -> None:
+    """Refuse elements that LS-DYNA does not know.
+
+    Raises
+    ------
+    InputError
+        There are elements of 15 or 20 nodes.
+    """
+    unknown = [kind for kind in content.elements if kind not in PLACES]
+    if unknown:
+        raise InputError(
+            f"the LS-DYNA file holds no elements of type {', '.join(unknown)}; write linear elements or tetra10"
+        )
+
+
+def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
+    """Write ``stem.k``, to be included in a deck that adds materials and loads.
+
+    A part for each region and element type; its material number is the region tag. ``*SET_NODE_LIST`` and
+    ``*SET_SEGMENT`` for each facet tag, numbered by it; ``*SET_SOLID`` for each region (numbered by its tag) and AHA
+    segment (1000 + segment). Fibre and sheet stand with each element (``*ELEMENT_SOLID_ORTHO``: a and d). Segments
+    of quadratic facets have their corners, as LS-DYNA wants.
+
+    The mesh has no elements of 15 or 20 nodes, see :func:`require`.
+    """
+    with (folder / f"{stem}.k").open("w", encoding="ascii", errors="replace", newline="\n") as file:
+        file.writelines(_deck(mesh, options))
+
+
+def _deck(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
+    units = UNITS[options.length_unit]
+    yield f"*KEYWORD\n$ femprep volume mesh; {units.line}\n" + verdict_comments(mesh, "$")
+    yield "*TITLE\nfemprep volume mesh\n"
+    points = mesh.points * units.per_mm
+    yield "*NODE\n$#   nid               x               y               z\n"
+    yield "".join(f"{i:8d}{_wide(x)}{_wide(y)}{_wide(z)}\n" for i, (x, y, z) in enumerate(points.tolist(), start=1))
+    part = np.empty(mesh.n_cells, dtype=np.int64)
+    first, count = 0, 0
+    for section, (kind, block) in enumerate(mesh.cells.items(), start=1):
+        yield f"*SECTION_SOLID\n{section:10d}{FORMULATIONS[kind]:10d}\n"
+        region = mesh.region[first : first + len(block)]
+        for name, tag in region_names(mesh).items():
+            if np.any(region == tag):
+                count += 1
+                part[first : first + len(block)][region == tag] = count
+                title = name if len(mesh.cells) == 1 else f"{name} {kind}"
+                yield f"*PART\n{title}\n{count:10d}{section:10d}{tag:10d}\n"
+        first += len(block)
+    yield from _elements(mesh, part)
+    sets = {tag: (name, np.flatnonzero(mesh.region == tag)) for name, tag in region_names(mesh).items()}
+    sets |= {1000 + int(name[4:]): (name, rows) for name, rows in segments(mesh).items()}
+    for number_, (name, rows) in sets.items():
+        yield f"*SET_SOLID_TITLE\n{name}\n{number_:10d}\n{_eights(rows + 1)}"
+    for name, tag in facet_names(mesh).items():
+        yield f"*SET_NODE_LIST_TITLE\n{name}\n{tag:10d}\n{_eights(facet_nodes(mesh, tag) + 1)}"
+        yield f"*SET_SEGMENT_TITLE\n{name}\n{tag:10d}\n{_segments(mesh, tag)}"
+    yield "*END\n"
+
+
+def _elements(mesh: VolumeMesh, part: IntArray) -> Iterator[str]:
+    found = directions(mesh)
+    first = 0
+    for kind, block in mesh.cells.items():
+        yield f"*ELEMENT_SOLID{'_ORTHO' if found else ''}\n"
+        numbers = np.arange(first + 1, first + len(block) + 1)
+        own = part[first : first + len(block)]
+        nodes = block[:, list(PLACES[kind])] + 1
+        # Ten nodes need a card of their own; up to eight stand behind the element's and the part's number.
+        two = ELEMENTS[kind].quadratic
+        lines = [
+            f"{e:8d}{p:8d}{chr(10) if two else ''}{''.join(f'{n:8d}' for n in row)}\n"
+            for e, p, row in zip(numbers.tolist(), own.tolist(), nodes.tolist())
+        ]
+        if found is not None:
+            fiber, sheet = (v[first : first + len(block)].tolist() for v in found)
+            lines = [
+                f"{line}{''.join(map(_wide, a))}\n{''.join(map(_wide, d))}\n" for line, a, d in zip(lines, fiber, sheet)
+            ]
+        yield "".join(lines)
+        first += len(block)
+
+
+def _segments(mesh: VolumeMesh, tag: int) -> str:
+    lines, first = [], 0
+    for kind, block in mesh.facets.items():
+        chosen = block[mesh.facet_tag[first : first + len(block)] == tag] + 1
+        places = [0, 1, 2, 2] if kind.startswith("triangle") else [0, 1, 2, 3]
+        lines += ["".join(f"{n:10d}" for n in row) + "\n" for row in chosen[:, places].tolist()]
+        first += len(block)
+    return "".join(lines)
+
+
+def _eights(values: IntArray) -> str:
+    texts = [f"{n:10d}" for n in values.tolist()]
+    return "".join("".join(texts[i : i + 8]) + "\n" for i in range(0, len(texts), 8))
+
+
+def _wide(value: float) -> str:
+    """A float in a field of 16 characters."""
+    return f"{number(value, 16):>16}"

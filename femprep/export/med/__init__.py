@@ -1,0 +1,1 @@
+"""MED files of Salome and code_aster."""

@@ -1,0 +1,79 @@
+"""What meshio read of a MED file in; a volume mesh out: nodes in our order, groups as regions and facet tags."""
+
+from __future__ import annotations
+
+import json
+import logging
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from femprep.errors import FileError
+from femprep.export.foreign import from_meshio
+from femprep.export.med.write import _VERDICT, MED_ORDER
+from femprep.export.units import UNITS
+from femprep.mesh.elements import ELEMENTS
+from femprep.model import IntArray, VolumeMesh
+from femprep.model.verdict import VERDICT
+
+log = logging.getLogger(__name__)
+
+
+def unit_of(path: Path) -> str:
+    """Unit of length that a MED file names, ``"mm"`` where it names none of ours."""
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        for mesh in file["ENS_MAA"].values():
+            name = bytes(mesh.attrs.get("UNI", b"")).decode("latin-1")[:16].strip("\0 ")
+            if name in UNITS:
+                return name
+    return "mm"
+
+
+def _verdict_in(path: Path) -> dict[str, Any]:
+    """What a MED file of ours keeps of the mesh's verdict, as ``info`` has it; empty for anyone else's."""
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        kept = [mesh.attrs[_VERDICT] for mesh in file["ENS_MAA"].values() if _VERDICT in mesh.attrs]
+    return {VERDICT: json.loads(bytes(kept[0]))} if kept else {}
+
+
+def read(path: Path, mesh: Any) -> VolumeMesh:
+    """The mesh that meshio read from a MED file, its nodes in our order, its groups as regions and facet tags.
+
+    meshio writes MED files with its own node order; where the proper order turns every element inside out, the file
+    is taken to be one of those.
+
+    Raises
+    ------
+    FileError
+        The file has no volume elements.
+    """
+    for block in mesh.cells:
+        if block.type in MED_ORDER and len(block.data):
+            turned = np.asarray(block.data)[:, list(MED_ORDER[block.type])]
+            if not np.all(_inside_out(turned, np.asarray(mesh.points), block.type)):
+                block.data = turned
+            else:
+                log.info("%s: %s are in meshio's node order", path, block.type)
+    if not any(block.type in ELEMENTS for block in mesh.cells):
+        raise FileError(f"{str(path)!r} holds no volume elements")
+    groups = getattr(mesh, "cell_tags", {})
+    # A family may be in a region and in an AHA segment: the region names it.
+    mesh.cell_tags = {tag: [name for name in names if not name.startswith("aha_")] for tag, names in groups.items()}
+    found = from_meshio(mesh)
+    points = found.points / UNITS[unit_of(path)].per_mm
+    data = {name: values for name, values in found.point_data.items() if name != "point_tags"}
+    return replace(found, points=points, point_data=data, info={**found.info, **_verdict_in(path)})
+
+
+def _inside_out(nodes: IntArray, points: np.ndarray, kind: str) -> np.ndarray:
+    """Whether the first corner of each element is turned inside out."""
+    first = {4: (1, 2, 3), 6: (1, 2, 3), 8: (1, 3, 4)}[ELEMENTS[kind].corners]
+    origin = points[nodes[:, 0]]
+    a, b, c = (points[nodes[:, i]] - origin for i in first)
+    return np.asarray(np.einsum("ij,ij->i", np.cross(a, b), c) < 0)

@@ -1,0 +1,1 @@
+"""Medit's mesh files (FreeFEM, MMG)."""

@@ -1,0 +1,49 @@
+"""The ``.sol`` files of ours beside a ``.mesh`` file in; its fibres, sheets and AHA segments out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from femprep.errors import FileError
+from femprep.export.medit.write import MEDIT_SECTIONS
+from femprep.model import VolumeMesh
+
+_AXES: Final = ("fiber", "sheet")
+
+
+def solutions(path: Path, mesh: VolumeMesh) -> dict[str, np.ndarray]:
+    """Fibres, sheets and AHA segments of the ``.sol`` files of ours beside a ``.mesh`` file; none where there are none.
+
+    Raises
+    ------
+    FileError
+        A file does not fit the elements.
+    """
+    found: dict[str, np.ndarray] = {}
+    for suffix in ("fiber", "aha"):
+        file = path.with_suffix(f".{suffix}.sol")
+        if file.is_file():
+            parts = [_values(file, MEDIT_SECTIONS[kind], len(block)) for kind, block in mesh.cells.items()]
+            values = np.concatenate(parts)
+            if suffix == "aha":
+                found["aha"] = values[:, 0].astype(np.int32)
+            else:
+                found.update(
+                    {name: values[:, 3 * i : 3 * i + 3] for i, name in enumerate(_AXES[: values.shape[1] // 3])}
+                )
+    return found
+
+
+def _values(file: Path, section: str, count: int) -> np.ndarray:
+    """The numbers of one section of a ``.sol`` file, a row per element."""
+    text = file.read_text(encoding="ascii").partition(f"\nSolAt{section}\n")[2]
+    head, _, rest = text.partition("\n")
+    kinds, _, rest = rest.partition("\n")
+    sizes = [{1: 1, 2: 3, 3: 6}[int(kind)] for kind in kinds.split()[1:]]
+    numbers = rest.split(None, count * sum(sizes))[: count * sum(sizes)]
+    if not head.strip().isdigit() or int(head) != count or len(numbers) < count * sum(sizes):
+        raise FileError(f"{str(file)!r} holds {head.strip() or 'no'} values for the {count} elements of {section}")
+    return np.array(numbers, dtype=np.float64).reshape(count, -1)

@@ -1,0 +1,75 @@
+"""A volume mesh to Medit's ``.mesh`` (FreeFEM, MMG): tags as references, fibres and AHA segments in a ``.sol``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from femprep.export.fibres import directions
+from femprep.export.names import facet_names, region_names
+from femprep.export.split import linear
+from femprep.export.text import rows
+from femprep.export.units import UNITS
+from femprep.export.verdict import verdict_comments
+from femprep.model import VolumeMesh
+from femprep.options import ExportOptions
+
+#: Medit's sections; node order is ours.
+MEDIT_SECTIONS: Final = {
+    "tetra": "Tetrahedra",
+    "wedge": "Prisms",
+    "hexahedron": "Hexahedra",
+    "triangle": "Triangles",
+    "quad": "Quadrilaterals",
+}
+
+
+def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
+    """Write ``stem.mesh`` and, where the mesh has them, ``stem.fiber.sol`` and ``stem.aha.sol``.
+
+    References are the tags; comments name them. Elements are linear: of quadratic ones the corners are written. The
+    first ``.sol`` holds for each element the fibre and, where there is one, the sheet; the second its AHA segment,
+    because an element has but one reference.
+    """
+    mesh = linear(mesh, "Medit")
+    with (folder / f"{stem}.mesh").open("w", encoding="utf-8", newline="\n") as file:
+        file.writelines(_mesh(mesh, options))
+    found = directions(mesh)
+    if found is not None:
+        vectors = found if "sheet" in mesh.cell_data else found[:1]
+        with (folder / f"{stem}.fiber.sol").open("w", encoding="ascii", newline="\n") as file:
+            file.writelines(_solution(mesh, vectors))
+    if "aha" in mesh.cell_data:
+        with (folder / f"{stem}.aha.sol").open("w", encoding="ascii", newline="\n") as file:
+            file.writelines(_solution(mesh, (np.asarray(mesh.cell_data["aha"]),)))
+
+
+def _mesh(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
+    units = UNITS[options.length_unit]
+    yield f"MeshVersionFormatted 2\n\n# femprep volume mesh; {units.line}\n" + verdict_comments(mesh, "#")
+    names = {**region_names(mesh), **facet_names(mesh)}
+    yield "".join(f"# {tag} {name}\n" for name, tag in names.items())
+    yield f"\nDimension 3\n\nVertices\n{len(mesh.points)}\n"
+    yield rows(mesh.points * units.per_mm, np.zeros(len(mesh.points), dtype=int), separator=" ", width=None)
+    for blocks, tags in ((mesh.facets, mesh.facet_tag), (mesh.cells, mesh.region)):
+        first = 0
+        for kind, block in blocks.items():
+            yield f"\n{MEDIT_SECTIONS[kind]}\n{len(block)}\n"
+            yield rows(block + 1, tags[first : first + len(block)], separator=" ")
+            first += len(block)
+    yield "\nEnd\n"
+
+
+def _solution(mesh: VolumeMesh, fields: tuple[np.ndarray, ...]) -> Iterator[str]:
+    # Number of fields, and of each its kind: 1 is a scalar, 2 a vector.
+    kinds = f"{len(fields)} {' '.join(str(values.ndim) for values in fields)}"
+    yield "MeshVersionFormatted 2\n\nDimension 3\n"
+    first = 0
+    for kind, block in mesh.cells.items():
+        yield f"\nSolAt{MEDIT_SECTIONS[kind]}\n{len(block)}\n{kinds}\n"
+        yield rows(*(values[first : first + len(block)] for values in fields), separator=" ", width=None)
+        first += len(block)
+    yield "\nEnd\n"

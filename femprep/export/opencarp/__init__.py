@@ -1,0 +1,1 @@
+"""openCARP's files."""

@@ -1,0 +1,121 @@
+"""openCARP's ``.pts .elem .lon`` (and our ``.surf``, tags and segments beside them) in; a volume mesh out."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from femprep.errors import FileError
+from femprep.export.opencarp.write import CARP_FACETS, CARP_TYPES, INWARD, MICROMETRES, NO_FIBRE
+from femprep.export.parts import Parts
+from femprep.model import IntArray, VolumeMesh, is_blood
+
+log = logging.getLogger(__name__)
+
+_KINDS: Final = {word: (kind, np.argsort(order)) for kind, (word, order) in CARP_TYPES.items()}
+#: Directions in blood, where none mean anything: other solvers want unit vectors at right angles in every element.
+_BLOOD: Final = {"fiber": (1.0, 0.0, 0.0), "sheet": (0.0, 1.0, 0.0)}
+_FACETS: Final = {word: {3: "triangle", 4: "quad"}[corners] for corners, word in CARP_FACETS.items()}
+
+
+def read(path: Path) -> VolumeMesh:
+    """Read the mesh to which a ``.pts`` or ``.elem`` file belongs.
+
+    Points become mm. Region tags stand in ``.elem``, fibre and sheet in ``.lon`` (none where that does not exist, or
+    holds nothing but zeros and the ``1 0 0`` of tissue without fibres; in blood those that ``on_wall`` gives it);
+    facets in ``stem.<name>.surf``. Names of tags are those of ``stem.tags.txt``, where femprep wrote it.
+
+    Raises
+    ------
+    FileError
+        A file is missing, or damaged.
+    InputError
+        There are no volume elements.
+    """
+    stem = path.with_suffix("")
+    points = _table(stem.with_suffix(".pts"), "points")
+    lines = _lines(stem.with_suffix(".elem"), "elements")
+    names = _names(Path(f"{stem}.tags.txt"))
+    parts = Parts()
+    words = np.array([line.split(None, 1)[0] for line in lines])
+    data = _data(stem, len(lines))
+    for word in dict.fromkeys(words.tolist()):
+        rows = np.flatnonzero(words == word)
+        if word not in _KINDS:
+            parts.left_out.add(word)
+            continue
+        kind, order = _KINDS[word]
+        numbers = np.array([lines[row].split()[1:] for row in rows], dtype=np.int64)
+        tag = numbers[:, -1] if numbers.shape[1] > len(order) else np.zeros(len(rows), dtype=np.int64)
+        region = tag.copy()
+        for own in np.unique(tag):
+            if int(own) in names:
+                region[tag == own] = parts.numbers.of(names[int(own)], int(own))
+        own_data = {name: _filled(name, values[rows], region) for name, values in data.items()}
+        parts.cells.append((kind, numbers[:, : len(order)][:, order], region, own_data))
+    if parts.left_out:
+        log.warning("elements of types %s are left out", ", ".join(sorted(parts.left_out)))
+    own_tags = {name: tag for tag, name in names.items()}
+    for file in sorted(path.parent.glob(f"{stem.name}.*.surf")):
+        name = file.name[len(stem.name) + 1 : -len(".surf")]
+        number = parts.numbers.of(name, own_tags.get(name), facet=True)
+        parts.facets += [(kind, nodes, number) for kind, nodes in _surface(file)]
+    return parts.mesh(points / MICROMETRES, ".elem", ".surf")
+
+
+def _lines(path: Path, what: str) -> list[str]:
+    """The lines of a file behind its first, which counts them."""
+    if not path.is_file():
+        raise FileError(f"{str(path)!r} does not exist; the {what} of an openCARP mesh stand in it")
+    head, *lines = path.read_text(encoding="ascii").splitlines() or [""]
+    lines = [line for line in lines if line.strip()]
+    if not head.split() or int(head.split()[0]) != len(lines):
+        raise FileError(f"{str(path)!r} says {head.strip()!r} {what} and holds {len(lines)}")
+    return lines
+
+
+def _table(path: Path, what: str) -> np.ndarray:
+    return np.array([line.split() for line in _lines(path, what)], dtype=np.float64).reshape(-1, 3)
+
+
+def _names(path: Path) -> dict[int, str]:
+    if not path.is_file():
+        return {}
+    pairs = (line.split(None, 1) for line in path.read_text(encoding="utf-8").splitlines())
+    return {int(tag): name.strip() for tag, name in pairs}
+
+
+def _data(stem: Path, count: int) -> dict[str, np.ndarray]:
+    found: dict[str, np.ndarray] = {}
+    lon, aha = stem.with_suffix(".lon"), Path(f"{stem}.aha.dat")
+    if lon.is_file():
+        head, *lines = lon.read_text(encoding="ascii").splitlines()
+        axes = np.array([line.split() for line in lines if line.strip()], dtype=np.float64)
+        if axes.shape != (count, 3 * int(head)):
+            raise FileError(f"{str(lon)!r} holds an array of shape {axes.shape} for {count} elements, {head} axes each")
+        if not np.isin(axes[:, 3:], 0.0).all() or (axes[axes.any(axis=1), :3] != NO_FIBRE).any():
+            found = {name: axes[:, 3 * i : 3 * i + 3] for i, name in enumerate(("fiber", "sheet")[: int(head)])}
+    if aha.is_file():
+        values = np.array(aha.read_text(encoding="ascii").split(), dtype=np.int32)
+        if len(values) == count:
+            found["aha"] = values
+    return found
+
+
+def _filled(name: str, values: np.ndarray, region: IntArray) -> np.ndarray:
+    """Data of elements, with directions in blood, where the file has none."""
+    if name in _BLOOD:
+        values[is_blood(region) & ~values.any(axis=1)] = _BLOOD[name]
+    return values
+
+
+def _surface(path: Path) -> list[tuple[str, IntArray]]:
+    rows: dict[str, list[list[str]]] = {}
+    for line in _lines(path, "facets"):
+        word, *nodes = line.split()
+        if word in _FACETS:
+            rows.setdefault(_FACETS[word], []).append([nodes[i] for i in INWARD[3 if word == "Tr" else 4]])
+    return [(kind, np.array(nodes, dtype=np.int64)) for kind, nodes in rows.items()]

@@ -1,0 +1,1 @@
+"""Mesh folders of svMultiPhysics and SimVascular."""

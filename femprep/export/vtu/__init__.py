@@ -1,0 +1,1 @@
+"""VTK's unstructured grids."""

@@ -1,0 +1,117 @@
+"""A ``.vtu`` of ours, or anyone's ``.vtu`` or ``.vtk``, in; a volume mesh, or its blocks and arrays, out."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import numpy as np
+
+from femprep.errors import FileError
+from femprep.export.foreign import Block, ForeignMesh
+from femprep.export.polydata import planes_from
+from femprep.export.vtk_xml import arrays_of, load, record_of
+from femprep.export.vtu.write import FACET_DATA, FACETS, VTK_TYPES
+from femprep.mesh.elements import ELEMENTS, FACET_TYPES
+from femprep.model import FloatArray, IntArray, VolumeMesh
+
+log = logging.getLogger(__name__)
+
+
+def read_own(path: Path) -> VolumeMesh | None:
+    """A mesh from a ``.vtu`` of ours, every array as it was; ``None`` for anyone else's file.
+
+    Raises
+    ------
+    FileError
+        The file is damaged.
+    """
+    import pyvista
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    grid = load(path)
+    fields = arrays_of(grid.GetFieldData())
+    record = record_of(fields)
+    if "cells" not in record:
+        return None
+    nodes = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
+    kinds = pyvista.UnstructuredGrid(grid).celltypes
+    cells, first = {}, 0
+    for kind in record["cells"]:
+        size = ELEMENTS[kind].nodes
+        count = int(np.sum(kinds == VTK_TYPES[kind]))
+        cells[kind] = nodes[first : first + count * size].reshape(count, size)
+        first += count * size
+    cell = arrays_of(grid.GetCellData())
+    return VolumeMesh(
+        points=vtk_to_numpy(grid.GetPoints().GetData()),
+        cells=cells,
+        region=cell.pop("region"),
+        facets={kind: fields[FACETS + kind].reshape(-1, _facet_size(kind)) for kind in record["facets"]},
+        facet_tag=fields[FACET_DATA + "facet_tag"],
+        cell_data=cell,
+        point_data=arrays_of(grid.GetPointData()),
+        facet_data={
+            name.removeprefix(FACET_DATA): values
+            for name, values in fields.items()
+            if name.startswith(FACET_DATA) and name != FACET_DATA + "facet_tag"
+        },
+        planes=planes_from(record["planes"]),
+        info=record["info"],
+    )
+
+
+def _facet_size(kind: str) -> int:
+    return next(size for size, name in FACET_TYPES.items() if name == kind)
+
+
+def read_foreign(path: Path) -> ForeignMesh:
+    """Blocks and arrays of anyone's ``.vtu`` or ``.vtk`` file, read by VTK, one block per cell type.
+
+    Raises
+    ------
+    FileError
+        The file is damaged, or no unstructured grid.
+    """
+    import pyvista
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    grid = load(path)
+    if not grid.IsA("vtkUnstructuredGrid"):
+        raise FileError(f"{str(path)!r} holds a {grid.GetClassName()}; give an unstructured grid of volume elements")
+    kinds = pyvista.UnstructuredGrid(grid).celltypes
+    offsets = vtk_to_numpy(grid.GetCells().GetOffsetsArray())
+    nodes = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
+    names = {number: name for name, number in VTK_TYPES.items()}
+    cells, rows = [], []
+    for number in np.unique(kinds):
+        chosen = np.flatnonzero(kinds == number)
+        size = int(offsets[chosen[0] + 1] - offsets[chosen[0]])
+        if number in names:
+            cells.append((names[number], nodes[offsets[chosen][:, None] + np.arange(size)]))
+            rows.append(chosen)
+        else:
+            log.warning("cells of VTK type %d are left out", number)
+    data = arrays_of(grid.GetCellData())
+    points = vtk_to_numpy(grid.GetPoints().GetData()) if grid.GetPoints() else np.empty((0, 3))
+    cells = [(kind, _turned(nodes, points) if kind == "wedge" else nodes) for kind, nodes in cells]
+    return ForeignMesh(
+        points,
+        [Block(kind, data) for kind, data in cells],
+        point_data=arrays_of(grid.GetPointData()),
+        cell_data={name: [values[chosen] for chosen in rows] for name, values in data.items()},
+        field_data=arrays_of(grid.GetFieldData()),
+    )
+
+
+def _turned(wedges: IntArray, points: FloatArray) -> IntArray:
+    """Wedges that all follow VTK's documentation (0-1-2 outward, as meshio writes them) in VTK's working order.
+
+    VTK's own volumes and shape functions, Abaqus, Gmsh and femprep have 0-1-2 inward. Where only some are negative,
+    they are inverted elements and stay.
+    """
+    a, b, c, top = (points[wedges[:, i]] for i in (0, 1, 2, 3))
+    if np.all(np.einsum("ij,ij->i", np.cross(b - a, c - a), top - a) < 0):
+        log.info("the wedges have their first triangle outward, as VTK's documentation says: turned")
+        return wedges[:, [0, 2, 1, 3, 5, 4]]
+    return wedges

@@ -1,0 +1,1 @@
+"""XDMF and HDF5 for dolfinx and legacy FEniCS."""

@@ -1,1 +1,0 @@
-"""Geometry of triangle meshes, arrays in and arrays out: quality, topology, intersections, closest points."""

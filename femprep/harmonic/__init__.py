@@ -1,1 +1,0 @@
-"""The paper's field: charges and images, sources, potential, stopping spline, flow."""

@@ -1,0 +1,95 @@
+"""A decorator in, a compiled kernel out: numba's ``njit``, kept on disk wherever a folder can be written."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, Final
+
+import numba
+from numba.core.caching import FunctionCache
+from numba.core.runtime import rtsys
+
+_log = logging.getLogger(__name__)
+
+#: Held while a kernel runs on several threads: not every library that numba spreads loops by bears two at a time.
+_SPREAD: Final = threading.Lock()
+
+
+def compiled(parallel: bool = False, part: bool = False) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a kernel with numba and keep the machine code for the next process.
+
+    numba keeps it beside the source, in the user's cache folder, or in ``NUMBA_CACHE_DIR``. Where none of them can
+    be written (a read-only installation without a home folder) the kernel is compiled anew by each process.
+
+    A kernel lets other threads of Python run meanwhile.
+
+    Parameters
+    ----------
+    parallel : bool
+        Spread ``prange`` loops over threads. One such kernel runs at a time; another kernel cannot call it.
+    part : bool
+        This function is only a part of other kernels: it becomes one with each of them. Without that, a kernel that
+        has just been compiled may call another version of it than the one read back from disk.
+    """
+    # numpy's error model: x / 0 is infinite. Python's would test each divisor, and a loop with a test in it is not
+    # vectorised.
+    settings: dict[str, Any] = {
+        "parallel": parallel,
+        # Never: sums that may be reordered are summed as wide as the processor is, and fused with products where it
+        # can, so that no two machines agree.
+        "fastmath": False,
+        "error_model": "numpy",
+        "forceinline": part,
+        "nogil": True,
+    }
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        kernel = numba.njit(**settings)(function)
+        try:
+            kernel._cache = _KEPT(function)
+        except RuntimeError as error:
+            _log.info("compiled code of %s is not kept: %s", function.__name__, error)
+        return _alone(kernel) if parallel else kernel
+
+    return decorate
+
+
+class _Kept(FunctionCache):  # type: ignore[misc]
+    """numba's folder of machine code for one kernel, read without the compiler.
+
+    numba's own readies the compiler before it looks, which takes longer than to read all kernels of a run; where there
+    is something to compile, it is readied anyhow.
+    """
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Machine code for arguments of some types; None where there is none yet."""
+        rtsys.initialize(target_context)  # what kernels take memory by
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep machine code; where there is no room for it, the next process compiles it anew."""
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            _log.warning("compiled code cannot be kept in %s: %s", self.cache_path, error.strerror or error)
+
+
+#: Where a later numba has no such methods, its own way is taken.
+_KEPT: Final = (
+    _Kept if {"_load_overload", "_guard_against_spurious_io_errors"} <= set(dir(FunctionCache)) else FunctionCache
+)
+
+
+def _alone(kernel: Callable[..., Any]) -> Callable[..., Any]:
+    """The kernel, run while no other one of its kind does."""
+
+    @wraps(kernel)
+    def call(*args: Any) -> Any:
+        with _SPREAD:
+            return kernel(*args)
+
+    return call

@@ -1,0 +1,248 @@
+"""The element types: node order, faces, edges. Names are meshio's; the order is VTK's and Abaqus'.
+
+An element is positive when its Jacobian is: the nodes 0-1-2(-3) of its first face run counter-clockwise seen from the
+opposite nodes. Faces are listed in Abaqus' order (S1, S2, ...) and wound outward.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+IntArray = npt.NDArray[np.int64]
+
+
+#: From how many rows on they are sorted in buckets, if none of them is larger than that.
+_MANY_ROWS: Final = 20_000
+_LARGE_BUCKET: Final = 2_000
+
+
+@dataclass(frozen=True)
+class ElementType:
+    """One element type.
+
+    Attributes
+    ----------
+    name : str
+        meshio's name.
+    corners, nodes : int
+        Numbers of corner nodes and of all nodes.
+    edges : tuple of pairs
+        Corner nodes of each edge; a quadratic element carries its mid-side nodes in this order after the corners.
+    faces : tuple of tuples
+        Corner nodes of each face, outward, in Abaqus' order.
+    """
+
+    name: str
+    corners: int
+    nodes: int
+    edges: tuple[tuple[int, int], ...]
+    faces: tuple[tuple[int, ...], ...]
+
+    @property
+    def quadratic(self) -> bool:
+        """Whether it has mid-side nodes."""
+        return self.nodes > self.corners
+
+    def face_nodes(self, face: int) -> tuple[int, ...]:
+        """All nodes of a face: its corners, then the mid-side nodes of its edges in turn."""
+        corner = self.faces[face]
+        if not self.quadratic:
+            return corner
+        middle = {frozenset(edge): self.corners + i for i, edge in enumerate(self.edges)}
+        ring = zip(corner, corner[1:] + corner[:1])
+        return corner + tuple(middle[frozenset(pair)] for pair in ring)
+
+
+_TET_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+_TET_FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
+_WEDGE_EDGES = ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5))
+_WEDGE_FACES = ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
+_HEX_EDGES = (
+    *((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6)),
+    *((6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
+)
+_HEX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+
+#: Volume elements by name.
+ELEMENTS: Final[Mapping[str, ElementType]] = MappingProxyType(
+    {
+        element.name: element
+        for element in (
+            ElementType("tetra", 4, 4, _TET_EDGES, _TET_FACES),
+            ElementType("tetra10", 4, 10, _TET_EDGES, _TET_FACES),
+            ElementType("wedge", 6, 6, _WEDGE_EDGES, _WEDGE_FACES),
+            ElementType("wedge15", 6, 15, _WEDGE_EDGES, _WEDGE_FACES),
+            ElementType("hexahedron", 8, 8, _HEX_EDGES, _HEX_FACES),
+            ElementType("hexahedron20", 8, 20, _HEX_EDGES, _HEX_FACES),
+        )
+    }
+)
+
+#: Facet type by its number of nodes.
+FACET_TYPES: Final[Mapping[int, str]] = MappingProxyType({3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"})
+
+#: Number of corner nodes of a facet type.
+FACET_CORNERS: Final[Mapping[str, int]] = MappingProxyType({"triangle": 3, "quad": 4, "triangle6": 3, "quad8": 4})
+
+
+@dataclass(frozen=True)
+class ElementFaces:
+    """The faces of all elements of one facet type.
+
+    Attributes
+    ----------
+    nodes : (f, q) array
+        All nodes of each face, outward from its element.
+    element : (f,) array
+        Number of the element, over all blocks in their order.
+    face : (f,) array
+        Which face of that element it is, from 0, in Abaqus' order.
+    """
+
+    nodes: IntArray
+    element: IntArray
+    face: IntArray
+
+
+def element_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
+    """List every face of every element, by facet type; interior faces come twice, once from each side."""
+    first, size = 0, dict.fromkeys(FACET_TYPES.values(), 0)
+    parts = []
+    for name, block in cells.items():
+        kind = ELEMENTS[name]
+        for face in range(len(kind.faces)):
+            nodes = kind.face_nodes(face)
+            facet = FACET_TYPES[len(nodes)]
+            parts.append((facet, size[facet], block, nodes, first, face))
+            size[facet] += len(block)
+        first += len(block)
+    width = {name: count for count, name in FACET_TYPES.items()}
+    found = {
+        facet: ElementFaces(np.empty((size[facet], width[facet]), np.int64), *np.empty((2, size[facet]), np.int64))
+        for facet in dict.fromkeys(part[0] for part in parts)
+    }
+    for facet, start, block, nodes, number, face in parts:
+        rows = slice(start, start + len(block))
+        for column, node in enumerate(nodes):
+            found[facet].nodes[rows, column] = block[:, node]
+        found[facet].element[rows] = np.arange(number, number + len(block))
+        found[facet].face[rows] = face
+    return found
+
+
+def row_numbers(rows: IntArray) -> IntArray:
+    """Number from 0 for each row of integers, equal for equal rows, in their lexicographic order.
+
+    What ``np.unique(rows, axis=0, return_inverse=True)`` gives, many times faster. Many rows are sorted in buckets of
+    equal first numbers; few, or such whose first numbers differ too much or too little, are packed into one number
+    each, and compressed on the way where they would not fit.
+    """
+    least = rows.min(initial=0)
+    rows = rows - least if least < 0 else rows
+    size = int(rows.max(initial=0)) + 1
+    if len(rows) > _MANY_ROWS and rows.shape[1] > 1 and size ** (rows.shape[1] - 1) <= 2**62:
+        first = np.ascontiguousarray(rows[:, 0])
+        if int(first.max()) < len(rows) and int(np.bincount(first).max()) <= _LARGE_BUCKET:
+            from femprep.mesh.unique_rows import bucketed
+
+            return bucketed(rows, size)
+    key, span = np.zeros(len(rows), dtype=np.int64), 1
+    for column in rows.T:
+        if span > 2**62 // size:
+            key = np.unique(key, return_inverse=True)[1].ravel()
+            span = len(rows)
+        key = key * size + column
+        span *= size
+    return np.asarray(np.unique(key, return_inverse=True)[1].ravel(), dtype=np.int64)
+
+
+def set_numbers(*blocks: IntArray) -> IntArray:
+    """Number from 0 for each row of integers of some blocks, equal for rows of the same numbers in any order."""
+    rows = np.concatenate(blocks)
+    if len(rows) <= _MANY_ROWS:
+        return row_numbers(np.sort(rows, axis=1))
+    from femprep.mesh.unique_rows import sort_each
+
+    sort_each(rows)
+    return row_numbers(rows)
+
+
+def boundary_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
+    """The faces that belong to one element only, by facet type."""
+    out = {}
+    for kind, faces in element_faces(cells).items():
+        number = set_numbers(faces.nodes[:, : FACET_CORNERS[kind]])
+        single = np.bincount(number)[number] == 1
+        out[kind] = ElementFaces(faces.nodes[single], faces.element[single], faces.face[single])
+    return out
+
+
+def match_facets(cells: Mapping[str, IntArray], facets: Mapping[str, IntArray]) -> tuple[IntArray, IntArray]:
+    """Find the element, and which of its faces, each facet lies on.
+
+    Parameters
+    ----------
+    cells, facets : mapping of str to array
+        Blocks of elements and of facets, as in ``VolumeMesh``.
+
+    Returns
+    -------
+    element, face : (n_facets,) arrays
+        Element number over all blocks and face number from 0; -1 for a facet that no element has. An interface facet
+        gets the element on whose outside its winding is, where the windings tell, else the first.
+    """
+    # Only faces whose corners all lie on facets can match, and only elements with three such corners have them: few, so
+    # that the sorting below is quick.
+    touched = np.zeros(
+        max((int(block.max(initial=0)) for block in (*cells.values(), *facets.values())), default=0) + 1, np.int8
+    )
+    for kind, nodes in facets.items():
+        touched[nodes[:, : FACET_CORNERS[kind]]] = 1
+    chosen, first = {}, 0
+    for name, block in cells.items():
+        chosen[name] = np.flatnonzero(sum(touched[block[:, i]] for i in range(ELEMENTS[name].corners)) >= 3)
+    faces = element_faces({name: block[chosen[name]] for name, block in cells.items()})
+    own = []
+    for name, block in cells.items():
+        own.append(first + chosen[name])
+        first += len(block)
+    numbered = np.concatenate([np.empty(0, dtype=np.int64), *own])
+    elements, numbers = [], []
+    for kind, nodes in facets.items():
+        element = np.full(len(nodes), -1, dtype=np.int64)
+        number = np.full(len(nodes), -1, dtype=np.int64)
+        if kind in faces:
+            corners = FACET_CORNERS[kind]
+            wanted, have = nodes[:, :corners], faces[kind].nodes[:, :corners]
+            row = _first_row(_ring(have), _ring(wanted))
+            missed = row < 0
+            if missed.any():
+                row[missed] = _first_row(np.sort(have, axis=1), np.sort(wanted[missed], axis=1))
+            element[row >= 0] = numbered[faces[kind].element[row[row >= 0]]]
+            number[row >= 0] = faces[kind].face[row[row >= 0]]
+        elements.append(element)
+        numbers.append(number)
+    if not elements:
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
+    return np.concatenate(elements), np.concatenate(numbers)
+
+
+def _ring(nodes: IntArray) -> IntArray:
+    """Each row turned so that its smallest number comes first: equal for equal rings of the same sense."""
+    count = nodes.shape[1]
+    turn = (np.argmin(nodes, axis=1)[:, None] + np.arange(count)) % count
+    return np.take_along_axis(nodes, turn, axis=1)
+
+
+def _first_row(have: IntArray, wanted: IntArray) -> IntArray:
+    """For each wanted row, the first row of ``have`` that equals it, or -1."""
+    inverse = row_numbers(np.concatenate([have, wanted]))
+    first = np.full(len(have) + len(wanted), -1, dtype=np.int64)
+    first[inverse[: len(have)][::-1]] = np.arange(len(have))[::-1]
+    return np.asarray(first[inverse[len(have) :]], dtype=np.int64)

@@ -1,0 +1,1 @@
+"""Points and cells in, values per cell out: area, volume, angles, Jacobians, mean ratio."""

@@ -1,0 +1,35 @@
+"""Old and new vertices of a mesh in, vertices on the way between them at which no triangles cross out."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from femprep.mesh.intersection import self_intersections
+from femprep.model import FloatArray, IntArray
+
+#: Tries, each by this share of the one before around what crosses, then by nothing there, and rings of vertices that
+#: are held back with it.
+_TRIES: Final = 6
+_TRIES_HELD: Final = 14
+_SHORTER: Final = 0.3
+_RINGS: Final = 3
+
+
+def apart(old: FloatArray, new: FloatArray, triangles: IntArray) -> FloatArray:
+    """Go from old to new vertices ``(n, 3)`` as far as no triangles ``(m, 3)`` cross, those around a crossing less far.
+
+    Where none do at the old vertices, none do at those that come out.
+    """
+    share = np.ones(len(old))
+    for shorter in _TRIES * (_SHORTER,) + _TRIES_HELD * (0.0,):
+        points = old + share[:, None] * (new - old)
+        crossing = np.unique(self_intersections(points, triangles))
+        if not len(crossing):
+            return np.asarray(points)
+        share[triangles[crossing]] *= shorter
+        for _ in range(_RINGS):
+            least = np.minimum(share[triangles].min(axis=1) + 1.0 / (_RINGS + 1), 1.0)
+            np.minimum.at(share, triangles, np.broadcast_to(least[:, None], triangles.shape))
+    return old

@@ -1,0 +1,112 @@
+"""A tagged mesh and the objects of its labels in, volumes of cavities and walls beside the voxels' out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from femprep.image import LabelObject
+from femprep.mesh.measures.volume_elements import element_volumes
+from femprep.model import FloatArray, Plane, VolumeMesh, is_blood
+from femprep.report.manifest import VolumeRecord
+from femprep.report.volumes import cavity_volume, voxel_volume
+
+
+def volumes_beside_labels(
+    mesh: VolumeMesh, objects: Mapping[str, LabelObject], planes: Mapping[str, Plane]
+) -> list[VolumeRecord]:
+    """Volumes of the cavities and walls of a mesh, and of the voxels they were made from, between the same planes.
+
+    A wall that the labels do not have is beside none. That of the left ventricle is told apart by the end of the labels
+    at the apex: what lies beyond it was extrapolated, and no voxel can be beside it.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        With regions and facets.
+    objects : mapping of str to LabelObject
+        What its surfaces were fitted to: cavities by their names, and bodies, ``epi`` or ``lv_epi``...
+    planes : mapping of str to Plane
+        That cut it.
+
+    Returns
+    -------
+    list of VolumeRecord
+    """
+    cut = list(planes.values())
+    voxels = {name: voxel_volume(obj, cut) for name, obj in objects.items()}
+    found = []
+    for facets in mesh.facet_names:
+        if facets.startswith("endo"):
+            name = facets.removeprefix("endo").removeprefix("_")
+            found.append(beside(f"{name} cavity".strip(), cavity_volume(mesh, facets), voxels[name or "lv"]))
+    end = _end(objects, planes)
+    walls, beyond = _regions(mesh, None), {} if end is None else _regions(mesh, end)
+    if set(walls) == {"lv"}:
+        return [*found, beside("wall", walls["lv"], voxels["epi"] - voxels["lv"], beyond.get("lv", 0.0))]
+    left = [_beside_left("lv wall and septum", walls, beyond, voxels)]
+    for name in walls:
+        if name in ("lv", "septum"):
+            continue
+        body = voxels.get(f"{name}_epi")
+        left.append(beside(f"{name} wall", walls[name], 0.0 if body is None else body - voxels[name]))
+    return [*found, *left]
+
+
+def _beside_left(
+    name: str, walls: Mapping[str, float], beyond: Mapping[str, float], voxels: Mapping[str, float]
+) -> VolumeRecord:
+    parts = ("lv", "septum")
+    tissue, extra = (sum(table.get(part, 0.0) for part in parts) for table in (walls, beyond))
+    return beside(name, tissue, voxels["lv_epi"] - voxels["lv"], extra)
+
+
+def beside(name: str, mesh_mm3: float, voxels_mm3: float, beyond_mm3: float = 0.0) -> VolumeRecord:
+    """One volume of a mesh beside that of voxels (0: there are none), and how much lies beyond these; mm3."""
+    labelled = voxels_mm3 > 0.0
+    return VolumeRecord(
+        name=name,
+        mesh_ml=mesh_mm3 / 1000.0,
+        segmentation_ml=voxels_mm3 / 1000.0,
+        difference_percent=100.0 * (mesh_mm3 - voxels_mm3) / voxels_mm3 if labelled else None,
+        extrapolated_ml=beyond_mm3 / 1000.0,
+    )
+
+
+def wall_difference(records: Iterable[VolumeRecord]) -> float | None:
+    """Volume of the left ventricle's wall less that of its labels, without what was extrapolated, per cent of these."""
+    for record in records:
+        if record.name in ("wall", "lv wall and septum") and record.segmentation_ml:
+            return 100.0 * ((record.mesh_ml - record.extrapolated_ml) / record.segmentation_ml - 1.0)
+    return None
+
+
+def _end(objects: Mapping[str, LabelObject], planes: Mapping[str, Plane]) -> Plane | None:
+    """The face of the labels' last slice at the apex, as a plane whose normal leads beyond; None without a base."""
+    base = planes.get("base")
+    body = objects.get("lv_epi", objects.get("epi"))
+    if base is None or body is None:
+        return None
+    centres = body.grid.to_world(np.argwhere(body.mask).astype(np.float64))
+    # Half of a voxel's extent along the normal: exact where the plane lies along its faces.
+    half = 0.5 * float(np.abs(base.normal @ np.asarray(body.grid.direction)) @ np.asarray(body.grid.spacing))
+    depth = float(base.signed_distance(centres).min()) - half
+    return Plane(base.point + depth * base.normal, -base.normal, "labels")
+
+
+def _regions(mesh: VolumeMesh, beyond: Plane | None) -> dict[str, float]:
+    """Volume of each region of the wall, mm3; that beyond a plane alone where one is given."""
+    volume = np.concatenate([element_volumes(mesh.points, block, name) for name, block in mesh.cells.items()])
+    if beyond is not None:
+        height = beyond.signed_distance(mesh.points)
+        volume = volume * np.concatenate([_share(height[block]) for block in mesh.cells.values()])
+    return {
+        name: float(volume[mesh.region == tag].sum()) for name, tag in mesh.region_names.items() if not is_blood(tag)
+    }
+
+
+def _share(height: FloatArray) -> FloatArray:
+    """Share of each element above 0, ``(k,)``, from the heights of its nodes ``(k, p)``: as of a box as high as it."""
+    low, high = height.min(axis=1), height.max(axis=1)
+    return np.asarray(np.clip(high / np.maximum(high - low, 1e-300), 0.0, 1.0))

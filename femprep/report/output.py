@@ -1,0 +1,253 @@
+"""A finished run in, its folder of files out: meshes, decks, quality.json, run.json, report.html."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from femprep.export import write_facets, write_format, write_mesh, write_surface, write_wall
+from femprep.export.losses import losses
+from femprep.model import Notice, noted, verdict_of
+from femprep.model.facets import facet_triangles
+from femprep.report.beside_labels import beside
+from femprep.report.bullseyes import report_bulls_eyes
+from femprep.report.fidelity_tables import fidelity_tables
+from femprep.report.folder import whole_folder
+from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, hashes, plain
+from femprep.report.methods import FILES, Words, methods
+from femprep.report.notices import lines
+from femprep.report.page import report_page
+from femprep.report.picture import end_painter, finish_picture, start_painter, start_picture
+from femprep.report.quality_page import quality_charts, quality_tables
+from femprep.report.run import Run, Surfaces
+from femprep.report.slices import STROKES, slice_pictures
+from femprep.report.volumes import voxel_volume
+from femprep.wall import cavity_surface
+
+Progress = Callable[[str, float], None]
+
+
+def write_run(
+    run: Run,
+    out: str | Path,
+    *,
+    source: str | Path | None = None,
+    progress: Progress | None = None,
+    painter: subprocess.Popen[bytes] | None = None,
+) -> RunManifest:
+    """Write the folder of one run, whole or not at all.
+
+    Parameters
+    ----------
+    run : Run
+        What :func:`femprep.mesh_segmentation` returned.
+    out : path
+        Folder to make. Of one that femprep made before, the files it wrote are replaced when the new one is whole;
+        whatever else the folder holds stays where it is.
+    source : path, optional
+        The image file the run began with; its name and hash go into ``run.json``.
+    progress : callable, optional
+        Called with ``(stage, fraction)``.
+    painter : process, optional
+        What will draw the picture, where it has been started already (:mod:`femprep.report.rehearsal`).
+
+    Returns
+    -------
+    RunManifest
+        What ``run.json`` holds.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written, was not made by femprep, or holds files in the way: those that were changed
+        since an earlier run, or that femprep did not write. The folder is then as it was.
+    DiskFullError
+        There is no room; nothing new is left.
+    """
+    start = time.perf_counter()
+    report = progress or (lambda stage, fraction: None)
+    report("write", 0.0)
+    with whole_folder(Path(out)) as folder:
+        png = folder / ".picture.png"
+        painter = painter or start_painter()
+        try:
+            start_picture(painter, run.mesh, png)
+            with ThreadPoolExecutor(1) as pool:  # VTK compresses while the decks are put into words
+                vtk = pool.submit(_write_vtk, run, folder)
+                left_out = verdict_of(run.mesh).get("failures", {})
+                for name in (name for name in run.options.formats if name not in left_out):
+                    write_format(run.mesh, folder, name, options=run.options.export)
+                (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
+                slices, volumes, details = _slices(run), list(run.volumes), _details(run)
+                vtk.result()
+            picture = finish_picture(painter, png)
+        finally:
+            end_painter(painter)
+            png.unlink(missing_ok=True)
+            png.with_suffix(".npz").unlink(missing_ok=True)
+        details["formats"] = noted({}, *(one for name in run.options.formats for one in losses(run.mesh, name)))
+        if picture is None:
+            line = "no picture of the mesh: VTK could not render it here"
+            details["report"] = noted({}, Notice.of("left out", line))
+        stages = {**run.seconds, "write": time.perf_counter() - start}
+        manifest = _manifest(run, stages, source, volumes, details, folder, more=("report.html", *FILES))
+        write_methods(methods(manifest), folder)
+        (folder / "report.html").write_text(_page(run, manifest, slices, picture), encoding="utf-8")
+        manifest = _write_manifest(manifest, folder)
+    report("write", 1.0)
+    return manifest
+
+
+def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | None = None) -> RunManifest:
+    """Write the folder of closed surfaces alone: ``surfaces/*.vtp`` and ``run.json``, whole or not at all.
+
+    Parameters
+    ----------
+    fitted : Surfaces
+        What :func:`femprep.fit_surfaces` returned.
+    out, source
+        As for :func:`write_run`.
+
+    Returns
+    -------
+    RunManifest
+
+    Raises
+    ------
+    FileError
+        As for :func:`write_run`.
+    """
+    with whole_folder(Path(out)) as folder:
+        _write_surfaces(fitted.surfaces, folder)
+        volumes = [
+            beside(name, surface.volume, voxel_volume(fitted.objects[name], ()))
+            for name, surface in fitted.surfaces.items()
+        ]
+        manifest = _manifest(fitted, fitted.seconds, source, volumes, _surface_details(fitted), folder, more=FILES)
+        write_methods(methods(manifest), folder)
+        return _write_manifest(manifest, folder)
+
+
+def _write_vtk(run: Run, folder: Path) -> None:
+    write_mesh(run.mesh, folder / "mesh.vtu")
+    write_facets(run.mesh, folder / "facets.vtp")
+    _write_surfaces(run.surfaces, folder)
+    _write_cavities(run, folder)
+    write_wall(run.wall, folder / "wall.vtp")
+
+
+def _write_surfaces(surfaces: Mapping[str, Any], folder: Path) -> None:
+    (folder / "surfaces").mkdir()
+    for name, surface in surfaces.items():
+        write_surface(surface, folder / "surfaces" / f"{name}.vtp")
+
+
+def _write_cavities(run: Run, folder: Path) -> None:
+    """Each cavity's closed surface, of nodes of the mesh: endocardium and caps."""
+    (folder / "cavities").mkdir()
+    cavities = [name.removeprefix("endo_") for name in run.mesh.facet_names if name.startswith("endo")]
+    for name in ("lv" if name == "endo" else name for name in cavities):
+        write_surface(cavity_surface(run.mesh, name), folder / "cavities" / f"{name}.vtp")
+
+
+def write_methods(words: Words, folder: Path) -> None:
+    """The words for a paper and their references, as files of a folder."""
+    for name, text in zip(FILES, (words.markdown, words.bibtex), strict=True):
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+def _write_manifest(manifest: RunManifest, folder: Path) -> RunManifest:
+    manifest = manifest.model_copy(update={"sha256": hashes(folder, manifest.files)})
+    (folder / "run.json").write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
+    return manifest
+
+
+def _manifest(
+    run: Run | Surfaces,
+    seconds: Mapping[str, float],
+    source: str | Path | None,
+    volumes: list[VolumeRecord],
+    details: dict[str, Any],
+    folder: Path,
+    more: tuple[str, ...] = (),
+) -> RunManifest:
+    seg = run.segmentation
+    path = Path(source) if source is not None else None
+    files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()} | {"run.json", *more}
+    return RunManifest(
+        input=InputRecord(
+            path=path.name if path else None,
+            sha256=file_sha256(path) if path else None,
+            shape=tuple(seg.labels.shape),
+            spacing_mm=tuple(float(s) for s in seg.grid.spacing),
+            structures={name: list(labels) for name, labels in seg.structures.items()},
+            notes={key: value for key, value in plain(seg.info).items() if key != "file"},
+        ),
+        options=run.options,
+        stages=[StageRecord(name=name, seconds=round(value, 3)) for name, value in seconds.items()],
+        volumes=volumes,
+        fidelity=list(run.fidelity.records),
+        details=details,
+        notices=lines(seg.info, details),
+        deterministic=not (isinstance(run, Run) and run.options.volume.mesher == "tetwild"),
+        files=sorted(files),
+    )
+
+
+def _surface_details(run: Run | Surfaces) -> dict[str, Any]:
+    from femprep.mesh.measures.triangles import triangle_quality
+
+    found = {}
+    for name, surface in run.surfaces.items():
+        quality = triangle_quality(surface.points, surface.triangles)
+        found[name] = {
+            "vertices": len(surface.points),
+            "triangles": len(surface.triangles),
+            "quality_mean": float(quality.mean()),
+            "quality_min": float(quality.min()),
+            **plain(surface.info),
+        }
+    return {"objects": {name: plain(obj.report) for name, obj in run.objects.items()}, "surfaces": found}
+
+
+def _details(run: Run) -> dict[str, Any]:
+    planes = {name: plane.record() for name, plane in run.wall.planes.items()}
+    wall = {**plain(run.wall.info), "planes": planes}
+    return {**_surface_details(run), "wall": wall, "volume": plain(run.mesh.info)}
+
+
+def _slices(run: Run) -> list[str]:
+    parts = {}
+    for name in run.mesh.facet_names:
+        if name.startswith(("endo", "epi")):
+            used, triangles = np.unique(facet_triangles(run.mesh, name), return_inverse=True)
+            parts[name] = run.mesh.points[used], triangles.reshape(-1, 3)
+    return slice_pictures(run.segmentation, parts, off=list(run.fidelity.off.values()))
+
+
+def _page(run: Run, manifest: RunManifest, slices: list[str], picture: str | None) -> str:
+    figures = [("points", run.quality.n_points)]
+    figures += [(name, count) for name, count in run.quality.cells.items()]
+    figures += [
+        (f"facets {name}", int(np.sum(run.mesh.facet_tag == tag))) for name, tag in run.mesh.facet_names.items()
+    ]
+    colours = dict(zip((n for n in run.mesh.facet_names if n.startswith(("endo", "epi"))), STROKES))
+    return report_page(
+        manifest,
+        passed=run.quality.passed,
+        failures=run.quality.failures,
+        figures=figures,
+        histograms=quality_charts(run.quality),
+        details=quality_tables(run.quality),
+        fidelity=fidelity_tables(run.fidelity.records, run.options.limits.maximum_label_distance),
+        slices=slices,
+        bulls_eyes=report_bulls_eyes(run.mesh),
+        colours=colours,
+        picture=picture,
+    )

@@ -1,0 +1,67 @@
+"""What one run made, and what it took: the records that the pipeline fills and the report writes out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from femprep.image import LabelObject, Segmentation
+from femprep.model import Surface, VolumeMesh, Wall
+from femprep.options import Options
+from femprep.report.manifest import VolumeRecord
+from femprep.volume import QualityReport
+from femprep.volume.quality.fidelity import Fidelity, judge_fidelity
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one run made, and what it took.
+
+    Attributes
+    ----------
+    segmentation : Segmentation
+        The label map it began with.
+    options : Options
+        All options, defaults included.
+    objects : mapping of str to LabelObject
+        What each surface was fitted to.
+    surfaces : mapping of str to Surface
+        Closed template surfaces by name.
+    wall : Wall
+    mesh : VolumeMesh
+    quality : QualityReport
+    fidelity : Fidelity
+        How far the mesh lies from its labels; the quality report holds its records.
+    volumes : tuple of VolumeRecord
+        Volumes beside those of the labels.
+    seconds : mapping of str to float
+        Wall-clock time of each stage, in order.
+    """
+
+    segmentation: Segmentation
+    options: Options
+    objects: Mapping[str, LabelObject]
+    surfaces: Mapping[str, Surface]
+    wall: Wall
+    mesh: VolumeMesh
+    quality: QualityReport
+    fidelity: Fidelity = field(default_factory=Fidelity)
+    volumes: tuple[VolumeRecord, ...] = ()
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Surfaces:
+    """Closed surfaces alone: the objects they were fitted to, their distance to those, seconds per stage."""
+
+    segmentation: Segmentation
+    options: Options
+    objects: Mapping[str, LabelObject]
+    surfaces: Mapping[str, Surface]
+    fidelity: Fidelity = field(default_factory=Fidelity)
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """A line for each surface that lies too far from its labels."""
+        return judge_fidelity(self.fidelity.records, self.options.limits)[1]

@@ -1,0 +1,113 @@
+"""A LabelObject in, what its labels say of the surface out: where it passes, how surely, and what it separates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.image.boundary import BoundaryPoints, boundary_points, face_indices
+from femprep.image.object import LabelObject
+from femprep.model import FloatArray, IntArray
+from femprep.model.products import product
+from femprep.surface.estimate.crossings import crossings, slice_distances
+
+#: Share of the way from their middle that faces between slices go to where interpolation puts the surface.
+_INTERPOLATED: Final = 0.85
+#: A boundary point within this of the middle of its voxel's face has not been put elsewhere, mm.
+_OWN: Final = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What the labels say of a surface, in coordinates from the object's barycentre, mm.
+
+    Attributes
+    ----------
+    faces : (N, 3) array
+        Points of voxel faces at the boundary: the surface crosses the face's axis within half a voxel of its middle.
+    axis : (N,) array
+        The axis across each face.
+    spacing : (N,) array
+        Voxel size along it, mm.
+    between : (N,) bool array
+        Faces between two slices.
+    end : (N,) bool array
+        Those of them beyond which no slice holds a voxel: the caps.
+    centres : (n, 3) array
+        Voxel centres next to the boundary.
+    outside : (n,) bool array
+        Whether each lies outside of the object.
+    count : float
+        How many like it each of the faces and centres stands for.
+    """
+
+    faces: FloatArray
+    axis: IntArray
+    spacing: FloatArray
+    between: npt.NDArray[np.bool_]
+    end: npt.NDArray[np.bool_]
+    centres: FloatArray
+    outside: npt.NDArray[np.bool_]
+    count: float = 1.0
+
+    def thinned(self, most: int) -> Evidence:
+        """One in so many faces and centres, each standing for those left out, so that there are at most ``most``."""
+        step = -(-len(self.faces) // most)
+        faces = {name: getattr(self, name)[::step] for name in ("faces", "axis", "spacing", "between", "end")}
+        return replace(self, **faces, centres=self.centres[::step], outside=self.outside[::step], count=float(step))
+
+    @classmethod
+    def of(cls, obj: LabelObject, boundary: BoundaryPoints | None = None) -> Evidence:
+        """Evidence of an object whose image's axes are those of the coordinates.
+
+        Parameters
+        ----------
+        obj : LabelObject
+        boundary : BoundaryPoints, optional
+            Face midpoints in place of the object's own. Those that were put elsewhere are meant to lie there, but are
+            known less well than to a pixel: an extrapolated apex has steps, which must not be followed. The voxel
+            centres move with them.
+        """
+        boundary = boundary_points(obj) if boundary is None else boundary
+        half = 0.5 * boundary.spacing[:, None] * boundary.normal
+        inner, first = np.unique(
+            np.round(obj.grid.to_index(boundary.points - half)).astype(np.int64), axis=0, return_index=True
+        )
+        outer, second = np.unique(
+            np.round(obj.grid.to_index(boundary.points + half)).astype(np.int64), axis=0, return_index=True
+        )
+        centres = np.concatenate([(boundary.points - half)[first], (boundary.points + half)[second]])
+        outside = np.concatenate([np.zeros(len(inner), dtype=bool), np.ones(len(outer), dtype=bool)])
+        middle = obj.barycentre
+        moved, end = _between_slices(obj, boundary)
+        # Points that were put elsewhere, such as an extrapolated apex, are meant to lie there.
+        own = np.abs(boundary.points - obj.grid.to_world(face_indices(boundary, obj.grid))).max(axis=1) < _OWN
+        return cls(
+            boundary.points + np.where(own[:, None], moved, 0.0) - middle,
+            np.asarray(boundary.axis),
+            np.where(own, boundary.spacing, np.sqrt(obj.grid.spacing.min() * boundary.spacing)),
+            own & (np.asarray(boundary.axis) == obj.stack_axis),
+            own & end,
+            centres - middle,
+            outside,
+        )
+
+
+def _between_slices(obj: LabelObject, boundary: BoundaryPoints) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+    """Moves ``(N, 3)`` of face midpoints to where the outlines of the slices put the surface, and which are caps."""
+    axis = obj.stack_axis
+    one, other = (float(s) for a, s in enumerate(obj.grid.spacing) if a != axis)
+    stack = np.moveaxis(obj.mask, axis, 0)
+    across = boundary.axis == axis
+    voxel = np.moveaxis(boundary.voxel[across], 1, 0)[[axis, *(a for a in range(3) if a != axis)]]
+    side = np.sign(product(boundary.normal[across], obj.grid.direction[:, axis])).astype(np.int64)
+    share = crossings(slice_distances(stack, (one, other)), voxel, side)
+    moved = np.zeros((len(boundary), 3))
+    moved[across] = (_INTERPOLATED * (share - 0.5) * boundary.spacing[across])[:, None] * boundary.normal[across]
+    end = np.zeros(len(boundary), dtype=bool)
+    used = np.asarray(stack.any(axis=(1, 2)))
+    end[across] = ~used[voxel[0] + side]
+    return moved, end

@@ -1,0 +1,1 @@
+"""Surfaces in, figures out: quality, distances in space and in slices, sections."""

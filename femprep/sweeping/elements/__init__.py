@@ -1,0 +1,1 @@
+"""Matched surfaces in, layers of elements between them out, the poor ones mended."""

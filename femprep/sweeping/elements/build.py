@@ -1,0 +1,169 @@
+"""Two matched surfaces in, a tagged VolumeMesh of layers out: wedges, hexahedra, or tetrahedra split from either."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from femprep.errors import OptionError, StageError
+from femprep.model import FACET_TAGS, REGION_TAGS, FloatArray, IntArray, VolumeMesh
+from femprep.options import SweepOptions, choose
+from femprep.sweeping.cup.layers import graded, layer_depths
+from femprep.sweeping.cup.prism_split import checkerboard
+from femprep.sweeping.elements.mend import mend
+from femprep.sweeping.elements.quadratic import quadratic
+from femprep.sweeping.elements.split import (
+    checkered,
+    hexahedron_tetrahedra,
+    prisms,
+    rising,
+    sides,
+    wedge_tetrahedra,
+)
+from femprep.sweeping.elements.upright import least_corner
+from femprep.sweeping.matching.matched import MatchedSurfaces
+
+
+def sweep(
+    matched: MatchedSurfaces,
+    *,
+    options: SweepOptions | None = None,
+    progress: Callable[[str, float], None] | None = None,
+    **changes: Any,
+) -> VolumeMesh:
+    """Fill the wall between two matched surfaces with layers of elements.
+
+    Parameters
+    ----------
+    matched : MatchedSurfaces
+        Both surfaces on one cup.
+    options, **changes
+        :class:`~femprep.options.SweepOptions`; ``element``, ``layers``, ``grading`` and ``order`` matter here.
+    progress : callable, optional
+        Called with ``("volume", fraction)``.
+
+    Returns
+    -------
+    VolumeMesh
+        Point ``i`` of layer ``l`` is number ``l * V + i``: layer by layer from the endocardium, template vertex first;
+        mid-side nodes follow. Facets are tagged ``endo``, ``epi``, ``base`` and, where clipped, ``apex``, in order.
+        ``point_data``: ``transmural`` (0 on the endocardium, 1 on the epicardium, along the line between),
+        ``thickness`` (length of that line, mm), ``template`` (vertex of the cup; -1 for mid-side nodes).
+        ``cell_data``: ``layer``. The same cup and number of layers give the same connectivity. Lines are straight, but
+        where poor elements were mended: there nodes inside the wall have moved, and those on the surfaces along them.
+
+    Raises
+    ------
+    OptionError
+        The element does not go with the cup: wedges need triangles, hexahedra quadrilaterals.
+    StageError
+        An element is inverted.
+    """
+    chosen = choose(SweepOptions, options, changes)
+    tell = progress or (lambda stage, fraction: None)
+    tell("volume", 0.0)
+    cup = matched.cup
+    count, corners = len(cup.disk), cup.cells.shape[1]
+    shape = "wedge" if corners == 3 else "hexahedron"
+    if chosen.element not in ("tetra", shape):
+        raise OptionError(
+            f"option 'element' is {chosen.element!r}, but the surfaces are matched on a cup of "
+            f"{'triangles' if corners == 3 else 'quadrilaterals'}; choose tetra or {shape}"
+        )
+    layers = chosen.layers or matched.layers
+    depth = _depths(layers, matched, chosen.grading)
+    points = matched.inner + depth[..., None] * (matched.outer - matched.inner)
+    # The ends exactly, whatever rounding makes of them.
+    points[-1] = matched.outer
+    mended = mend(points, matched, chosen.element)
+    thickness = np.linalg.norm(np.diff(points, axis=0), axis=2).sum(axis=0)
+    for name, rim in (("base", cup.base), ("apex", cup.apex)):
+        if len(rim):
+            plane = matched.planes[name]
+            points[:, rim] -= plane.signed_distance(points[:, rim])[..., None] * plane.normal
+    points = points.reshape(-1, 3)
+    name, cells, facets, tags = _connect(cup.cells, count, layers, cup.base, cup.apex, chosen.element)
+    tell("volume", 0.5)
+    _check_positive(points, cells, name)
+    number = np.arange((layers + 1) * count)
+    info: dict[str, Any] = {
+        "mesher": "sweep",
+        "element": name,
+        "layers": layers,
+        "columns": cup.columns,
+        "rows": cup.rows,
+        "template_vertices": count,
+        "template": "triangle" if corners == 3 else "quad",
+        "grading": chosen.grading,
+        "matching": dict(matched.info),
+        "mended": mended,
+    }
+    mesh = VolumeMesh(
+        points,
+        {name: cells},
+        np.full(len(cells), REGION_TAGS["lv"]),
+        facets,
+        tags.astype(np.int32),
+        cell_data={"layer": np.repeat(np.arange(layers, dtype=np.int32), len(cells) // layers)},
+        point_data={
+            "transmural": depth.ravel(),
+            "thickness": np.tile(thickness, layers + 1),
+            "template": (number % count).astype(np.int32),
+        },
+        planes=matched.planes,
+        info=info,
+    )
+    if chosen.order == 2:
+        mesh = quadratic(mesh, matched, depth.ravel())
+    tell("volume", 1.0)
+    return mesh
+
+
+def _depths(layers: int, matched: MatchedSurfaces, grading: float | None) -> FloatArray:
+    """Depth of each node, 0 inside to 1 outside, ``(layers + 1, V)``; by the width of elements where not graded."""
+    if grading is None:
+        return layer_depths(layers, matched.growth)
+    return np.repeat(graded(layers, grading)[:, None], len(matched.cup.disk), axis=1)
+
+
+def _check_positive(points: FloatArray, cells: IntArray, name: str) -> None:
+    """Make sure that no element of this type is inverted."""
+    least = least_corner(points, cells, name)
+    if least.min() <= 0.0:
+        worst = points[cells[int(np.argmin(least))]].mean(axis=0)
+        raise StageError(
+            f"{int(np.count_nonzero(least <= 0.0))} of {len(cells)} {name} elements are inverted, the worst near "
+            f"{np.round(worst, 1).tolist()} (mm LPS); try a longer edge length, or the mesher tetwild"
+        )
+
+
+def _connect(
+    cells: IntArray, count: int, layers: int, base: IntArray, apex: IntArray, element: str
+) -> tuple[str, IntArray, dict[str, IntArray], IntArray]:
+    """Elements, facets by type, and the facets' tags."""
+    solid = prisms(cells, count, layers)
+    inner, outer = cells[:, ::-1], cells + layers * count
+    rims = [("base", sides(base, count, layers, inward=False))]
+    if len(apex):
+        rims.append(("apex", sides(apex, count, layers, inward=True)))
+    groups = [("endo", inner), ("epi", outer), *rims]
+    if element != "tetra":
+        blocks: dict[str, list[IntArray]] = {}
+        numbers: dict[str, list[IntArray]] = {}
+        for tag, facets in groups:
+            kind = "triangle" if facets.shape[1] == 3 else "quad"
+            blocks.setdefault(kind, []).append(facets)
+            numbers.setdefault(kind, []).append(np.full(len(facets), FACET_TAGS[tag]))
+        together = {kind: np.concatenate(parts) for kind, parts in blocks.items()}
+        return element, solid, together, np.concatenate([n for kind in together for n in numbers[kind]])
+    if cells.shape[1] == 3:
+        tetrahedra = wedge_tetrahedra(solid, cells, layers)
+        groups = [(tag, f if f.shape[1] == 3 else rising(f, count)) for tag, f in groups]
+    else:
+        colour, odd = checkerboard(cells, count, layers)
+        tetrahedra = hexahedron_tetrahedra(solid, odd)
+        groups = [(tag, checkered(f, colour, count)) for tag, f in groups]
+    tags = np.concatenate([np.full(len(f), FACET_TAGS[tag]) for tag, f in groups])
+    return "tetra", tetrahedra, {"triangle": np.concatenate([f for _, f in groups])}, tags

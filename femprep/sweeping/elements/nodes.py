@@ -1,0 +1,235 @@
+"""Nodes of a layered mesh in, moved for well-shaped elements out: inside the wall freely, on surfaces along them.
+
+One node after the other takes a damped Newton step on the measure of :mod:`femprep.mesh.energies.simplex` summed over
+the simplices around it, squared once none is inverted, so that the worst counts most. Nodes are few and in a fixed
+order: the result does not depend on threads.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import prange
+
+from femprep.mesh.compiled import compiled
+from femprep.mesh.energies.simplex import INVERTED, add_slopes, determinant, shape
+from femprep.mesh.patches import settle
+
+#: Longest move in one sweep, in edge lengths, and the shortest worth making.
+_LEAP = 0.5
+_LEAST = 1e-6
+#: Shortenings of a step that leads up, and by how much.
+_TRIES = 6
+_SHORTER = 0.4
+#: Where a Hessian is not positive, this share of its trace is added to its diagonal, then four times that, and so on.
+_SHIFT = 0.02
+
+
+@compiled(parallel=True)
+def judge(points: Any, cells: Any, count: int, layers: int, judged: Any, worst: Any) -> None:
+    """Greatest inverse mean ratio in each element, into ``worst`` ``(layers, T)``; infinite where one is inverted."""
+    nodes, kinds, weights, scale, upright = judged
+    n = cells.shape[1]
+    for e in prange(layers * len(cells)):
+        layer = e // len(cells)
+        c = e % len(cells)
+        x = np.empty((8, 3))
+        for i in range(n):
+            for k in range(3):
+                x[i, k] = points[layer * count + cells[c, i], k]
+                x[i + n, k] = points[(layer + 1) * count + cells[c, i], k]
+        table = nodes[kinds[c, layer % 2]]
+        most = 0.0
+        for r in range(len(table)):
+            most = max(most, shape(x, table[r], weights, scale, upright[c], 0.0))
+        worst[layer, c] = np.cbrt(most) if most < INVERTED else np.inf
+
+
+@compiled()
+def least_determinant(points: Any, simplices: Any) -> float:
+    """Least determinant of simplices ``(s, 4)``."""
+    least = np.inf
+    for s in range(len(simplices)):
+        row = simplices[s]
+        least = min(least, determinant(points, row[0], row[1], row[2], row[3]))
+    return least
+
+
+@compiled(part=True)
+def _basis(normal: Any, on_surface: bool, plane: Any, flat: bool, basis: Any) -> int:
+    """Orthonormal directions a node may move in, into rows of ``basis``; returns how many."""
+    if not on_surface and not flat:
+        basis[:] = 0.0
+        for k in range(3):
+            basis[k, k] = 1.0
+        return 3
+    across = basis[2]
+    for k in range(3):
+        across[k] = normal[k] if on_surface else plane[k]
+    if on_surface and flat:
+        first = basis[0]
+        for k in range(3):
+            p = (k + 1) % 3
+            q = (k + 2) % 3
+            first[k] = across[p] * plane[q] - across[q] * plane[p]
+        length = np.sqrt(first[0] ** 2 + first[1] ** 2 + first[2] ** 2)
+        if length < 1e-9:
+            return 0
+        for k in range(3):
+            first[k] /= length
+        return 1
+    axis = 0
+    if abs(across[1]) < abs(across[axis]):
+        axis = 1
+    if abs(across[2]) < abs(across[axis]):
+        axis = 2
+    size = np.sqrt(across[(axis + 1) % 3] ** 2 + across[(axis + 2) % 3] ** 2)
+    basis[0, axis] = 0.0
+    basis[0, (axis + 1) % 3] = across[(axis + 2) % 3] / size
+    basis[0, (axis + 2) % 3] = -across[(axis + 1) % 3] / size
+    for k in range(3):
+        p = (k + 1) % 3
+        q = (k + 2) % 3
+        basis[1, k] = across[p] * basis[0, q] - across[q] * basis[0, p]
+    return 2
+
+
+@compiled(part=True)
+def _newton(gradient: Any, hessian: Any, basis: Any, free: int, step: Any) -> float:
+    """Newton's step in the free directions, the Hessian shifted until it is positive; returns its length."""
+    g = np.zeros(3)
+    h = np.zeros((3, 3))
+    trace = 0.0
+    for a in range(free):
+        for k in range(3):
+            g[a] += basis[a, k] * gradient[k]
+            for j in range(3):
+                for b in range(free):
+                    h[a, b] += basis[a, k] * hessian[k, j] * basis[b, j]
+        trace += abs(h[a, a])
+    lower = np.zeros((3, 3))
+    shift = 0.0
+    for _ in range(20):
+        sound = True
+        for a in range(free):
+            for b in range(a + 1):
+                value = h[a, b] + (shift if a == b else 0.0)
+                for c in range(b):
+                    value -= lower[a, c] * lower[b, c]
+                if a > b:
+                    lower[a, b] = value / lower[b, b]
+                elif value > 1e-9 * trace:
+                    lower[a, a] = np.sqrt(value)
+                else:
+                    sound = False
+                    lower[a, a] = 1.0
+        if sound:
+            break
+        shift = max(4.0 * shift, _SHIFT * trace + 1e-300)
+    y = np.zeros(3)
+    for a in range(free):
+        value = -g[a]
+        for c in range(a):
+            value -= lower[a, c] * y[c]
+        y[a] = value / lower[a, a]
+    for back in range(free):
+        a = free - 1 - back
+        value = y[a]
+        for c in range(a + 1, free):
+            value -= lower[c, a] * y[c]
+        y[a] = value / lower[a, a]
+    for k in range(3):
+        step[k] = 0.0
+        for a in range(free):
+            step[k] += y[a] * basis[a, k]
+    return float(np.sqrt(step[0] ** 2 + step[1] ** 2 + step[2] ** 2))
+
+
+@compiled()
+def move_nodes(
+    points: Any,
+    moving: Any,
+    star: Any,
+    simplices: Any,
+    measure: Any,
+    side: Any,
+    flat: Any,
+    normals: Any,
+    near: Any,
+    planes: Any,
+    surfaces: Any,
+    delta: float,
+    edge: float,
+) -> float:
+    """One sweep over the nodes ``moving``, in place; returns the longest move, mm.
+
+    ``star`` is the simplices around each of them as row starts and columns, ``measure`` their weights, scale and
+    uprightness; ``side`` tells whether a node lies on the inner (1) or outer (2) surface or between (0), ``flat`` its
+    plane, counted from 1; ``normals`` and ``near`` are those of the surface there.
+    """
+    starts, around = star
+    weights, scale, upright = measure
+    inner, outer = surfaces
+    basis = np.empty((3, 3))
+    work = np.empty((3, 3))
+    hessian = np.empty((3, 3))
+    gradient = np.empty(3)
+    step = np.empty(3)
+    old = np.empty(3)
+    fresh = np.empty(3)
+    share = np.empty(4)
+    # While elements are inverted, those that are must not outweigh all others, or these are tangled in turn.
+    steep = delta == 0.0
+    longest = 0.0
+    for i in range(len(moving)):
+        v = moving[i]
+        plane = planes[max(flat[i] - 1, 0)]
+        free = _basis(normals[i], side[i] > 0, plane, flat[i] > 0, basis)
+        if free == 0:
+            continue
+        gradient[:] = 0.0
+        hessian[:] = 0.0
+        now = 0.0
+        for s in range(starts[i], starts[i + 1]):
+            row = simplices[around[s]]
+            for a in range(4):
+                share[a] = 1.0 if row[a] == v else 0.0
+            now += add_slopes(
+                points, row, share, weights, scale, upright[around[s]], delta, steep, work, gradient, hessian
+            )
+        for k in range(3):
+            for j in range(k):
+                hessian[k, j] = hessian[j, k]
+        far = _newton(gradient, hessian, basis, free, step)
+        if not far > _LEAST * edge:
+            continue
+        factor = min(1.0, _LEAP * edge / far)
+        for k in range(3):
+            old[k] = points[v, k]
+        better = False
+        for _ in range(_TRIES):
+            for k in range(3):
+                points[v, k] = old[k] + factor * step[k]
+            place = near[i]
+            if side[i] == 1:
+                place = settle(points[v], fresh, place, flat[i], planes, *inner)
+            elif side[i] == 2:
+                place = settle(points[v], fresh, place, flat[i], planes, *outer)
+            value = 0.0
+            for s in range(starts[i], starts[i + 1]):
+                f = shape(points, simplices[around[s]], weights, scale, upright[around[s]], delta)
+                value += f * f if steep else f
+            if value < now:
+                better = True
+                if side[i] > 0:
+                    near[i] = place
+                    for k in range(3):
+                        normals[i, k] = fresh[k]
+                longest = max(longest, factor * far)
+                break
+            factor *= _SHORTER
+        if not better:
+            for k in range(3):
+                points[v, k] = old[k]
+    return longest

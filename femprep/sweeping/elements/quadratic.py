@@ -1,0 +1,90 @@
+"""A swept mesh of linear elements in, the same of quadratic ones out: mid-side nodes on the smooth surfaces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from femprep.mesh.quadratic import add_middles, number_edges
+from femprep.model import FloatArray, IntArray, Notice, VolumeMesh, noted
+from femprep.sweeping.matching.matched import MatchedSurfaces
+
+
+def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> VolumeMesh:
+    """Add mid-side nodes to a swept mesh.
+
+    The middle of an edge on the endocardium or the epicardium lies on the smooth surface, that of a rim edge also in
+    its plane; inside the wall the middle bulges by what those two do, weighed by the mean depth of the edge's ends.
+    Where an element would be inverted, the edges over its template edges are made straight in all layers, and counted.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        One block of linear elements, as swept.
+    matched : MatchedSurfaces
+        What it was swept between.
+    depth : ((layers + 1) V,) array
+        Depth of each point, from 0 to 1.
+
+    Returns
+    -------
+    VolumeMesh
+        Mid-side nodes follow the corners, in the order of their ends' numbers. ``info["straightened"]`` tells how many
+        edges of the template were made straight.
+
+    Raises
+    ------
+    StageError
+        An element stays inverted also when straight.
+    """
+    count = len(matched.inner)
+    edges = number_edges(mesh)
+    one, two = edges.ends.T
+    pair = np.sort(edges.ends % count, axis=1)
+    share = 0.5 * (depth[one] + depth[two])
+    across, which = np.unique(pair[:, 0] * count + pair[:, 1], return_inverse=True)
+    which = which.ravel()
+    inner, outer = _bulges(mesh.points, matched, np.stack([across // count, across % count], axis=1))
+    curved = 0.5 * (mesh.points[one] + mesh.points[two])
+    curved += (1.0 - share)[:, None] * inner[which] + share[:, None] * outer[which]
+    _flatten(curved, pair, matched)
+    added = {
+        "transmural": share,
+        "thickness": 0.5 * (mesh.point_data["thickness"][one] + mesh.point_data["thickness"][two]),
+        "template": np.full(len(pair), -1),
+    }
+    result, straight = add_middles(mesh, edges, curved, together=which, point_data=added)
+    ((name, _),) = result.cells.items()
+    straightened = len(np.unique(which[straight]))
+    info = {**mesh.info, "element": name, "straightened": straightened}
+    if straightened:
+        words = (
+            "{amount} of the template were made straight in all layers of quadratic elements, so that no element is "
+            "inverted"
+        )
+        info = noted(info, Notice.of("repaired", words, amount=straightened, unit="edges"))
+    return replace(result, info=info)
+
+
+def _bulges(points: FloatArray, matched: MatchedSurfaces, pairs: IntArray) -> tuple[FloatArray, FloatArray]:
+    """How far the middles of template edges on the smooth inner and outer surface lie from the straight ones, mm."""
+    kind = matched.cup.rim
+    flat = np.where((kind[pairs[:, 0]] == kind[pairs[:, 1]]), kind[pairs[:, 0]], 0)
+    planes = np.array([[*plane.normal, plane.offset] for plane in matched.planes.values()])
+    found = []
+    for ends, surface in ((points[: len(kind)], matched.inner_surface), (points[-len(kind) :], matched.outer_surface)):
+        straight = 0.5 * (ends[pairs[:, 0]] + ends[pairs[:, 1]])
+        bulge = surface.settle(straight, None, flat, planes)[0] - straight
+        bulge[pairs[:, 0] == pairs[:, 1]] = 0.0
+        found.append(bulge)
+    return found[0], found[1]
+
+
+def _flatten(middles: FloatArray, pair: IntArray, matched: MatchedSurfaces) -> None:
+    """Take the rounding of rim edges' middles away, so that they lie in their plane to the last digit; in place."""
+    kind = matched.cup.rim
+    flat = np.where(kind[pair[:, 0]] == kind[pair[:, 1]], kind[pair[:, 0]], 0)
+    for number, plane in enumerate(matched.planes.values(), 1):
+        rows = flat == number
+        middles[rows] -= plane.signed_distance(middles[rows])[:, None] * plane.normal

@@ -1,0 +1,1 @@
+"""Endocardium and epicardium in, both on the vertices of one cup out."""

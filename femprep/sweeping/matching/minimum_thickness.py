@@ -1,0 +1,105 @@
+"""Endocardium and epicardium in, an epicardium that keeps a least distance from the endocardium out."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import InputError
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.measures.triangles import vertex_normals
+from femprep.model import FloatArray, IntArray, Plane, Surface
+from femprep.model.products import product
+
+_log = logging.getLogger(__name__)
+
+#: Rounds of pushing: neighbours of a pushed vertex follow it, which may bring others nearer.
+_ROUNDS = 8
+#: Share of the least distance by which it may be missed.
+_CLOSE = 0.02
+#: What lies farther above the base than this is cut away and stays as it is, mm; so does all above it that looks up
+#: more than this, the cap in which the closed surface ends.
+_ABOVE = 1.0
+_CAP = 0.5
+
+
+def push_apart(
+    endo: Surface, epi: Surface, base: Plane, least: float, most: float
+) -> tuple[FloatArray, dict[str, Any]]:
+    """Push vertices of the epicardium outwards until they are at least a given distance from the endocardium.
+
+    Parameters
+    ----------
+    endo, epi : Surface
+        Closed.
+    base : Plane
+        What lies well above it is left alone.
+    least : float
+        Least distance, mm.
+    most : float
+        Farthest a vertex may be pushed, mm.
+
+    Returns
+    -------
+    points : (n, 3) array
+        Vertices of the epicardium.
+    info : dict
+        ``vertices`` pushed, the farthest push ``maximum_mm``, the distance asked for, ``least_mm``, and, where a
+        vertex was pushed, where the farthest was, ``worst_at_mm``.
+
+    Raises
+    ------
+    InputError
+        A vertex would have to be pushed farther.
+    """
+    from scipy.sparse import coo_matrix
+
+    finder = ClosestFinder(endo.points, endo.triangles)
+    points = np.array(epi.points)
+    low = _kept(points, epi.triangles, base)
+    inner = endo.points[_kept(endo.points, endo.triangles, base)]
+    cells = epi.triangles
+    edges = np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]])
+    matrix = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(points),) * 2).tocsr()
+    degree = np.maximum(np.asarray(matrix.sum(axis=1)).ravel(), 1.0)
+    for _ in range(_ROUNDS):
+        wanted = np.where(low, least - finder.signed(points), 0.0)
+        # Seen from the other side as well: an edge of the endocardium may come close between vertices.
+        other = ClosestFinder(points, cells)
+        short = least + other.signed(inner)
+        feet = cells[other(inner).triangle]
+        for corner in range(3):
+            np.maximum.at(wanted, feet[:, corner], np.where(low[feet[:, corner]], short, 0.0))
+        if wanted.max() <= _CLOSE * least:
+            break
+        wanted = np.maximum(wanted, 0.0)
+        # Wide enough that no dent is left: neighbours go part of the way.
+        for _ in range(2):
+            wanted = np.maximum(wanted, 0.7 * np.asarray(matrix @ wanted) / degree)
+        points += wanted[:, None] * vertex_normals(points, cells)
+    moved = np.linalg.norm(points - epi.points, axis=1)
+    short = np.where(low, least - finder.signed(points), 0.0)
+    worst = int(np.argmax(np.maximum(moved - most, short - 0.5 * least)))
+    if moved.max() > most or short.max() > 0.5 * least:
+        raise InputError(
+            f"epicardium {epi.name!r} comes nearer than {least:g} mm to endocardium {endo.name!r} near "
+            f"{np.round(epi.points[worst], 1).tolist()} (mm LPS) and would have to be pushed by more than {most:g} mm; "
+            "mend the labels, correct shifted slices (correct_shifts), lower minimum_thickness or raise maximum_push"
+        )
+    count = int(np.count_nonzero(moved > 1e-6))
+    if count:
+        _log.warning("epicardium pushed outwards by up to %.2f mm at %d vertices", moved.max(), count)
+    found: dict[str, Any] = {"vertices": count, "maximum_mm": float(moved.max()), "least_mm": least}
+    if count:
+        found["worst_at_mm"] = [round(float(x), 3) for x in epi.points[int(moved.argmax())]]
+    return points, found
+
+
+def _kept(points: FloatArray, cells: IntArray, base: Plane) -> npt.NDArray[np.bool_]:
+    """Which vertices lie below the base, or belong to the wall that rises a little above it."""
+    height = base.signed_distance(points)
+    wall = product(vertex_normals(points, cells), base.normal) < _CAP
+    return np.asarray((height < 0.0) | (wall & (height < _ABOVE)))

@@ -1,0 +1,292 @@
+"""Vertices of two matched surfaces in, moved along the surfaces for well-shaped elements between them: compiled loops.
+
+Inner and outer vertex of the same number are joined by a straight line; elements lie between cells and layers. Every
+vertex moves along its own surface, rim vertices along the curve in which it meets their plane, so that surfaces,
+planes and connectivity stay as they are.
+
+The measure is that of :mod:`femprep.mesh.energies.simplex`, summed over the elements' simplices.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import prange
+
+from femprep.mesh.compiled import compiled
+from femprep.mesh.energies.simplex import INVERTED, add_slopes, shape
+from femprep.mesh.patches import settle
+
+#: Longest move in one sweep, in edge lengths, and the shortest worth making.
+_LEAP = 0.5
+_LEAST = 1e-6
+
+
+@compiled(part=True)
+def _prism(inner: Any, outer: Any, depth: Any, cells: Any, c: int, layer: int, out: Any) -> None:
+    """Corners of the element over a cell in a layer."""
+    n = cells.shape[1]
+    for i in range(n):
+        v = cells[c, i]
+        low = depth[layer, v]
+        high = depth[layer + 1, v]
+        for k in range(3):
+            across = outer[v, k] - inner[v, k]
+            out[i, k] = inner[v, k] + low * across
+            out[i + n, k] = inner[v, k] + high * across
+
+
+@compiled(part=True)
+def _around(
+    inner: Any, outer: Any, depth: Any, vertex: int, mesh: Any, judged: Any, layers: Any, delta: float, steep: bool
+) -> float:
+    """Sum over the simplices around a vertex that feel it; squared where steep."""
+    cells, starts, incident = mesh
+    nodes, kinds, weights, scale, upright = judged
+    n = cells.shape[1]
+    x = np.empty((8, 3))
+    total = 0.0
+    for s in range(starts[vertex], starts[vertex + 1]):
+        c = incident[s]
+        for layer in layers:
+            _prism(inner, outer, depth, cells, c, layer, x)
+            table = nodes[kinds[c, layer % 2]]
+            for r in range(len(table)):
+                row = table[r]
+                if (
+                    cells[c, row[0] % n] == vertex
+                    or cells[c, row[1] % n] == vertex
+                    or cells[c, row[2] % n] == vertex
+                    or cells[c, row[3] % n] == vertex
+                ):
+                    f = shape(x, row, weights, scale, upright[c], delta)
+                    total += f * f if steep else f
+    return total
+
+
+@compiled(part=True)
+def _slopes(
+    inner: Any,
+    outer: Any,
+    depth: Any,
+    vertex: int,
+    inside: bool,
+    mesh: Any,
+    judged: Any,
+    layers: Any,
+    delta: float,
+    steep: bool,
+    gradient: Any,
+    hessian: Any,
+) -> float:
+    """The same sum, its gradient and its second derivatives where the inner or the outer vertex moves."""
+    cells, starts, incident = mesh
+    nodes, kinds, weights, scale, upright = judged
+    n = cells.shape[1]
+    x = np.empty((8, 3))
+    share = np.empty(8)
+    m = np.empty(4)
+    work = np.empty((3, 3))
+    total = 0.0
+    gradient[:] = 0.0
+    hessian[:] = 0.0
+    for s in range(starts[vertex], starts[vertex + 1]):
+        c = incident[s]
+        for layer in layers:
+            _prism(inner, outer, depth, cells, c, layer, x)
+            for i in range(n):
+                mine = 1.0 if cells[c, i] == vertex else 0.0
+                low = depth[layer, vertex]
+                high = depth[layer + 1, vertex]
+                share[i] = mine * (1.0 - low if inside else low)
+                share[i + n] = mine * (1.0 - high if inside else high)
+            table = nodes[kinds[c, layer % 2]]
+            for r in range(len(table)):
+                row = table[r]
+                felt = False
+                for a in range(4):
+                    m[a] = share[row[a]]
+                    if cells[c, row[a] % n] == vertex:
+                        felt = True
+                if not felt:
+                    continue
+                total += add_slopes(x, row, m, weights, scale, upright[c], delta, steep, work, gradient, hessian)
+    for k in range(3):
+        for j in range(k):
+            hessian[k, j] = hessian[j, k]
+    return total
+
+
+@compiled(part=True)
+def _move(
+    inner: Any,
+    outer: Any,
+    depth: Any,
+    normals: Any,
+    near: Any,
+    vertex: int,
+    inside: bool,
+    flat: int,
+    planes: Any,
+    surface: Any,
+    mesh: Any,
+    judged: Any,
+    layers: Any,
+    delta: float,
+    steep: bool,
+    edge: float,
+) -> float:
+    """One damped Newton step of one vertex along its surface; returns how far it moved."""
+    points, frames, coefficients, reach, ring = surface
+    moving = inner if inside else outer
+    n = normals[vertex].copy()
+    old = moving[vertex].copy()
+    one = np.empty(3)
+    two = np.empty(3)
+    if flat > 0:
+        plane = planes[flat - 1]
+        one[0] = n[1] * plane[2] - n[2] * plane[1]
+        one[1] = n[2] * plane[0] - n[0] * plane[2]
+        one[2] = n[0] * plane[1] - n[1] * plane[0]
+    else:
+        axis = 0
+        if abs(n[1]) < abs(n[axis]):
+            axis = 1
+        if abs(n[2]) < abs(n[axis]):
+            axis = 2
+        one[axis] = 0.0
+        one[(axis + 1) % 3] = n[(axis + 2) % 3]
+        one[(axis + 2) % 3] = -n[(axis + 1) % 3]
+    length = np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
+    if length < 1e-9:
+        return 0.0
+    for k in range(3):
+        one[k] /= length
+    two[0] = n[1] * one[2] - n[2] * one[1]
+    two[1] = n[2] * one[0] - n[0] * one[2]
+    two[2] = n[0] * one[1] - n[1] * one[0]
+
+    gradient = np.empty(3)
+    hessian = np.empty((3, 3))
+    now = _slopes(inner, outer, depth, vertex, inside, mesh, judged, layers, delta, steep, gradient, hessian)
+    gp = 0.0
+    gq = 0.0
+    hpp = 0.0
+    hpq = 0.0
+    hqq = 0.0
+    for k in range(3):
+        gp += gradient[k] * one[k]
+        gq += gradient[k] * two[k]
+        for j in range(3):
+            hpp += one[k] * hessian[k, j] * one[j]
+            hpq += one[k] * hessian[k, j] * two[j]
+            hqq += two[k] * hessian[k, j] * two[j]
+    if flat > 0:
+        p = -gp / (abs(hpp) + 1e-12)
+        q = 0.0
+    else:
+        # Shift the smaller eigenvalue up to a share of the larger one.
+        mean = 0.5 * (hpp + hqq)
+        half = np.sqrt(0.25 * (hpp - hqq) ** 2 + hpq * hpq)
+        most = max(abs(mean + half), abs(mean - half)) + 1e-12
+        shift = max(0.0, 0.02 * most - (mean - half))
+        hpp += shift
+        hqq += shift
+        det = hpp * hqq - hpq * hpq
+        p = -(gp * hqq - gq * hpq) / det
+        q = -(gq * hpp - gp * hpq) / det
+    far = np.sqrt(p * p + q * q)
+    if not far > _LEAST * edge:
+        return 0.0
+    scale = min(1.0, _LEAP * edge / far)
+    fresh = np.empty(3)
+    for _ in range(5):
+        for k in range(3):
+            moving[vertex, k] = old[k] + scale * (p * one[k] + q * two[k])
+        place = settle(moving[vertex], fresh, near[vertex], flat, planes, points, frames, coefficients, reach, ring)
+        if _around(inner, outer, depth, vertex, mesh, judged, layers, delta, steep) < now:
+            near[vertex] = place
+            for k in range(3):
+                normals[vertex, k] = fresh[k]
+            return float(scale * far)
+        scale *= 0.4
+    for k in range(3):
+        moving[vertex, k] = old[k]
+    return 0.0
+
+
+@compiled(parallel=True)
+def slide(
+    inner: Any,
+    outer: Any,
+    depth: Any,
+    normals: Any,
+    near: Any,
+    flat: Any,
+    planes: Any,
+    inner_surface: Any,
+    outer_surface: Any,
+    mesh: Any,
+    judged: Any,
+    layers: Any,
+    order: Any,
+    colours: Any,
+    delta: float,
+    steep: bool,
+    edge: float,
+    moved: Any,
+) -> None:
+    """One sweep over the vertices in ``order``, in place, colour by colour: vertices of one colour share no cell.
+
+    ``normals`` and ``near`` are pairs, of the inner and of the outer surface; ``mesh`` is the cells, and
+    those around each vertex as row starts and columns; ``judged`` is what Simplices holds, ``layers`` which of them
+    are looked at. Moves are written to ``moved``.
+    """
+    for c in range(len(colours) - 1):
+        first = colours[c]
+        for k in prange(colours[c + 1] - first):
+            v = order[first + k]
+            a = _move(
+                inner, outer, depth, normals[0], near[0], v, True, flat[v], planes, inner_surface, mesh, judged,
+                layers, delta, steep, edge,
+            )  # fmt: skip
+            b = _move(
+                inner, outer, depth, normals[1], near[1], v, False, flat[v], planes, outer_surface, mesh, judged,
+                layers, delta, steep, edge,
+            )  # fmt: skip
+            moved[v] = max(a, b)
+
+
+@compiled(parallel=True)
+def judge(inner: Any, outer: Any, depth: Any, cells: Any, judged: Any, layers: Any, worst: Any) -> None:
+    """Greatest inverse mean ratio in the column over each cell, into ``worst``; infinite where it is folded."""
+    nodes, kinds, weights, scale, upright = judged
+    for c in prange(len(cells)):
+        x = np.empty((8, 3))
+        most = 0.0
+        for layer in layers:
+            _prism(inner, outer, depth, cells, c, layer, x)
+            table = nodes[kinds[c, layer % 2]]
+            for r in range(len(table)):
+                most = max(most, shape(x, table[r], weights, scale, upright[c], 0.0))
+        worst[c] = np.cbrt(most) if most < INVERTED else np.inf
+
+
+@compiled()
+def colour(starts: Any, neighbours: Any, out: Any) -> int:
+    """Greedy colours of vertices, in their order; returns how many."""
+    most = 0
+    used = np.zeros(64, dtype=np.bool_)
+    for v in range(len(starts) - 1):
+        used[:] = False
+        for k in range(starts[v], starts[v + 1]):
+            j = neighbours[k]
+            if j < v:
+                used[out[j]] = True
+        c = 0
+        while used[c]:
+            c += 1
+        out[v] = c
+        most = max(most, c + 1)
+    return most

@@ -1,0 +1,110 @@
+"""A mesh that leaves its labels in, what helps out: how far slices lie beside their neighbours, and what moving them
+back would reach."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import nullcontext
+from typing import Final
+
+import numpy as np
+
+from femprep.errors import FemprepError
+from femprep.image import Segmentation, align_slices, estimate_shifts
+from femprep.options import Options
+from femprep.volume.quality.fidelity import Fidelity, judge_fidelity, surface_fidelity
+from femprep.wall.anatomies import ANATOMIES, Parts, Progress, lay_out
+
+#: A slice is said to lie beside its neighbours from this many pixels.
+_BESIDE: Final = 1.0
+
+
+def what_helps(seg: Segmentation, found: Fidelity, parts: Parts, options: Options) -> list[str]:
+    """Advice where surfaces of a finished mesh lie too far from the outlines of their labels; nothing where none does.
+
+    Parameters
+    ----------
+    seg : Segmentation
+        The label map as it was meshed.
+    found : Fidelity
+    parts : Parts
+        The surfaces the mesh was made from.
+    options : Options
+        Of the run.
+
+    Returns
+    -------
+    list of str
+        How far the slices concerned lie beside where their neighbours put them, and whether ``--correct-shifts`` helps:
+        with the figure that the surfaces fitted to the slices moved back reach. Where no slice is displaced, whether it
+        is the surfaces or the mesh between them that leave the labels.
+    """
+    failed = [record for record in found.records if judge_fidelity([record], options.limits)[1]]
+    if not failed:
+        return []
+    # A surface too far in the mean is so over all of its slices.
+    limit = min(options.limits.maximum_label_distance or np.inf, max(record.greatest_pixels for record in failed))
+    off = {one.slice for record in failed for one in record.slices if one.greatest_pixels >= limit}
+    pixel = min(record.pixel_mm for record in failed)
+    beside = {k: away for k, away in _beside(seg).items() if k in off and away > _BESIDE * pixel}
+    shifted = [] if not beside else _shifted(seg, beside, options)
+    own = _greatest(parts, seg)
+    if own > (options.limits.maximum_label_distance or np.inf):
+        line = f"the surfaces fitted to the labels are {own:.1f} pixels off themselves"
+        return shifted or [f"{line}: more --vertices follow a narrow end more closely; else look at the labels"]
+    finer = "--mesher tetwild or fewer --layers" if options.volume.mesher == "sweep" else "a smaller --edge-length"
+    return [
+        *shifted,
+        f"the surfaces fitted to the labels lie within {own:.1f} pixels; what leaves them is the mesh between them, "
+        f"which {finer} may bring nearer",
+    ]
+
+
+def _shifted(seg: Segmentation, beside: Mapping[int, float], options: Options) -> list[str]:
+    """What there is to say of slices that lie beside their neighbours by so many mm."""
+    told = ", ".join(f"slice {k} by {away:.1f} mm" for k, away in beside.items())
+    line = f"slices lie beside where their neighbours put them: {told}"
+    if options.image.correct_shifts:
+        return [f"{line}, although shifts were corrected; mend their labels or leave them out"]
+    shifts = estimate_shifts(seg)
+    if not shifts.largest:
+        return [f"{line}; no shift that all structures share explains it: mend their labels or leave them out"]
+    line = f"{line}; --correct-shifts moves slices back by up to {shifts.largest:.1f} mm"
+    reached = _reached(align_slices(seg, shifts), options)
+    return [line if reached is None else f"{line}, and surfaces fitted to them then lie within {reached:.1f} pixels"]
+
+
+def _beside(seg: Segmentation) -> dict[int, float]:
+    """By slice, how far the ventricle's centroid lies from the line through its neighbours', mm."""
+    table = seg.slices("lv", "myo")
+    at = {int(k): centroid for k, centroid in zip(table.index, table.centroid)}
+    found = {}
+    for k, centroid in at.items():
+        if k - 1 in at and k + 1 in at:
+            found[k] = float(np.linalg.norm(centroid - 0.5 * (at[k - 1] + at[k + 1])))
+            continue
+        inward = 1 if k + 1 in at else -1
+        if k + inward in at and k + 2 * inward in at:
+            found[k] = float(np.linalg.norm(centroid - (2.0 * at[k + inward] - at[k + 2 * inward])))
+    return found
+
+
+def _reached(seg: Segmentation, options: Options) -> float | None:
+    """Greatest distance from the outlines, in pixels, of surfaces fitted to another label map; None where none fit."""
+
+    def untold(_: str) -> nullcontext[Progress]:
+        return nullcontext(lambda stage, fraction: None)
+
+    try:
+        parts = ANATOMIES[options.anatomy](seg, lay_out(seg, options, untold), options, untold)
+    except FemprepError:
+        return None
+    return _greatest(parts, seg)
+
+
+def _greatest(parts: Parts, seg: Segmentation) -> float:
+    """Greatest distance of fitted surfaces from the outlines of their objects within the planes, in pixels."""
+    surfaces = {name: surface for name, surface in parts.surfaces.items() if name in parts.objects}
+    planes = [plane for plane in (parts.base, parts.apex) if plane is not None]
+    found = surface_fidelity(surfaces, parts.objects, seg.grid, planes)
+    return max(record.greatest_pixels for record in found.records)

@@ -1,0 +1,283 @@
+"""A finished mesh and the labels it was made from in, how far its facets lie from their outlines in each slice out.
+
+That is what "every check passed" has to mean: each surface may be as good as it gets, and the mesh still leave the
+labels by what was done to it since.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from femprep.image import Grid, LabelObject
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.plane_sections import plane_sections
+from femprep.model import BoolArray, FloatArray, IntArray, Plane, Surface, VolumeMesh
+from femprep.model.facets import facet_triangles
+from femprep.model.fidelity import FidelityRecord, SliceFidelity
+from femprep.options import CheckOptions
+from femprep.surface.measure.inslice import dense
+from femprep.surface.measure.sections import label_contours
+from femprep.volume.quality.report import LimitRecord, QualityReport
+from femprep.wall.outlines import Outline
+
+#: Distance of neighbouring samples along an outline, mm.
+_STEP: Final = 0.2
+#: An outline counts where it lies at least so many pixels within the planes that clip the mesh.
+_WITHIN: Final = 1.0
+#: A slice lies in such a plane where it is parallel to it and no farther than this, mm: there the rim of the facets is
+#: what is measured, by a cut as far inside.
+_IN_PLANE: Final = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Fidelity:
+    """How far surfaces lie from the outlines of their labels.
+
+    Attributes
+    ----------
+    records : tuple of FidelityRecord
+        One for each surface.
+    off : mapping of str to (n, 3) array
+        By surface, points of the outlines and of the surface's sections that lie farther from each other than the limit
+        given, mm LPS.
+    """
+
+    records: tuple[FidelityRecord, ...] = ()
+    off: Mapping[str, FloatArray] = field(default_factory=dict)
+
+
+def mesh_fidelity(mesh: VolumeMesh, outlines: Iterable[Outline], grid: Grid, limit: float | None = None) -> Fidelity:
+    """Measure the facets of a finished mesh against the outlines of the labels.
+
+    In the middle plane of each slice the facets' section and the labels' outline are sampled; a distance is that of a
+    sample of one to the nearest sample of the other, both ways. Where facets belong to several bodies, as an epicardium
+    around two ventricles, it is taken from the outline to the facets only.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        With facet tags. Outlines beyond its planes do not count.
+    outlines : iterable of Outline
+    grid : Grid
+        Of the label map, whose slices are counted.
+    limit : float, optional
+        Distance in pixels beyond which points are listed.
+
+    Returns
+    -------
+    Fidelity
+    """
+    planes = list(mesh.planes.values())
+    return _gather(
+        (
+            (one.facets, mesh.points, facet_triangles(mesh, one.facets), one)
+            for one in outlines
+            if one.facets in mesh.facet_names
+        ),
+        planes,
+        grid,
+        limit,
+    )
+
+
+def surface_fidelity(
+    surfaces: Mapping[str, Surface], objects: Mapping[str, LabelObject], grid: Grid, planes: Sequence[Plane] = ()
+) -> Fidelity:
+    """Measure closed surfaces against the outlines of the objects they were fitted to.
+
+    Parameters
+    ----------
+    surfaces, objects : mappings by the same names
+    grid : Grid
+        Of the label map, whose slices are counted.
+    planes : sequence of Plane
+        Outlines beyond them do not count.
+
+    Returns
+    -------
+    Fidelity
+    """
+    return _gather(
+        ((name, found.points, found.triangles, Outline(name, objects[name])) for name, found in surfaces.items()),
+        planes,
+        grid,
+        None,
+    )
+
+
+def judge_fidelity(
+    records: Iterable[FidelityRecord], options: CheckOptions
+) -> tuple[tuple[LimitRecord, ...], tuple[str, ...]]:
+    """Compare distances to the labels with their limits.
+
+    Parameters
+    ----------
+    records : iterable of FidelityRecord
+    options : CheckOptions
+
+    Returns
+    -------
+    verdicts : tuple of LimitRecord
+    failures : tuple of str
+    """
+    verdicts, failures = [], []
+    for record in records:
+        what = f"{record.surface} against the labels of {record.labels}"
+        for name, value, limit in (
+            ("mean_label_distance", record.mean_pixels, options.mean_label_distance),
+            ("maximum_label_distance", record.greatest_pixels, options.maximum_label_distance),
+        ):
+            if limit is None:
+                continue
+            passed = value <= limit
+            verdicts.append(
+                LimitRecord(name=f"{record.surface}_{name}", kind="at most", limit=limit, value=value, passed=passed)
+            )
+            if passed:
+                continue
+            if name == "mean_label_distance":
+                failures.append(
+                    f"{what}: {value:.2f} pixels ({record.mean_mm:.2f} mm) from their outlines in the mean over "
+                    f"slices, asked for is at most {limit:g}"
+                )
+                continue
+            off = sorted((one for one in record.slices if one.greatest_pixels > limit), key=lambda s: -s.greatest_mm)
+            worst, others = off[0], ", ".join(str(one.slice) for one in sorted(off[1:], key=lambda s: s.slice))
+            x, y, z = worst.at_mm
+            failures.append(
+                f"{what}: {value:.1f} pixels ({worst.greatest_mm:.1f} mm) from the outline in slice {worst.slice} at "
+                f"({x:.1f}, {y:.1f}, {z:.1f})"
+                + (f", beyond the limit also in slices {others}" if others else "")
+                + f"; asked for is at most {limit:g}"
+            )
+    return tuple(verdicts), tuple(failures)
+
+
+def with_fidelity(report: QualityReport, found: Fidelity, help_: Iterable[str] = ()) -> QualityReport:
+    """A quality report that holds the distances to the labels too, and its verdict; lines of help follow a failure."""
+    verdicts, failures = judge_fidelity(found.records, report.options)
+    failures = (*failures, *help_) if failures else ()
+    return report.model_copy(
+        update={
+            "fidelity": found.records,
+            "limits": (*report.limits, *verdicts),
+            "failures": (*report.failures, *failures),
+        }
+    )
+
+
+def _gather(
+    jobs: Iterable[tuple[str, FloatArray, IntArray, Outline]], planes: Sequence[Plane], grid: Grid, limit: float | None
+) -> Fidelity:
+    records: list[FidelityRecord] = []
+    off: dict[str, FloatArray] = {}
+    for name, points, triangles, outline in jobs:
+        pixel = _pixel(outline.obj)
+        slices = _slices(points, triangles, outline, planes, grid)
+        if not slices:
+            continue
+        records.append(_record(name, outline.obj.name, pixel, slices))
+        if limit is not None:
+            beyond = [one.points[one.distance > limit * pixel] for one in slices]
+            off[name] = np.concatenate([off.get(name, np.empty((0, 3))), *beyond])
+    return Fidelity(tuple(records), off)
+
+
+@dataclass(frozen=True, eq=False)
+class _Slice:
+    """Samples of both curves in one slice, how far each is from the other curve, how many are of the outline."""
+
+    number: int
+    points: FloatArray
+    distance: FloatArray
+    outline: int
+    missed: bool
+
+    @property
+    def mean(self) -> float:
+        """Mean of both ways, mm."""
+        ways = [self.distance[: self.outline], self.distance[self.outline :]]
+        return float(np.mean([way.mean() for way in ways if len(way)]))
+
+
+def _slices(
+    points: FloatArray, triangles: IntArray, outline: Outline, planes: Sequence[Plane], grid: Grid
+) -> list[_Slice]:
+    """Every slice in which the object has an outline within the planes."""
+    margin = _WITHIN * _pixel(outline.obj)
+    middles, contours = label_contours(outline.obj)
+    beside = [curve for obj in outline.beside for loops in label_contours(obj)[1] for curve in loops]
+    near = cKDTree(dense(beside, _STEP)) if beside else None
+    finder = None
+    found = []
+    for middle, loops in zip(middles, contours):
+        number = round(float(grid.to_index(middle.point[None])[0, grid.stack_axis]))
+        curve, kept = dense(loops, _STEP), None
+        for plane in planes:
+            away = plane.signed_distance(curve)
+            if np.abs(away).max() < _IN_PLANE:
+                middle = Plane(middle.point - _IN_PLANE * plane.normal, middle.normal)
+            else:
+                kept = _both(kept, away < -margin)
+        if near is not None:
+            kept = _both(kept, np.asarray(near.query(curve)[0]) > outline.clear)
+        inside = curve if kept is None else curve[kept]
+        if not len(inside):
+            continue
+        sections = plane_sections(points, triangles, [middle])[0]
+        if not sections:
+            finder = finder or ClosestFinder(points, triangles)
+            found.append(_Slice(number, inside, finder(inside).distance, len(inside), True))
+            continue
+        section = dense(sections, _STEP)
+        there = np.asarray(cKDTree(section).query(inside)[0])
+        if near is not None:
+            found.append(_Slice(number, inside, there, len(inside), False))
+            continue
+        back = cKDTree(curve).query(section)[0]
+        both = np.concatenate([inside, section]), np.concatenate([there, back])
+        found.append(_Slice(number, *both, len(inside), False))
+    return found
+
+
+def _both(first: BoolArray | None, second: BoolArray) -> BoolArray:
+    return second if first is None else first & second
+
+
+def _record(name: str, labels: str, pixel: float, slices: list[_Slice]) -> FidelityRecord:
+    rows = []
+    for one in slices:
+        worst = int(one.distance.argmax())
+        x, y, z = (round(float(c), 2) for c in one.points[worst])
+        mean, greatest = one.mean, float(one.distance[worst])
+        rows.append(
+            SliceFidelity(
+                slice=one.number,
+                mean_mm=mean,
+                greatest_mm=greatest,
+                mean_pixels=mean / pixel,
+                greatest_pixels=greatest / pixel,
+                at_mm=(x, y, z),
+                missed=one.missed,
+            )
+        )
+    return FidelityRecord(
+        surface=name,
+        labels=labels,
+        pixel_mm=pixel,
+        mean_mm=float(np.mean([row.mean_mm for row in rows])),
+        greatest_mm=max(row.greatest_mm for row in rows),
+        mean_pixels=float(np.mean([row.mean_pixels for row in rows])),
+        greatest_pixels=max(row.greatest_pixels for row in rows),
+        slices=tuple(rows),
+    )
+
+
+def _pixel(obj: LabelObject) -> float:
+    """Pixel size within a slice, mm: the smaller of the two."""
+    return min(float(size) for axis, size in enumerate(obj.grid.spacing) if axis != obj.stack_axis)

@@ -1,0 +1,149 @@
+"""Element measures, validity and limits in, verdicts and one line for each failure out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final, Literal
+
+import numpy as np
+
+from femprep.mesh.measures.sample_points import family
+from femprep.model import FloatArray
+from femprep.options import CheckOptions
+from femprep.volume.quality.report import FacetRecord, LimitRecord, QualityReport, Validity
+
+#: Counts that have to be zero, and how a failure is told.
+_FAULTS: Final[Mapping[str, str]] = {
+    "inverted_elements": "inverted element(s)",
+    "duplicate_elements": "element(s) doubled",
+    "non_manifold_faces": "face(s) shared by more than two elements",
+    "open_boundary_edges": "boundary edge(s) with one face only",
+    "non_manifold_boundary_edges": "boundary edge(s) with more than two faces",
+    "non_manifold_boundary_points": "point(s) where the boundary touches itself",
+    "duplicate_points": "pair(s) of points in the same place",
+    "orphan_points": "point(s) that no element uses",
+    "untagged_boundary_facets": "boundary facet(s) without a tag",
+    "stray_facets": "tagged facet(s) that are no face of any element",
+    "inward_facets": "tagged facet(s) wound into the mesh",
+    "untagged_interface_facets": "facet(s) between wall and blood without a tag",
+    "misplaced_interface_facets": "tagged facet(s) inside that are not between wall and blood, wound out of the wall",
+}
+
+
+def judge(
+    measures: Mapping[str, Mapping[str, FloatArray]],
+    validity: Validity,
+    facet_tags: Mapping[str, FacetRecord],
+    sizes: Mapping[str, float | None],
+    options: CheckOptions,
+) -> tuple[tuple[LimitRecord, ...], tuple[str, ...]]:
+    """Compare what was found with the limits.
+
+    Parameters
+    ----------
+    measures : mapping
+        Measures by element type.
+    validity : Validity
+    facet_tags : mapping
+        Facets by tag name.
+    sizes : mapping
+        ``time_step``, ``size_ratio``, ``volume_ratio`` and ``edge_by_space_constant`` of the mesh; None where there is
+        no such thing.
+    options : CheckOptions
+        The limits; those on angles and mean ratio concern tetrahedra.
+
+    Returns
+    -------
+    verdicts : tuple of LimitRecord
+    failures : tuple of str
+    """
+    tets = [table for name, table in measures.items() if family(name) == "tetra"]
+    verdicts: list[LimitRecord] = []
+    failures: list[str] = []
+
+    def compare(
+        name: str, kind: Literal["at least", "at most"], limit: float | None, value: float | None, what: str
+    ) -> None:
+        if limit is None or value is None:
+            return
+        passed = value >= limit if kind == "at least" else value <= limit
+        verdicts.append(LimitRecord(name=name, kind=kind, limit=limit, value=value, passed=passed))
+        if not passed:
+            failures.append(f"{what} is {value:.4g}, asked for is {kind} {limit:g}")
+
+    for name, what in _FAULTS.items():
+        value = getattr(validity, name)
+        if value is None:
+            continue
+        verdicts.append(LimitRecord(name=name, kind="exactly", limit=0.0, value=float(value), passed=value == 0))
+        if value:
+            failures.append(f"{value} {what}")
+    for name, record in facet_tags.items():
+        if record.off_plane is not None:
+            compare(
+                *(f"{name}_off_plane", "at most", options.plane_tolerance, record.off_plane),
+                f"greatest distance of {name} points from their plane in mm",
+            )
+    scaled = min(float(table["scaled_jacobian"].min()) for table in measures.values())
+    compare(
+        *("minimum_scaled_jacobian", "at least", options.minimum_scaled_jacobian, scaled), "smallest scaled Jacobian"
+    )
+    shapes = min(float(table["mean_ratio"].min()) for table in measures.values())
+    compare("minimum_mean_ratio", "at least", options.minimum_mean_ratio, shapes, "smallest mean ratio")
+    relative = min(float(table["relative_jacobian"].min()) for table in measures.values())
+    compare(
+        *("minimum_relative_jacobian", "at least", options.minimum_relative_jacobian, relative),
+        "smallest relative Jacobian",
+    )
+    compare(
+        *("minimum_size_ratio", "at least", options.minimum_size_ratio, sizes["size_ratio"]),
+        "smallest characteristic length by the median one",
+    )
+    compare(
+        *("maximum_volume_ratio", "at most", options.maximum_volume_ratio, sizes["volume_ratio"]),
+        "largest ratio of the volumes of neighbouring elements",
+    )
+    compare(
+        *("minimum_time_step", "at least", options.minimum_time_step, sizes["time_step"]),
+        "stable time step in microseconds",
+    )
+    compare(
+        "maximum_edge_by_space_constant",
+        *("at most", options.maximum_edge_by_space_constant, sizes["edge_by_space_constant"]),
+        "mean edge length by the space constant",
+    )
+    if tets:
+        smallest = min(float(table["minimum_dihedral"].min()) for table in tets)
+        largest = max(float(table["maximum_dihedral"].max()) for table in tets)
+        mean = float(np.concatenate([table["mean_ratio"] for table in tets]).mean())
+        degrees = "dihedral angle in degrees"
+        compare("minimum_dihedral", "at least", options.minimum_dihedral, smallest, f"smallest {degrees}")
+        compare("maximum_dihedral", "at most", options.maximum_dihedral, largest, f"largest {degrees}")
+        compare("mean_of_mean_ratio", "at least", options.mean_of_mean_ratio, mean, "mean of the mean ratio")
+    return tuple(verdicts), tuple(failures)
+
+
+def judge_wall_volume(report: QualityReport, difference: float | None) -> QualityReport:
+    """The report with a verdict on how much the wall's volume differs from its labels', which a mesh alone cannot tell.
+
+    Parameters
+    ----------
+    report : QualityReport
+        Of the mesh; its options hold the limit.
+    difference : float, optional
+        Per cent of the labels' volume, positive where the wall has more; None where there is nothing to compare with.
+    """
+    limit = report.options.maximum_wall_volume_difference
+    if limit is None or difference is None:
+        return report
+    passed = abs(difference) <= limit
+    verdict = LimitRecord(
+        name="wall_volume_difference", kind="at most", limit=limit, value=abs(difference), passed=passed
+    )
+    more = "more" if difference > 0 else "less"
+    line = (
+        f"the wall of the left ventricle has {abs(difference):.1f} % {more} volume than its labels (what was "
+        f"extrapolated at the apex aside), asked for is at most {limit:g} %; compare the outlines in report.html"
+    )
+    failures = report.failures if passed else (*report.failures, line)
+    return report.model_copy(update={"limits": (*report.limits, verdict), "failures": failures})

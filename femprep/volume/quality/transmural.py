@@ -1,0 +1,91 @@
+"""A tagged mesh in, the number of elements through its wall out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from femprep.mesh.compiled import compiled
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
+from femprep.mesh.unique_rows import distinct_pairs
+from femprep.model import IntArray, VolumeMesh, is_blood, tag_name
+
+
+def elements_through_wall(mesh: VolumeMesh, edges: IntArray | None = None) -> IntArray:
+    """Number of elements between each endocardial node and the epicardium.
+
+    It is the number of edges on the shortest chain of element edges from the node to any epicardial node: every edge
+    of the chain crosses one layer of elements, so that a wall swept in n layers has n. Mid-side nodes are left out.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        With facets tagged ``epi`` and ``endo`` (or ``endo_lv``, ``endo_rv``, ...).
+    edges : (e, 2) array, optional
+        Its edges, where they are known.
+
+    Returns
+    -------
+    (k,) array
+        A number per endocardial node, in the order of node numbers; -1 where no chain reaches the epicardium. Empty
+        where the mesh has no endocardial or no epicardial facets.
+    """
+    inner = _nodes(mesh, lambda name: name == "endo" or name.startswith("endo_"))
+    outer = _nodes(mesh, lambda name: name == "epi")
+    if len(inner) == 0 or len(outer) == 0:
+        return np.empty(0, dtype=np.int64)
+    edges = _wall_edges(mesh) if edges is None else edges
+    distance = np.full(len(mesh.points), -1, dtype=np.int64)
+    distance[outer] = 0
+    _spread(edges, distance)
+    return distance[inner]
+
+
+@compiled()
+def _spread(edges: IntArray, distance: IntArray) -> None:
+    """Count edges onward from where the distance is 0, in place; -1 where no chain leads."""
+    step, found = 0, True
+    while found:
+        found = False
+        for i in range(len(edges)):
+            # All edges with one end reached in the step before: the other end is one further.
+            a, b = edges[i, 0], edges[i, 1]
+            if distance[a] == step and distance[b] < 0:
+                distance[b], found = step + 1, True
+            elif distance[b] == step and distance[a] < 0:
+                distance[a], found = step + 1, True
+        step += 1
+
+
+def _wall_edges(mesh: VolumeMesh) -> IntArray:
+    """The edges of all elements but those of blood."""
+    blood, first, cells = is_blood(mesh.region), 0, {}
+    for name, block in mesh.cells.items():
+        cells[name] = block[~blood[first : first + len(block)]]
+        first += len(block)
+    return mesh_edges(cells)
+
+
+def mesh_edges(cells: Mapping[str, IntArray]) -> IntArray:
+    """The edges of all elements of some blocks, each once, corners only, ``(e, 2)``, smaller number first."""
+    ends = np.empty((2, sum(len(block) * len(ELEMENTS[name].edges) for name, block in cells.items())), np.int64)
+    first = 0
+    for name, block in cells.items():
+        for one, two in ELEMENTS[name].edges:
+            rows = slice(first, first + len(block))
+            np.minimum(block[:, one], block[:, two], out=ends[0, rows])
+            np.maximum(block[:, one], block[:, two], out=ends[1, rows])
+            first += len(block)
+    return distinct_pairs(*ends)
+
+
+def _nodes(mesh: VolumeMesh, wanted: Callable[[str], bool]) -> IntArray:
+    """Corner nodes of the facets whose tag's name is wanted."""
+    chosen = [int(t) for t in np.unique(mesh.facet_tag) if wanted(tag_name(int(t)))]
+    parts, first = [np.empty(0, dtype=np.int64)], 0
+    for kind, block in mesh.facets.items():
+        tag = mesh.facet_tag[first : first + len(block)]
+        parts.append(block[np.isin(tag, chosen), : FACET_CORNERS[kind]].ravel())
+        first += len(block)
+    return np.unique(np.concatenate(parts))

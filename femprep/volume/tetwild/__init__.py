@@ -1,0 +1,1 @@
+"""fTetWild behind a guard: the attempts, the child process, and what runs in it."""

@@ -1,0 +1,290 @@
+"""A surface and parameters in, fTetWild's tetrahedra out: run in a child process with limits of time and memory.
+
+Whatever happens to the child (crash, hang, too much memory) becomes one line; whatever happens to this process, the
+child does not outlive it.
+
+- An exception in this thread, Ctrl-C and one raised by ``progress`` included, kills the child and removes its folder.
+- When this process is killed outright, SIGKILL included: on Linux the kernel kills the child at once
+  (``PR_SET_PDEATHSIG``). Everywhere a watchdog process, which waits for the end of a pipe that this process holds
+  open, kills the child if need be and removes its folder.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing.spawn import get_executable
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import DiskFullError, MissingDependencyError, ResourceError, StageError, cannot_write
+from femprep.model import FloatArray, IntArray
+from femprep.volume.room import REMEDY, is_full, require_room, temporary
+
+_log = logging.getLogger(__name__)
+
+#: The script the child runs.
+WORKER: Final = Path(__file__).with_name("worker.py")
+
+#: Exit status of the child where no room is left for its result, as the script has it.
+NO_ROOM: Final = 75
+
+#: Seconds between two looks at the child.
+PULSE: Final = 0.2
+#: The time limit is of processor time, so that other work on the machine fails no run; in seconds by the clock it is so
+#: many times as long, for a child that hangs without working.
+_PATIENCE: Final = 5.0
+
+#: Reads the child's number from a pipe until the pipe ends, which is when the process that holds it does.
+_WATCHDOG = """
+import os, shutil, signal, sys, time
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+pids = [int(line) for line in sys.stdin.buffer]
+for pid in pids:
+    try:
+        os.kill(pid, getattr(signal, "SIGKILL", signal.SIGTERM))
+    except OSError:
+        pass
+for _ in range(100):
+    shutil.rmtree(sys.argv[1], ignore_errors=True)
+    if not os.path.exists(sys.argv[1]):
+        break
+    time.sleep(0.1)
+"""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one run of the mesher gave.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        mm.
+    cells : (m, 4) array
+        Tetrahedra in VTK's order.
+    seconds : float
+        Wall-clock time of the child.
+    peak_bytes : int or None
+        Its peak memory, where the system tells.
+    processor_seconds : float
+        Its processor time, which other work on the machine does not lengthen.
+    """
+
+    points: FloatArray
+    cells: IntArray
+    seconds: float
+    peak_bytes: int | None
+    processor_seconds: float
+
+
+def run_tetwild(
+    points: FloatArray,
+    triangles: IntArray,
+    settings: Mapping[str, Any],
+    *,
+    arrays: Mapping[str, npt.NDArray[Any]] | None = None,
+    time_limit: float,
+    memory_limit: float,
+    least_room: float = 0.0,
+    pulse: Callable[[float], None] | None = None,
+) -> Run:
+    """Run fTetWild once, in a child process.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+    triangles : (m, 3) array
+        A surface that has been validated: fTetWild checks nothing.
+    settings : mapping
+        Further arguments of ``pytetwild.tetrahedralize``.
+    arrays : mapping of str to array, optional
+        Those of its arguments that are arrays.
+    time_limit : float
+        Processor time, s, where the system tells (Linux); five times as much by the clock.
+    memory_limit : float
+        GB; watched while it runs on Linux.
+    least_room : float
+        Bytes without which in the folder for temporary files nothing is begun.
+    pulse : callable, optional
+        Called with the seconds gone, about five times a second; what it raises ends the run.
+
+    Raises
+    ------
+    StageError
+        The mesher crashed, failed, or ran into the time limit.
+    ResourceError
+        It took more memory than the limit.
+    MissingDependencyError
+        pytetwild cannot be imported.
+    DiskFullError
+        The folder for temporary files is full.
+    FileError
+        There is none that can be written.
+    """
+    start = time.perf_counter()
+    with _watched_folder() as (name, watchdog):
+        folder = Path(name)
+        content: dict[str, Any] = {"points": points, "triangles": triangles, **(arrays or {})}
+        require_room(folder, least_room + sum(np.asarray(array).nbytes for array in content.values()))
+        try:
+            np.savez(folder / "input.npz", settings=json.dumps(dict(settings)), **content)
+            log = (folder / "log.txt").open("wb")
+        except OSError as error:
+            raise cannot_write(temporary(folder), error, REMEDY) from None
+        with log:
+            # -P keeps the script's own folder off the import path; this process' path goes to the child as it is.
+            child = subprocess.Popen(
+                [os.fsdecode(get_executable()), "-P", str(WORKER), name, str(os.getpid()), str(_PATIENCE * time_limit)],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                cwd=name,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
+            )
+            try:
+                watch(watchdog, child.pid)
+                _wait(child, start, time_limit, memory_limit, pulse)
+            finally:
+                child.kill()
+                child.wait()
+        seconds = time.perf_counter() - start
+        if child.returncode == NO_ROOM or (child.returncode != 0 and is_full(folder)):
+            raise DiskFullError(f"{temporary(folder)} became full while the mesher ran; free some space, or {REMEDY}")
+        _judge_exit(child.returncode, seconds, _last_line(folder / "log.txt"))
+        with np.load(folder / "output.npz") as data:
+            record = json.loads(str(data["record"]))
+            return Run(
+                np.asarray(data["points"], dtype=np.float64),
+                np.asarray(data["cells"], dtype=np.int64),
+                seconds,
+                record["peak_bytes"],
+                record["processor_seconds"],
+            )
+
+
+@contextmanager
+def _watched_folder() -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+    """A temporary folder that goes when the block ends, or when this process does, and the watchdog that sees to it."""
+    try:
+        made = tempfile.TemporaryDirectory(prefix="femprep-tetwild-", ignore_cleanup_errors=True)
+    except OSError as error:
+        raise cannot_write("a temporary folder", error, REMEDY) from None
+    with made as name:
+        watchdog = start_watchdog(name)
+        try:
+            yield name, watchdog
+        finally:
+            watchdog.kill()
+            watchdog.wait()
+            if watchdog.stdin is not None:
+                watchdog.stdin.close()
+
+
+def start_watchdog(folder: str) -> subprocess.Popen[bytes]:
+    """Start a process that removes a folder when this process ends: it reads a pipe that only this process holds open.
+
+    Signals to this process's group, as a terminal sends them, do not reach it.
+    """
+    return subprocess.Popen(
+        [os.fsdecode(get_executable()), "-I", "-S", "-c", _WATCHDOG, folder],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+
+
+def watch(watchdog: subprocess.Popen[bytes], pid: int) -> None:
+    """Have a watchdog kill the process ``pid`` first."""
+    if watchdog.stdin is not None:
+        watchdog.stdin.write(f"{pid}\n".encode())
+        watchdog.stdin.flush()
+
+
+def _wait(
+    child: subprocess.Popen[bytes],
+    start: float,
+    time_limit: float,
+    memory_limit: float,
+    pulse: Callable[[float], None] | None,
+) -> None:
+    """Wait for the child, watching its time and memory."""
+    while True:
+        try:
+            child.wait(timeout=PULSE)
+            return
+        except subprocess.TimeoutExpired:
+            pass
+        gone = time.perf_counter() - start
+        if (_processor_seconds(child.pid) or 0.0) > time_limit or gone > _PATIENCE * time_limit:
+            raise StageError(
+                f"the mesher did not finish within {time_limit:g} s (option time_limit); "
+                "choose a larger edge_length, a larger stop_energy or a longer time_limit"
+            )
+        used = _resident_gigabytes(child.pid)
+        if used is not None and used > memory_limit:
+            raise ResourceError(
+                f"the mesher took {used:.1f} GB, more than {memory_limit:g} GB (option memory_limit); "
+                "choose a larger edge_length or a larger memory_limit"
+            )
+        if pulse is not None:
+            pulse(gone)
+
+
+def _resident_gigabytes(pid: int) -> float | None:
+    """Memory a process holds, where the system tells (Linux)."""
+    try:
+        pages = int(Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[1])
+    except (OSError, IndexError, ValueError):
+        return None
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e9
+
+
+def _processor_seconds(pid: int) -> float | None:
+    """Processor time a process has used, where the system tells (Linux)."""
+    try:
+        # The name, which may hold blanks, ends with the last parenthesis; user and system time are fields 14 and 15.
+        fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace").rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    except (OSError, IndexError, ValueError):
+        return None
+
+
+def _judge_exit(status: int, seconds: float, last: str) -> None:
+    """Turn the child's exit status into an error, if it is one."""
+    if status == 0:
+        return
+    if status < 0:
+        try:
+            cause = f"was ended by {signal.Signals(-status).name}"
+        except ValueError:
+            cause = f"was ended by signal {-status}"
+    elif status > 0xFFFF:
+        cause = f"crashed with status {status:#x}"
+    elif "pytetwild" in last and ("ModuleNotFoundError" in last or "ImportError" in last):
+        raise MissingDependencyError(f"pytetwild cannot be imported ({last}); install it with pip install pytetwild")
+    else:
+        cause = f"failed with status {status}"
+    detail = f": {last}" if last else ""
+    raise StageError(
+        f"the mesher {cause} after {seconds:.1f} s{detail}; choose another edge_length or envelope, or remesh the wall"
+    )
+
+
+def _last_line(path: Path) -> str:
+    """Last line that is not empty of what the child printed, cut to 200 characters."""
+    lines = [line.strip() for line in path.read_text(encoding="utf-8", errors="replace").splitlines() if line.strip()]
+    return lines[-1][:200] if lines else ""

@@ -1,0 +1,314 @@
+"""A segmentation in, the closed surfaces and planes of a wall out, by anatomy; ``pipeline`` fills it.
+
+What labels and options tell at once, objects, planes and openings, is laid out before any surface is fitted.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+
+from femprep.errors import StageError
+from femprep.image import LabelObject, Segmentation
+from femprep.model import Notice, Plane, Surface, noted
+from femprep.options import Options
+from femprep.surface import fit_surface
+from femprep.surface.fitting.ahead import in_turn
+from femprep.surface.fitting.outlined import outline_surface
+from femprep.wall import (
+    Envelope,
+    Opening,
+    Part,
+    check_openings,
+    extend_apex,
+    find_apex,
+    find_base,
+    find_common_base,
+    find_openings,
+    given_openings,
+    keep_apart,
+    thin_wall,
+)
+from femprep.wall.assumed import assumed_wall, closed_openings, filled_groove, unused_structures
+from femprep.wall.outlines import Outline
+
+logger = logging.getLogger(__name__)
+
+Progress = Callable[[str, float], None]
+#: Opens a stage of the run: timed, its progress passed on.
+Stages = Callable[[str], AbstractContextManager[Progress]]
+
+#: Vertices of the common epicardium over those of one cavity, by how much larger its surface is.
+_EPI_SHARE: Final = {"biv": 1.8, "whole-heart": 4.5}
+#: Rounding of the joint of both ventricles by the wall thickness of the right one, and of what is added to reach the
+#: least thickness.
+_ROUNDING, _LEAST_ROUNDING = 3.0, 0.5
+#: How far from another chamber the epicardium is that of one alone, in thicknesses of the wall that is rounded there.
+_JOINT: Final = 4.0
+#: How far below an outline of the body grooves are filled up where the epicardium folds in them, mm, in turn.
+_BELOW: Final = (2.0, 1.0, 0.5, 0.0)
+#: Width over which the grooves between the chambers of the whole heart are rounded, mm.
+_GROOVE: Final = 6.0
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What is known of a wall before any surface is fitted.
+
+    Attributes
+    ----------
+    objects : mapping of str to LabelObject
+        What surfaces are fitted to, in this order.
+    base, apex : Plane, optional
+    openings : list of Opening
+        To be cut into the wall.
+    """
+
+    objects: Mapping[str, LabelObject]
+    base: Plane | None = None
+    apex: Plane | None = None
+    openings: list[Opening] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a wall is built from.
+
+    Attributes
+    ----------
+    objects : mapping of str to LabelObject
+        What the surfaces were fitted to.
+    endo : mapping of str to Surface
+        Endocardium of each cavity.
+    epi : Surface
+    base, apex : Plane, optional
+    body : Surface, optional
+        Outer surface of the left ventricle alone, where the epicardium is another one.
+    openings : list of Opening
+        To be cut into the wall.
+    repaired : list of dict
+        What was done to the surfaces, JSON-ready, each with its notice.
+    outlines : tuple of Outline
+        What the facets of the finished mesh ought to follow.
+    notices : list of Notice
+        What was assumed, or left out, where the labels do not tell or nobody asked.
+    """
+
+    objects: Mapping[str, LabelObject]
+    endo: Mapping[str, Surface]
+    epi: Surface
+    base: Plane | None = None
+    apex: Plane | None = None
+    body: Surface | None = None
+    openings: list[Opening] = field(default_factory=list)
+    repaired: list[dict[str, Any]] = field(default_factory=list)
+    outlines: tuple[Outline, ...] = ()
+    notices: list[Notice] = field(default_factory=list)
+
+    @property
+    def surfaces(self) -> dict[str, Surface]:
+        """All surfaces by the name of their file."""
+        found = {**self.endo, "epi": self.epi, **({} if self.body is None else {"lv_epi": self.body})}
+        return {name: replace(surface, name=name) for name, surface in found.items()}
+
+
+#: Chambers of the whole heart, those first whose surfaces are trusted most: what each body is made of.
+CHAMBERS: Final = {"lv": ("lv", "myo"), "rv": ("rv", "rv_wall"), "la": ("la", "la_wall"), "ra": ("ra", "ra_wall")}
+
+
+def lay_out(seg: Segmentation, options: Options, stages: Stages) -> Layout:
+    """Objects, planes and openings of the anatomy asked for, by the labels.
+
+    Raises
+    ------
+    InputError
+        A structure is missing or no solid object; no base or apex is found; a given opening is none.
+    """
+    wall, whole = options.wall, options.anatomy == "whole-heart"
+    openings: list[Opening] = []
+    if whole:
+        with stages("openings"):
+            openings = given_openings(wall.valves)
+            if wall.openings == "labels":
+                named = {opening.name for opening in openings}
+                openings += [opening for opening in find_openings(seg) if opening.name not in named]
+            check_openings(seg, openings)
+    with stages("objects"):
+        parts = _structures(seg, options.anatomy)
+        objects = {name: seg.object(*own, name=name, options=options.image) for name, own in parts.items()}
+    if whole:
+        return Layout(objects, openings=openings)
+    with stages("planes"):
+        base = (find_base if options.anatomy == "lv" else find_common_base)(seg, options=wall)
+        apex = find_apex(seg, options=wall) if wall.apex == "clipped" else None
+    return Layout(objects, base, apex)
+
+
+def _structures(seg: Segmentation, anatomy: str) -> dict[str, tuple[str, ...]]:
+    """Structures that each object of an anatomy is the union of."""
+    if anatomy == "lv":
+        return {"lv": ("lv",), "epi": ("lv", "myo")}
+    if anatomy == "biv":
+        right = {"rv_epi": ("rv", "rv_wall")} if "rv_wall" in seg.structures else {}
+        return {"lv": ("lv",), "rv": ("rv",), "lv_epi": ("lv", "myo"), **right}
+    cavities: dict[str, tuple[str, ...]] = {name: (name,) for name in CHAMBERS}
+    bodies = {f"{name}_epi": own for name, own in CHAMBERS.items() if own[1] in seg.structures or name == "lv"}
+    return {**cavities, **bodies}
+
+
+def left_ventricle(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> Parts:
+    """Endo- and epicardium of the left ventricle, fitted to ``lv`` and ``lv`` + ``myo``."""
+    objects, base, apex = layout.objects, layout.base, layout.apex
+    fitted: dict[str, Surface] = {}
+    for name, obj, begun in in_turn(objects, options.surface):
+        with stages(f"surface {name}") as report:
+            closed = name == "epi" and apex is None
+            own = extend_apex(seg, obj, endo=fitted["lv"], options=options.wall) if closed else None
+            fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report, begun=begun)
+    outlines = Outline("endo", objects["lv"]), Outline("epi", objects["epi"])
+    return Parts(objects, {"lv": fitted["lv"]}, fitted["epi"], base, apex, outlines=outlines)
+
+
+def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> Parts:
+    """Both endocardia and the common epicardium.
+
+    The epicardium encloses the left ventricle (``lv`` + ``myo``) and the right one: where the labels have its wall
+    (``rv_wall``) as they have it, else its cavity grown by ``rv_wall_thickness``; in any case all cavities grown by
+    ``minimum_thickness``.
+    """
+    objects, base, apex = layout.objects, layout.base, layout.apex
+    wall, walled = options.wall, "rv_epi" in objects
+    fitted: dict[str, Surface] = {}
+    for name, obj, begun in in_turn(objects, options.surface):
+        with stages(f"surface {name}") as report:
+            closed = name == "lv_epi" and apex is None
+            own = extend_apex(seg, obj, endo=fitted["lv"], options=wall) if closed else None
+            fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report, begun=begun)
+    with stages("surface epi") as report:
+        cavities = {name: fitted[name] for name in ("lv", "rv")}
+        cavities, repaired = keep_apart(cavities, wall.minimum_thickness, wall.maximum_push)
+        thickness = wall.minimum_thickness if walled else wall.rv_wall_thickness
+        least = _LEAST_ROUNDING * wall.minimum_thickness
+        enclosed = [Part(fitted["lv_epi"], 0.0, 0.0)]
+        if walled:
+            enclosed.append(Part(fitted["rv_epi"], 0.0, _GROOVE))
+        enclosed.append(Part(cavities["rv"], thickness, least if walled else _ROUNDING * thickness))
+        enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
+        epi = _enclose(enclosed, seg, options, report, repaired)
+    outlines = _outlines(objects, ("lv", "rv"), thickness)
+    return Parts(
+        objects,
+        cavities,
+        epi,
+        base,
+        apex,
+        fitted["lv_epi"],
+        repaired=repaired,
+        outlines=outlines,
+        notices=[] if walled else [assumed_wall("rv", thickness)],
+    )
+
+
+def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> Parts:
+    """Endocardia of the four chambers and the epicardium around them, all closed.
+
+    The epicardium encloses the body of each chamber, cavity and wall, as the labels have it (a chamber without a
+    labelled wall: its cavity grown by ``rv_wall_thickness`` or ``atrial_wall_thickness``), and all cavities grown by
+    ``minimum_thickness``: walls that are thinner, or that the labels leave open, are thickened outwards. Between two
+    chambers the less trusted one gives way. Both are told in ``repaired``. Walls of vessels are left out. Openings are
+    those of the labels, or given ones, where they are asked for.
+    """
+    wall, objects = options.wall, layout.objects
+    given = {"rv": wall.rv_wall_thickness, "la": wall.atrial_wall_thickness, "ra": wall.atrial_wall_thickness}
+    fitted = {}
+    for name, obj, begun in in_turn(objects, options.surface):
+        with stages(f"surface {name}") as report:
+            fitted[name] = fit_surface(obj, options=options.surface, progress=report, begun=begun)
+    with stages("surface epi") as report:
+        cavities = {name: fitted[name] for name in CHAMBERS}
+        cavities, repaired = keep_apart(cavities, wall.minimum_thickness, wall.maximum_push)
+        bodies = [Part(fitted["lv_epi"], 0.0, 0.0)]
+        for name, thickness in given.items():
+            body = fitted.get(f"{name}_epi")
+            labelled = Part(body, 0.0, _GROOVE) if body is not None else Part(cavities[name], thickness, _GROOVE)
+            bodies.append(labelled)
+        repaired += [record for name in CHAMBERS if (record := thin_wall(bodies, name, cavities[name], wall))]
+        least = _LEAST_ROUNDING * wall.minimum_thickness
+        grown = [Part(surface, wall.minimum_thickness, least) for surface in cavities.values()]
+        epi = _enclose([*bodies, *grown], seg, options, report, repaired)
+    notices = [assumed_wall(name, thickness) for name, thickness in given.items() if f"{name}_epi" not in fitted]
+    notices += closed_openings(wall)
+    notices += unused_structures(seg, [structure for own in CHAMBERS.values() for structure in own])
+    return Parts(
+        objects,
+        cavities,
+        epi,
+        body=fitted["lv_epi"],
+        openings=layout.openings,
+        repaired=repaired,
+        outlines=_outlines(objects, tuple(CHAMBERS), wall.atrial_wall_thickness),
+        notices=notices,
+    )
+
+
+def _outlines(objects: Mapping[str, LabelObject], chambers: tuple[str, ...], wall: float) -> tuple[Outline, ...]:
+    """What endocardia and the common epicardium ought to follow: this the outline of each labelled body.
+
+    Where another chamber joins a body, whose wall may be assumed, the epicardium runs from one to the other.
+    """
+    endo = [Outline(f"endo_{name}", objects[name]) for name in chambers]
+    bodies = {name: objects[f"{name}_epi"] for name in chambers if f"{name}_epi" in objects}
+    epi = []
+    for name, body in bodies.items():
+        others = tuple(bodies.get(other, objects[other]) for other in chambers if other != name)
+        epi.append(Outline("epi", body, others, _JOINT * wall))
+    return (*endo, *epi)
+
+
+def _enclose(
+    parts: list[Part], seg: Segmentation, options: Options, report: Progress, repaired: list[dict[str, Any]]
+) -> Surface:
+    """Template surface of the body that encloses some surfaces; what it took is added to ``repaired``."""
+    body = Envelope(parts)
+    obj = body.object(seg.grid, "epi")
+    vertices = min(int(_EPI_SHARE[options.anatomy] * options.surface.vertices), 20000)
+    # Its vertices are moved onto the body afterwards, so that it only has to be near.
+    rough = outline_surface(obj, vertices)
+    report("surface", 0.5)
+    # The apex of the left ventricle may have been extrapolated, which the run's record tells of its epicardium.
+    boundary = parts[0].surface.info.get("boundary", {})
+    rough = replace(rough, info={**rough.info, "boundary": boundary})
+    best: tuple[int, float, Surface] | None = None
+    for below in (np.inf, *_BELOW):
+        envelope = body.filled(rough, below) if below < np.inf else body
+        try:
+            found = envelope.settle(rough)
+        except StageError as error:
+            logger.warning("%s", error)
+            continue
+        folds = envelope.folds(found)
+        if best is None or folds < best[0]:
+            best = folds, below, found
+        if folds == 0:
+            break
+        logger.warning("the epicardium folds at %d triangles in a groove, which is filled up further", folds)
+    if best is None:
+        raise StageError("the epicardium does not follow the body it encloses; use more vertices or mend the labels")
+    folds, below, found = best  # what folds are left is mended, or refused, where the wall is built
+    if below < np.inf:
+        record = {"filled": "grooves of the epicardium, in which it folds", "up_to_mm_below_an_outline": below}
+        repaired.append(noted({**record, "folded_triangles": folds}, filled_groove(body, found, folds)))
+    return found
+
+
+#: What makes the parts of each anatomy from its layout.
+ANATOMIES: Final[Mapping[str, Callable[[Segmentation, Layout, Options, Stages], Parts]]] = {
+    "lv": left_ventricle,
+    "biv": both_ventricles,
+    "whole-heart": whole_heart,
+}

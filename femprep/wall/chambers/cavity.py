@@ -1,0 +1,69 @@
+"""A tagged volume mesh in, the closed surface of one of its cavities out: endocardium and flat caps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from femprep.errors import InputError
+from femprep.mesh.topology import border_loops
+from femprep.model import FloatArray, IntArray, Plane, Surface, VolumeMesh
+from femprep.model.facets import facet_triangles
+from femprep.model.products import product
+from femprep.wall.joining.solid import plane_frame, triangulate_rings
+
+
+def cavity_surface(mesh: VolumeMesh, name: str = "lv") -> Surface:
+    """The closed surface of a cavity, made of nodes of the mesh alone: endocardial facets, then caps over its openings.
+
+    The caps are those of the mesh where it has blood pools, else flat ones over the rims, without further nodes.
+
+    A solver that moves its points with the mesh has the cavity's volume at any time, by the divergence theorem over the
+    surface: what a pressure-volume relation or a windkessel needs.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        With facets ``endo_<name>``, or ``endo`` where it has one cavity.
+    name : str
+        Which cavity: ``"lv"``, ``"rv"``, ``"la"``, ``"ra"``.
+
+    Returns
+    -------
+    Surface
+        Wound out of the cavity, so that ``surface.volume`` is the cavity's volume, mm3, positive. ``point_data`` holds
+        ``GlobalNodeID``, the number of each point in the mesh from 1; ``info["cap_triangles"]`` of the last triangles
+        are caps. Mid-side nodes are left out.
+
+    Raises
+    ------
+    InputError
+        The mesh has no such facets.
+    """
+    tag = f"endo_{name}" if f"endo_{name}" in mesh.facet_names else "endo"
+    wall = facet_triangles(mesh, tag) if tag in mesh.facet_names else np.empty((0, 3), dtype=np.int64)
+    if not len(wall):
+        have = ", ".join(mesh.facet_names) or "none"
+        raise InputError(f"the mesh has no facets tagged 'endo_{name}' or 'endo'; its facets: {have}")
+    wall = wall[:, ::-1]  # they look into the cavity
+    if f"cap_{name}" in mesh.facet_names:  # meshed together with the blood
+        caps = [facet_triangles(mesh, f"cap_{name}")]
+    else:
+        caps = [_cap(mesh.points, loop) for loop in border_loops(wall)]
+    triangles = np.concatenate([wall, *caps])
+    used, number = np.unique(triangles, return_inverse=True)
+    return Surface(
+        mesh.points[used],
+        number.reshape(-1, 3),
+        name=f"{name} cavity",
+        point_data={"GlobalNodeID": used + 1},
+        info={"cap_triangles": sum(map(len, caps))},
+    )
+
+
+def _cap(points: FloatArray, loop: IntArray) -> IntArray:
+    """Triangles that close a rim, wound to match."""
+    ring = points[loop[::-1]]
+    middle = ring.mean(axis=0)
+    normal = np.cross(ring - middle, np.roll(ring, -1, axis=0) - middle).sum(axis=0)
+    flat = product(ring - middle, plane_frame(Plane(middle, normal))[:2].T)
+    return loop[::-1][triangulate_rings(flat, [np.arange(len(loop))])]

@@ -1,0 +1,254 @@
+"""Closed surfaces, each with a thickness, in; the smooth surface of the body that encloses them all out.
+
+Where labels give no wall of a chamber (the right ventricle of short-axis maps), the epicardium is that of the left
+ventricle joined to the chamber grown by a wall thickness. Distances are exact, from the fitted surfaces and not from
+voxels, so that thick slices make no thick wall; the join only ever adds tissue, so that no wall is thinner than asked.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import InputError, StageError
+from femprep.image.grid import Grid
+from femprep.image.object import PADDING, LabelObject, make_object
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.intersection import self_intersections
+from femprep.mesh.measures.triangles import normals, vertex_normals
+from femprep.mesh.topology import edge_table
+from femprep.model import FloatArray, Notice, Surface, noted
+from femprep.model.products import product
+from femprep.options import WallOptions
+from femprep.wall.joining.checks import place
+
+logger = logging.getLogger(__name__)
+
+#: Voxels of the grid the body is sampled on, along its longest side; their least size, mm.
+_ALONG, _FINEST = 56, 1.5
+#: Voxels along the side of a block that is measured at its middle first.
+_BLOCK = 4
+#: Newton steps to the surface, and the least slope they trust.
+_STEPS, _FLAT = 8, 0.3
+#: Where those steps have not come within this of the surface, it is looked for along the normal: so far, by such steps,
+#: then by so many halvings; mm.
+_NEAR, _SEARCH, _SEARCH_STEP, _HALVINGS = 1e-3, 6.0, 0.25, 20
+#: Width over which the edge of what fills a groove is rounded, mm.
+_FILLET = 2.0
+#: Least cosine between the normal of a triangle and that of the body.
+_UPRIGHT = 0.2
+#: Rounds in which vertices are spread evenly along the surface, and share of the way each goes.
+_ROUNDS, _RELAX = 10, 0.5
+
+
+@dataclass(frozen=True)
+class Part:
+    """A closed surface to be enclosed.
+
+    Attributes
+    ----------
+    surface : Surface
+    thickness : float
+        Least distance of the enclosing surface from it, mm; negative: it may come as far within.
+    blend : float
+        Width over which the join with the parts before it is rounded, mm: it adds up to a quarter of that.
+    """
+
+    surface: Surface
+    thickness: float
+    blend: float
+
+
+class Envelope:
+    """The body that encloses closed surfaces, each grown by a thickness, with rounded joins.
+
+    It is where the field f is negative: the signed distances of the parts less their thickness, joined one after the
+    other by the smooth minimum ``min(a, b) - max(k - |a - b|, 0)^2 / 4k`` with k the blend [1]_, which never exceeds
+    the minimum: every point within the thickness of a part lies inside.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        The blend of the first is not used.
+
+    References
+    ----------
+    .. [1] Quilez, Smooth minimum, https://iquilezles.org/articles/smin (the quadratic polynomial one).
+    """
+
+    def __init__(self, parts: Sequence[Part]) -> None:
+        self.parts = tuple(parts)
+        self._finders = [ClosestFinder(part.surface.points, part.surface.triangles) for part in self.parts]
+        self._normals = [vertex_normals(part.surface.points, part.surface.triangles) for part in self.parts]
+
+    def values(self, points: FloatArray) -> FloatArray:
+        """The field at points ``(n, 3)``, mm: negative inside; it changes by no more than the way between points."""
+        return self.with_gradients(points)[0]
+
+    def with_gradients(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The field ``(n,)`` and its gradient ``(n, 3)``."""
+        value, gradient = self._part(0, points)
+        for number in range(1, len(self.parts)):
+            other, other_gradient = self._part(number, points)
+            k = self.parts[number].blend
+            overlap = np.maximum(k - np.abs(value - other), 0.0) / k
+            share = np.where(other < value, 1.0 - 0.5 * overlap, 0.5 * overlap)[:, None]
+            value = np.minimum(value, other) - 0.25 * k * overlap**2
+            gradient = (1.0 - share) * gradient + share * other_gradient
+        return value, gradient
+
+    def _part(self, number: int, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        finder = self._finders[number]
+        signed, near = finder.sided(points)
+        away = points - near.points
+        normal = np.einsum("qk,qkc->qc", near.weights, self._normals[number][finder.triangles[near.triangle]])
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+        # On the surface itself the way to the nearest point has no direction: the normal there serves.
+        far = near.distance > 1e-6
+        gradient = np.where(far[:, None], away / np.where(far, signed, 1.0)[:, None], normal)
+        return signed - self.parts[number].thickness, gradient
+
+    def object(self, like: Grid, name: str) -> LabelObject:
+        """The body as voxels of a fine isotropic grid along the axes of another one."""
+        axes = like.direction / np.linalg.norm(like.direction, axis=0)
+        corners = product(np.concatenate([part.surface.points for part in self.parts]), axes)
+        room = max(part.thickness for part in self.parts) + max(part.blend for part in self.parts)
+        low, high = corners.min(axis=0) - room, corners.max(axis=0) + room
+        voxel = max(_FINEST, float((high - low).max()) / _ALONG)
+        count = np.ceil((high - low) / voxel).astype(int) + 2 * PADDING
+        i, j, k = (int(n) for n in count)
+        grid = Grid((i, j, k), np.full(3, voxel), product(low - PADDING * voxel, axes.T), axes)
+        return make_object(self._inside(grid), grid, name)
+
+    def _inside(self, grid: Grid) -> npt.NDArray[np.bool_]:
+        """Which voxels of a grid lie inside; only those near the surface are measured themselves."""
+        index = np.stack(np.meshgrid(*(np.arange(n) for n in grid.shape), indexing="ij"), axis=-1).reshape(-1, 3)
+        block = np.stack(np.meshgrid(*(np.arange(0, n, _BLOCK) for n in grid.shape), indexing="ij"), axis=-1)
+        middle = block + 0.5 * (_BLOCK - 1)
+        coarse = self.values(grid.to_world(middle.reshape(-1, 3))).reshape(block.shape[:3])
+        value = coarse[tuple((index // _BLOCK).T)]
+        # The field changes by no more than the way from the middle of a block to its corner.
+        near = np.abs(value) <= 0.5 * (_BLOCK - 1) * np.sqrt(3.0) * grid.spacing.max() + 1e-9
+        value[near] = self.values(grid.to_world(index[near]))
+        return np.asarray(value.reshape(grid.shape) < 0.0)
+
+    def project(self, points: FloatArray, steps: int = _STEPS) -> FloatArray:
+        """Points near the surface moved onto it along the gradient, ``(n, 3)``."""
+        points = points.copy()
+        for _ in range(steps):
+            value, gradient = self.with_gradients(points)
+            square = np.maximum((gradient**2).sum(axis=1), _FLAT**2)
+            points -= (value / square)[:, None] * gradient
+        return points
+
+    def _settled(self, points: FloatArray, normals: FloatArray) -> FloatArray:
+        """Points that the gradient has not led onto the surface, as in narrow grooves, moved there along normals."""
+        off = np.flatnonzero(np.abs(self.values(points)) > _NEAR)
+        if not len(off):
+            return points
+        start, way = points[off], normals[off]
+        steps = np.linspace(-_SEARCH, _SEARCH, 2 * int(_SEARCH / _SEARCH_STEP) + 1)
+        values = self.values((start[:, None] + steps[:, None] * way[:, None]).reshape(-1, 3)).reshape(len(off), -1)
+        crossing = (values[:, :-1] < 0.0) & (values[:, 1:] >= 0.0)  # from inside to outside
+        nearest = np.where(crossing, np.abs(steps[:-1]), np.inf).argmin(axis=1)
+        found = crossing[np.arange(len(off)), nearest]
+        low, high = steps[nearest], steps[nearest + 1]
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            inside = self.values(start + middle[:, None] * way) < 0.0
+            low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+        points = points.copy()
+        points[off[found]] = (start + (0.5 * (low + high))[:, None] * way)[found]
+        return points
+
+    def folds(self, surface: Surface) -> int:
+        """Number of triangles of a settled surface that cross others, or whose normal is far from the body's."""
+        points, triangles = surface.points, surface.triangles
+        way = self.with_gradients(points[triangles].mean(axis=1))[1]
+        way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
+        turned = np.flatnonzero(np.einsum("ij,ij->i", normals(points, triangles), way) < _UPRIGHT)
+        return len(np.union1d(turned, self_intersections(points, triangles).ravel()))
+
+    def filled(self, outline: Surface, below: float) -> Envelope:
+        """The same body, its tunnels and narrow grooves filled up to a depth below an outline that bridges them, mm."""
+        return Envelope([*self.parts, Part(outline, -below, _FILLET)])
+
+    def settle(self, surface: Surface) -> Surface:
+        """A surface fitted to the body, its vertices moved exactly onto it and spread evenly along it.
+
+        Raises
+        ------
+        StageError
+            A vertex does not reach the surface.
+        """
+        triangles = surface.triangles
+        edges = edge_table(triangles).nodes
+        count = np.bincount(edges.ravel(), minlength=len(surface.points))[:, None]
+        points = self.project(surface.points, 3)
+        for _ in range(_ROUNDS):
+            total = np.zeros_like(points)
+            np.add.at(total, edges[:, 0], points[edges[:, 1]])
+            np.add.at(total, edges[:, 1], points[edges[:, 0]])
+            normal = vertex_normals(points, triangles)
+            step = total / count - points
+            step -= np.einsum("ij,ij->i", step, normal)[:, None] * normal
+            points = self.project(points + _RELAX * step, 1)
+        points = self._settled(self.project(points), vertex_normals(points, triangles))
+        off = np.abs(self.values(points))
+        if off.max() > 0.1:
+            worst = points[int(off.argmax())]
+            raise StageError(
+                f"the surface of {surface.name!r} does not follow the body it encloses near "
+                "({:.1f}, {:.1f}, {:.1f})".format(*worst)
+                + f": {off.max():.1f} mm off; use more vertices"
+            )
+        moved = np.linalg.norm(points - surface.points, axis=1)
+        info = {**surface.info, "settled": {"mean_mm": float(moved.mean()), "farthest_mm": float(moved.max())}}
+        return replace(surface, points=points, shape=None, info=info)
+
+
+def thin_wall(bodies: Sequence[Part], name: str, cavity: Surface, options: WallOptions) -> dict[str, Any] | None:
+    """Where the wall of a cavity is thinner than ``minimum_thickness`` within some bodies; None where nowhere.
+
+    Returns
+    -------
+    dict or None
+        JSON-ready: ``thickened`` (the cavity), the share of its vertices, the least thickness and where.
+
+    Raises
+    ------
+    InputError
+        With ``policy="strict"``, where it is.
+    """
+    depth = -Envelope(bodies).values(cavity.points)
+    thin = depth < options.minimum_thickness
+    if not thin.any():
+        return None
+    worst = int(depth.argmin())
+    if options.policy == "strict":
+        raise InputError(
+            f"the wall of {name!r} is {depth[worst]:.2f} mm thick near {place(cavity.points[worst])}, below "
+            f"minimum_thickness = {options.minimum_thickness:g} mm; mend the labels or use policy 'repair'"
+        )
+    logger.warning("the wall of %s is thickened at %.0f %% of its vertices", name, 100 * thin.mean())
+    share = float(thin.mean())
+    much = "less than 1" if share < 0.005 else f"{100 * share:.0f}"
+    lacking = f"is {depth[worst]:.1f} mm thick" if depth[worst] >= 0.0 else "is missing"
+    words = (
+        f"the wall of cavity {name} is thinner than {options.minimum_thickness:g} mm over {much} % of the cavity "
+        f"({lacking} near {{place}}): it was thickened outwards by up to {{amount}}"
+    )
+    amount = options.minimum_thickness - float(depth[worst])
+    record = {
+        "thickened": name,
+        "share_of_vertices": float(thin.mean()),
+        "thickness_before_mm": float(depth[worst]),
+        "thickness_after_mm": options.minimum_thickness,
+        "worst_at_mm": [round(float(x), 3) for x in cavity.points[worst]],
+    }
+    return noted(record, Notice.of("repaired", words, amount=amount, unit="mm", place=cavity.points[worst]))

@@ -1,0 +1,194 @@
+"""A clipped Sheet in, better triangles out: vertices slide along the surface, edges flip; the surface stays.
+
+Only the neighbourhood of the rim and of poor triangles is touched, so that the template stays as it was elsewhere.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from femprep.mesh.measures.triangles import area_vectors, areas, normals, triangle_quality
+from femprep.mesh.topology import border_edges, edge_table
+from femprep.model import BoolArray, FloatArray, IntArray, SphereMap
+from femprep.wall.clipping.clipped_surface import Sheet, reach
+
+#: Rings of vertices around the rim that may move; triangles below this Q, with the ring around them, may move too.
+_RINGS, _POOR = 3, 0.5
+#: Share of the way to the middle of the neighbours that one sweep goes.
+_RELAX = 0.6
+#: An edge flips only where both triangles lie nearly in one plane (cosine of the angle between normals).
+_FLAT = 0.9
+
+
+def improve(sheet: Sheet, sweeps: int = 8) -> None:
+    """Slide vertices and flip edges near the rim until the least triangle quality there rises no more.
+
+    Parameters
+    ----------
+    sheet : Sheet
+        Changed in place. Rim vertices stay in their plane and on the surface.
+    sweeps : int
+        Most sweeps of sliding.
+    """
+    active = _active(sheet)
+    for _ in range(sweeps):
+        _flip(sheet, active)
+        if not _slide(sheet, active):
+            break
+    _flip(sheet, active)
+
+
+def settle(sheet: Sheet, shape: SphereMap, moved: BoolArray) -> None:
+    """Put vertices that slid by the sampled surface onto the exact one, those of a rim onto exact surface and plane.
+
+    Parameters
+    ----------
+    sheet : Sheet
+        Changed in place.
+    shape : SphereMap
+        The exact surface.
+    moved : (n,) array
+        The vertices to settle. Where that would turn a triangle over or make it poor, they stay.
+    """
+    which = np.flatnonzero(moved)
+    if not len(which):
+        return
+    points, directions = sheet.points.copy(), sheet.directions.copy()
+    triangles = sheet.triangles[moved[sheet.triangles].any(axis=1)]
+    normal = normals(points, triangles)
+    limit = np.minimum(triangle_quality(points, triangles), _POOR)
+    sheet.points[which] = shape(directions[which])
+    for number in range(len(sheet.planes)):
+        rim = np.flatnonzero(moved & (sheet.on_plane == number))
+        found, place, there = reach(sheet.smooth, sheet.plane_of(number), directions[rim], exact=shape)
+        sheet.points[rim] = np.where(found[:, None], place, points[rim])
+        sheet.directions[rim] = np.where(found[:, None], there, directions[rim])
+    _undo(sheet, moved, triangles, points, directions, normal, limit)
+
+
+def _active(sheet: Sheet) -> BoolArray:
+    """Vertices that may move: some rings around the rim and around poor triangles."""
+    active = sheet.on_plane >= 0
+    poor = triangle_quality(sheet.points, sheet.triangles) < _POOR
+    active[sheet.triangles[poor]] = True
+    for _ in range(_RINGS):
+        active[sheet.triangles[active[sheet.triangles].any(axis=1)]] = True
+    return active
+
+
+def _slide(sheet: Sheet, active: BoolArray) -> bool:
+    """Move active vertices towards the middle of their neighbours; no triangle gets worse than the worst around it."""
+    which = np.flatnonzero(active)
+    triangles = sheet.triangles[active[sheet.triangles].any(axis=1)]
+    points, directions = sheet.points.copy(), sheet.directions.copy()
+    normal = normals(points, triangles)
+    limit = _worst(triangle_quality(points, triangles), triangles, len(points))[triangles].min(axis=1)
+    sheet.slide(which, _RELAX * (_middle(sheet)[which] - points[which]))
+    _undo(sheet, active, triangles, points, directions, normal, np.minimum(limit, _POOR + 0.1))
+    return bool(np.abs(sheet.points - points).max(initial=0.0) > 1e-3)
+
+
+def _undo(
+    sheet: Sheet,
+    moved: BoolArray,
+    triangles: IntArray,
+    points: FloatArray,
+    directions: FloatArray,
+    normal: FloatArray,
+    limit: FloatArray,
+) -> None:
+    """Move vertices back, and more of them, until no triangle is turned over or below its limit of quality."""
+    moved = moved.copy()
+    while moved.any():
+        quality = triangle_quality(sheet.points, triangles)
+        turned = np.einsum("ij,ij->i", area_vectors(sheet.points, triangles), normal) <= 0
+        back = np.zeros_like(moved)
+        back[triangles[turned | (quality < limit)]] = True
+        back &= moved
+        if not back.any():
+            break
+        sheet.points[back], sheet.directions[back] = points[back], directions[back]
+        moved &= ~back
+
+
+def _worst(quality: FloatArray, triangles: IntArray, count: int) -> FloatArray:
+    """Least quality around each vertex."""
+    worst = np.full(count, np.inf)
+    np.minimum.at(worst, triangles.ravel(), np.repeat(quality, 3))
+    return worst
+
+
+def _middle(sheet: Sheet) -> FloatArray:
+    """Where each vertex would like to be: the centre of area around it; on the rim midway between its neighbours."""
+    size = areas(sheet.points, sheet.triangles)
+    centre = sheet.points[sheet.triangles].mean(axis=1)
+    total = np.bincount(sheet.triangles.ravel(), weights=np.repeat(size, 3), minlength=len(sheet.points))
+    middle = (
+        np.stack(
+            [
+                np.bincount(
+                    sheet.triangles.ravel(), weights=np.repeat(size * centre[:, k], 3), minlength=len(sheet.points)
+                )
+                for k in range(3)
+            ],
+            axis=1,
+        )
+        / np.maximum(total, 1e-300)[:, None]
+    )
+    rim = border_edges(sheet.triangles)
+    total_rim = np.zeros_like(middle)
+    np.add.at(total_rim, rim[:, 0], 0.5 * sheet.points[rim[:, 1]])
+    np.add.at(total_rim, rim[:, 1], 0.5 * sheet.points[rim[:, 0]])
+    middle[rim.ravel()] = total_rim[rim.ravel()]
+    return middle
+
+
+def _flip(sheet: Sheet, active: BoolArray) -> None:
+    """Flip edges between active vertices where the worse of the two triangles gains."""
+    t = sheet.triangles
+    local = np.flatnonzero(active[t].all(axis=1))
+    side: dict[tuple[int, int], int] = {}
+    for k in local.tolist():
+        a, b, c = t[k].tolist()
+        side[a, b] = side[b, c] = side[c, a] = k
+    pairs = [(a, b) for a, b in side if a < b and (b, a) in side]
+    if not pairs:
+        return
+    # Judge all edges at once, then flip the best ones whose triangles are still untouched.
+    ends = np.array(pairs)
+    left = np.array([side[a, b] for a, b in pairs])
+    right = np.array([side[b, a] for a, b in pairs])
+    c = t[left].sum(axis=1) - ends.sum(axis=1)
+    d = t[right].sum(axis=1) - ends.sum(axis=1)
+    one = np.stack([c, d, ends[:, 1]], axis=1)
+    other = np.stack([d, c, ends[:, 0]], axis=1)
+    p = sheet.points
+    now = np.minimum(triangle_quality(p, t[left]), triangle_quality(p, t[right]))
+    then = np.minimum(triangle_quality(p, one), triangle_quality(p, other))
+    before = normals(p, t[left]), normals(p, t[right])
+    after = normals(p, one), normals(p, other)
+    flat = np.einsum("ij,ij->i", *before) > _FLAT
+    for x in before:
+        for y in after:
+            flat &= np.einsum("ij,ij->i", x, y) > _FLAT
+    # The new edge must not be there already: that would fold two triangles onto each other.
+    near = t[active[t].any(axis=1)]
+    count = len(p)
+    there = edge_table(near).nodes @ np.array([count, 1])
+    new = np.minimum(c, d) * count + np.maximum(c, d)
+    allowed = flat & ~np.isin(new, there)
+    # Nor may a triangle come to lie in the plane, with three corners on the rim.
+    for corner in (one, other):
+        on = sheet.on_plane[corner]
+        allowed &= ~((on[:, 0] >= 0) & (on == on[:, :1]).all(axis=1))
+    gain = np.where(allowed, then - now, -1.0)
+    touched: set[int] = set()
+    made: set[int] = set()
+    for i in np.argsort(-gain, kind="stable").tolist():
+        if gain[i] <= 0.02:
+            break
+        if left[i] in touched or right[i] in touched or int(new[i]) in made:
+            continue
+        t[left[i]], t[right[i]] = one[i], other[i]
+        touched.update((int(left[i]), int(right[i])))
+        made.add(int(new[i]))

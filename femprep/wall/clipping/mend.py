@@ -1,0 +1,97 @@
+"""A Sheet with folds in, a fair one out: vertices around folded or needle-like triangles are smoothed in space.
+
+A surface fitted to labels that end in a sliver of a cavity can fold over itself there. Sliding vertices along such a
+surface cannot help: it has to leave the fit, by as little as it takes.
+"""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import numpy as np
+
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.intersection import self_intersections
+from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.topology import edge_table, fold_angles
+from femprep.model import BoolArray, FloatArray, Notice, noted
+from femprep.wall.clipping.clipped_surface import Sheet
+from femprep.wall.clipping.improve import improve
+from femprep.wall.clipping.sampled import SampledMap
+
+logger = logging.getLogger(__name__)
+
+#: What is mended: triangles below this Q, edges folded by more than this angle (degrees), and crossing triangles.
+_POOR, _FOLDED = 0.25, 110.0
+#: Rounds; in each, sweeps of smoothing.
+_ROUNDS, _SWEEPS = 8, 4
+
+
+def mend(sheet: Sheet) -> dict[str, Any] | None:
+    """Smooth a sheet where it is folded, crosses itself or has needles.
+
+    Each round moves the vertices of the offending triangles and two rings around them to the mean of their
+    neighbours (Laplacian smoothing; rim vertices stay), until nothing offends.
+
+    Parameters
+    ----------
+    sheet : Sheet
+        Changed in place, with its smooth map.
+
+    Returns
+    -------
+    dict or None
+        What was done, JSON-ready; None where there was nothing to mend.
+    """
+    bad = _offending(sheet)
+    if not bad.any():
+        return None
+    start, before = sheet.points.copy(), sheet.triangles.copy()
+    place = sheet.points[sheet.triangles[bad]].mean(axis=(0, 1))
+    for _ in range(_ROUNDS):
+        active = np.zeros(len(sheet.points), dtype=bool)
+        active[sheet.triangles[bad]] = True
+        for _ in range(2):
+            active[sheet.triangles[active[sheet.triangles].any(axis=1)]] = True
+        active &= sheet.on_plane < 0
+        _smooth(sheet, active)
+        sheet.smooth = SampledMap(sheet.directions, sheet.points)
+        improve(sheet, sweeps=2)
+        bad = _offending(sheet)
+        if not bad.any():
+            break
+    # Sliding along the surface is no departure from it: only the distance from the surface as it was counts.
+    moved = ClosestFinder(start, before)(sheet.points).distance
+    info = {
+        "surface": sheet.name,
+        "mended_near_mm": [round(float(x), 3) for x in place],
+        "vertices_off_the_fit": int((moved > 0.05).sum()),
+        "farthest_off_the_fit_mm": float(moved.max()),
+    }
+    logger.warning(
+        "surface %r was folded near %s: smoothed, by up to %.1f mm", sheet.name, info["mended_near_mm"], moved.max()
+    )
+    words = f"surface {sheet.name} was folded, or had needles: it was smoothed by up to {{amount}} near {{place}}"
+    return noted(info, Notice.of("repaired", words, amount=float(moved.max()), unit="mm", place=place))
+
+
+def _offending(sheet: Sheet) -> BoolArray:
+    """Triangles that are needles, folded onto a neighbour, or crossing another."""
+    bad = triangle_quality(sheet.points, sheet.triangles) < _POOR
+    pairs, angle = fold_angles(sheet.points, sheet.triangles)
+    bad[pairs[angle > _FOLDED]] = True
+    bad[self_intersections(sheet.points, sheet.triangles)] = True
+    return bad
+
+
+def _smooth(sheet: Sheet, active: BoolArray) -> None:
+    """Sweeps that move active vertices half-way to the mean of their neighbours."""
+    edges = edge_table(sheet.triangles).nodes
+    count = np.bincount(edges.ravel(), minlength=len(sheet.points))[:, None]
+    for _ in range(_SWEEPS):
+        total: FloatArray = np.zeros_like(sheet.points)
+        np.add.at(total, edges[:, 0], sheet.points[edges[:, 1]])
+        np.add.at(total, edges[:, 1], sheet.points[edges[:, 0]])
+        middle = total / np.maximum(count, 1)
+        sheet.points[active] += 0.5 * (middle - sheet.points)[active]

@@ -1,0 +1,221 @@
+"""Endo- and epicardial sheets in: wall thickness out, and a wall that is too thin pushed apart.
+
+Thickness is the distance from a vertex of one sheet to the nearest point of the other, negative where they have
+changed sides.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from femprep.errors import InputError
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.measures.triangles import vertex_normals
+from femprep.mesh.topology import edge_table
+from femprep.model import FloatArray, IntArray, Notice, noted
+from femprep.model.products import product
+from femprep.wall.clipping.clipped_surface import Sheet
+from femprep.wall.clipping.sampled import SampledMap
+
+logger = logging.getLogger(__name__)
+
+#: Rounds of pushing, the margin by which each aims beyond the limit, rounds of spreading a push over neighbours.
+_ROUNDS, _MARGIN, _SPREAD = 40, 1.02, 4
+
+
+@dataclass(frozen=True)
+class Thickness:
+    """Thickness at the vertices of the two sheets.
+
+    Attributes
+    ----------
+    epi, endo : (n,) array
+        Signed distance from the other sheet, mm: positive where the epicardium lies outside.
+    """
+
+    epi: FloatArray
+    endo: FloatArray
+
+    @property
+    def least(self) -> float:
+        """Least thickness, mm."""
+        return float(min(self.epi.min(), self.endo.min()))
+
+
+def measure(epi: Sheet, endo: Sheet) -> Thickness:
+    """Thickness at all vertices of both sheets."""
+    outside, _, _ = _signed(ClosestFinder(endo.points, endo.triangles), endo, epi.points)
+    inside, _, _ = _signed(ClosestFinder(epi.points, epi.triangles), epi, endo.points)
+    return Thickness(outside, -inside)
+
+
+def _signed(finder: ClosestFinder, sheet: Sheet, where: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Signed distance from an open sheet, positive on its outer side; its normal at the nearest point, and triangle."""
+    near = finder(where)
+    normal = vertex_normals(sheet.points, sheet.triangles)[sheet.triangles[near.triangle]]
+    across = np.einsum("qk,qkc->qc", near.weights, normal)
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
+    side = np.einsum("qc,qc->q", where - near.points, across)
+    return np.where(side < 0, -near.distance, near.distance), across, near.triangle
+
+
+def summary(epi: Sheet, endos: Sequence[Sheet]) -> dict[str, Any]:
+    """Least thickness and where, mean, and percentiles, over the vertices of the endocardial sheets; JSON-ready."""
+    least, place, of = np.inf, np.zeros(3), endos[0].name
+    values = []
+    for endo in endos:
+        thickness = measure(epi, endo)
+        values.append(thickness.endo)
+        for at, points in ((thickness.endo, endo.points), (thickness.epi, epi.points)):
+            if at.min() < least:
+                least, place, of = float(at.min()), points[int(at.argmin())], endo.name
+    all_ = np.concatenate(values)
+    fifth, median, most = np.percentile(all_, [5, 50, 95])
+    return {
+        "minimum_mm": least,
+        "minimum_at_mm": [round(float(x), 3) for x in place],
+        "minimum_beside": of,
+        "mean_mm": float(all_.mean()),
+        "percentiles_5_50_95_mm": [float(fifth), float(median), float(most)],
+    }
+
+
+def require_nested(epi: Sheet, endo: Sheet, share: float = 0.2) -> None:
+    """Refuse an endocardium that is not, by and large, inside the epicardium.
+
+    Raises
+    ------
+    InputError
+        More than the given share of its vertices lies outside.
+    """
+    thickness = measure(epi, endo).endo
+    outside = thickness < 0
+    if outside.mean() > share:
+        worst = int(thickness.argmin())
+        raise InputError(
+            f"surface {endo.name!r} does not lie inside surface {epi.name!r}: "
+            f"{100 * outside.mean():.0f} % of its vertices are outside, by {-thickness[worst]:.1f} mm at "
+            f"{_place(endo.points[worst])}; check which labels are cavity and which are wall"
+        )
+
+
+def push_apart(epi: Sheet, endo: Sheet, limit: float, most: float) -> dict[str, Any] | None:
+    """Push the epicardium outwards where the wall is thinner than a limit.
+
+    The push spreads smoothly over the neighbourhood, and is along the plane for vertices of the rim.
+
+    Parameters
+    ----------
+    epi : Sheet
+        Changed in place, with its smooth map.
+    endo : Sheet
+    limit : float
+        Least thickness, mm.
+    most : float
+        Farthest a vertex may be pushed, mm.
+
+    Returns
+    -------
+    dict or None
+        What was done, JSON-ready; None where the wall was thick enough.
+
+    Raises
+    ------
+    InputError
+        The wall cannot be brought to the limit within ``most``.
+    """
+    start = epi.points.copy()
+    before = measure(epi, endo)
+    if before.least >= limit:
+        return None
+    worst_epi, worst_endo = int(before.epi.argmin()), int(before.endo.argmin())
+    place = epi.points[worst_epi] if before.epi.min() <= before.endo.min() else endo.points[worst_endo]
+    finder = ClosestFinder(endo.points, endo.triangles)
+    edges = edge_table(epi.triangles).nodes
+    for _ in range(_ROUNDS):
+        lacking, along = _lacking(epi, endo, finder, _MARGIN * limit)
+        if lacking.max(initial=0.0) <= (_MARGIN - 1.0) * limit:
+            break
+        epi.points += _within_planes(epi, spread(lacking, edges)[:, None] * along)
+    moved = np.linalg.norm(epi.points - start, axis=1)
+    reached = measure(epi, endo).least
+    if reached < limit - 1e-9 or moved.max() > most:
+        raise InputError(
+            f"the wall is {before.least:.2f} mm thick near {_place(place)}, beside {endo.name!r}; pushing the "
+            f"epicardium outwards by {moved.max():.1f} mm leaves {reached:.2f} mm, but minimum_thickness = {limit:g} "
+            f"mm is asked within maximum_push = {most:g} mm; mend the labels or change these"
+        )
+    epi.smooth = SampledMap(epi.directions, epi.points)
+    info = {
+        "beside": endo.name,
+        "thickness_before_mm": before.least,
+        "thickness_after_mm": reached,
+        "worst_at_mm": [round(float(x), 3) for x in place],
+        "vertices_pushed": int((moved > 0.01).sum()),
+        "farthest_push_mm": float(moved.max()),
+    }
+    logger.warning(
+        "wall %.2f mm thick near %s: pushed apart by up to %.2f mm", before.least, info["worst_at_mm"], moved.max()
+    )
+    return info
+
+
+def pushed(step: dict[str, Any]) -> dict[str, Any]:
+    """What :func:`push_apart` did, with its notice."""
+    before, after, beside = step["thickness_before_mm"], step["thickness_after_mm"], step["beside"]
+    thin = f"was {before:.1f} mm thick" if before >= 0.0 else f"had its surfaces crossed by {-before:.1f} mm"
+    words = (
+        f"the wall beside cavity {beside} {thin} near {{place}}: the epicardium was pushed outwards by up to "
+        f"{{amount}}, which makes it {after:.1f} mm"
+    )
+    return noted(
+        step, Notice.of("repaired", words, amount=step["farthest_push_mm"], unit="mm", place=step["worst_at_mm"])
+    )
+
+
+def _lacking(epi: Sheet, endo: Sheet, finder: ClosestFinder, limit: float) -> tuple[FloatArray, FloatArray]:
+    """What is lacking to the limit at each epicardial vertex, mm, and which way is outward there."""
+    outside, across, _ = _signed(finder, endo, epi.points)
+    own = vertex_normals(epi.points, epi.triangles)
+    # Near a rim or a sharp apex the nearest point's normal jumps; the sheet's own normal steadies it.
+    along = across + own * np.maximum(np.einsum("ij,ij->i", across, own), 0.0)[:, None]
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+    lacking = np.maximum(limit - outside, 0.0)
+    # An endocardial vertex may come near the middle of an epicardial triangle: its corners have to go.
+    inside, _, nearest = _signed(ClosestFinder(epi.points, epi.triangles), epi, endo.points)
+    short = np.maximum(limit + inside, 0.0)
+    np.maximum.at(lacking, epi.triangles[nearest].ravel(), np.repeat(short, 3))
+    return lacking, along
+
+
+def spread(push: FloatArray, edges: IntArray) -> FloatArray:
+    """Let a push fade over the neighbours instead of ending at once; never less than it was."""
+    count = np.bincount(edges.ravel(), minlength=len(push))
+    result = push.copy()
+    for _ in range(_SPREAD):
+        total = np.bincount(edges[:, 0], weights=result[edges[:, 1]], minlength=len(push))
+        total += np.bincount(edges[:, 1], weights=result[edges[:, 0]], minlength=len(push))
+        result = np.maximum(push, 0.9 * total / np.maximum(count, 1))
+    return result
+
+
+def _place(point: FloatArray) -> str:
+    return "({:.1f}, {:.1f}, {:.1f})".format(*point)
+
+
+def _within_planes(sheet: Sheet, displacement: FloatArray) -> FloatArray:
+    """Keep rim vertices in their planes: the part of a push along the plane, lengthened to make up for the rest."""
+    displacement = displacement.copy()
+    for number in range(len(sheet.planes)):
+        rim = sheet.on_plane == number
+        normal = sheet.plane_of(number).normal
+        whole = np.linalg.norm(displacement[rim], axis=1)
+        flat = displacement[rim] - product(displacement[rim], normal)[:, None] * normal
+        size = np.linalg.norm(flat, axis=1)
+        displacement[rim] = flat * np.minimum(whole / np.maximum(size, 1e-300), 2.0)[:, None]
+    return displacement

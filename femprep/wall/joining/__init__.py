@@ -1,0 +1,1 @@
+"""Clipped surfaces in, the closed and tagged Wall out; the rings between them filled."""

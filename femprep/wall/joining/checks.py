@@ -1,0 +1,123 @@
+"""Surfaces, sheets and walls in, errors out that say what is wrong, and where."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from femprep.errors import InputError, StageError
+from femprep.mesh.intersection import self_intersections
+from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.topology import edge_table, is_consistently_wound, pieces, pinched_vertices
+from femprep.model import FloatArray, Surface, Wall, tag_name
+from femprep.wall.clipping.clipped_surface import Sheet
+
+#: Least quality Q of a wall's triangles.
+LEAST_QUALITY = 0.2
+#: How far a vertex may lie off its plane, mm.
+FLAT = 1e-9
+
+
+def place(point: FloatArray) -> str:
+    """Coordinates for a message."""
+    return "({:.1f}, {:.1f}, {:.1f})".format(*point)
+
+
+def check_surface(surface: Surface) -> None:
+    """Refuse a surface that is not closed, wound outward, in one piece and of triangles.
+
+    Raises
+    ------
+    InputError
+    """
+    what = f"surface {surface.name!r}"
+    if surface.cells.shape[1] != 3:
+        raise InputError(f"{what} has quadrilaterals; a wall is built from triangles")
+    if not np.isfinite(surface.points).all():
+        vertex = int(np.argmin(np.isfinite(surface.points).all(axis=1)))
+        raise InputError(f"{what}: vertex {vertex} is {surface.points[vertex].tolist()}, expected finite coordinates")
+    table = edge_table(surface.cells)
+    odd = np.flatnonzero(table.count != 2)
+    if len(odd):
+        at = surface.points[table.nodes[odd[0]]].mean(axis=0)
+        raise InputError(f"{what} is not closed: {len(odd)} edges without two triangles, the first at {place(at)}")
+    if not is_consistently_wound(surface.cells):
+        bad = np.flatnonzero(table.forward != 1)
+        at = surface.points[table.nodes[bad[0]]].mean(axis=0)
+        raise InputError(f"{what} is not wound consistently: {len(bad)} edges, the first at {place(at)}")
+    count = len(np.unique(pieces(surface.cells)))
+    if count != 1:
+        raise InputError(f"{what} is in {count} pieces, expected 1")
+    if surface.volume <= 0:
+        raise InputError(f"{what} is wound inward (volume {surface.volume:.1f} mm3); reverse its triangles")
+
+
+def check_sheet(sheet: Sheet) -> None:
+    """Refuse a clipped surface that crosses itself or is in several pieces.
+
+    Raises
+    ------
+    InputError
+    """
+    pairs = self_intersections(sheet.points, sheet.triangles)
+    if len(pairs):
+        at = sheet.points[sheet.triangles[pairs[0, 0]]].mean(axis=0)
+        raise InputError(
+            f"surface {sheet.name!r} crosses itself: {len(pairs)} pairs of triangles, the first at {place(at)}; "
+            "fit it with fewer control points or mend the labels there"
+        )
+    piece = pieces(sheet.triangles)
+    if piece.max() > 0:
+        at = sheet.points[sheet.triangles[piece == 1]].mean(axis=(0, 1))
+        raise InputError(
+            f"the planes cut surface {sheet.name!r} into {piece.max() + 1} pieces, one at {place(at)}; move the plane"
+        )
+
+
+def check_wall(wall: Wall, shells: int = 1) -> None:
+    """Refuse a wall that is not the clean boundary of one solid.
+
+    Parameters
+    ----------
+    wall : Wall
+    shells : int
+        Closed surfaces it has: 1, and one more for each cavity it encloses.
+
+    Raises
+    ------
+    StageError
+        It is not closed, not wound consistently, pinched, in more or fewer pieces, without volume, crosses itself,
+        has a triangle of Q below 0.2, or a vertex of a cap off its plane. The message says where and under which tag.
+    """
+    points, triangles = wall.points, wall.triangles
+
+    def refuse(what: str, cell: int) -> None:
+        tag = tag_name(int(wall.facet_tag[cell]))
+        raise StageError(f"the wall {what} at {place(points[triangles[cell]].mean(axis=0))} ({tag})")
+
+    table = edge_table(triangles)
+    odd = np.flatnonzero(table.count != 2)
+    if len(odd):
+        refuse(f"is not closed: {len(odd)} edges without two triangles, the first", int(table.cells[odd[0], 0]))
+    turned = np.flatnonzero(table.forward != 1)
+    if len(turned):
+        refuse(f"is not wound consistently: {len(turned)} edges, the first", int(table.cells[turned[0], 0]))
+    pinched = pinched_vertices(triangles)
+    if len(pinched):
+        refuse("touches itself in a vertex", int(np.flatnonzero((triangles == pinched[0]).any(axis=1))[0]))
+    piece = pieces(triangles)
+    if piece.max() + 1 != shells:
+        refuse(f"is in {piece.max() + 1} pieces instead of {shells}, one", int(np.argmax(piece == piece.max())))
+    if wall.volume <= 0:
+        refuse(f"has no volume ({wall.volume:.3f} mm3)", 0)
+    quality = triangle_quality(points, triangles)
+    if quality.min() < LEAST_QUALITY:
+        worst = int(quality.argmin())
+        refuse(f"has a triangle of quality Q = {quality[worst]:.3f}, below {LEAST_QUALITY:g},", worst)
+    pairs = self_intersections(points, triangles)
+    if len(pairs):
+        refuse(f"crosses itself: {len(pairs)} pairs of triangles, the first", int(pairs[0, 0]))
+    for name, plane in wall.planes.items():
+        cap = np.flatnonzero([tag_name(int(t)) == name for t in wall.facet_tag])
+        off = np.abs(plane.signed_distance(points[triangles[cap]].reshape(-1, 3)))
+        if off.max(initial=0.0) > FLAT:
+            refuse(f"has a vertex {off.max():.2e} mm off its plane", int(cap[int(off.argmax()) // 3]))

@@ -1,0 +1,227 @@
+"""Sheets in, the joined wall out: the only file that knows manifold3d.
+
+The epicardial sheet is closed by a plug that stands out of its planes, each endocardial one by a plug that reaches out
+through it, and the wall is the difference of the solids. In the planes themselves nothing is cut: edges of a cap there
+would cross those of rims and put vertices on them. manifold3d keeps the origin of every triangle, so tags are exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from femprep.errors import InputError, StageError
+from femprep.model import FACET_TAGS, FloatArray, IntArray, Plane, Wall
+from femprep.model.products import length, product
+from femprep.wall.clipping.clip import rim_loops
+from femprep.wall.clipping.clipped_surface import Sheet
+
+#: A vertex of the result is one of the sheets' where it lies this near to it, mm.
+_SAME = 1e-6
+
+
+def triangulate_rings(points: FloatArray, loops: Sequence[IntArray]) -> IntArray:
+    """Triangles ``(m, 3)`` that fill polygons in the plane, without further points; holes run clockwise."""
+    import manifold3d
+
+    order = np.concatenate(loops)
+    found = manifold3d.triangulate([np.ascontiguousarray(points[loop]) for loop in loops], allow_convex=False)
+    return np.asarray(order[np.asarray(found, dtype=np.int64)])
+
+
+def plane_frame(plane: Plane) -> FloatArray:
+    """Rotation ``(3, 3)`` whose rows are two directions of a plane and its normal, right-handed."""
+    axis = np.eye(3)[int(np.argmin(np.abs(plane.normal)))]
+    first = np.cross(axis, plane.normal)
+    first /= length(first)
+    return np.stack([first, np.cross(plane.normal, first), plane.normal])
+
+
+def join(epi: Sheet, endo: Mapping[str, Sheet]) -> tuple[IntArray, IntArray]:
+    """Subtract the endocardial solids from the epicardial one.
+
+    Parameters
+    ----------
+    epi : Sheet
+    endo : mapping of str to Sheet
+        By facet name.
+
+    Returns
+    -------
+    triangles : (m, 3) array
+        The facets of the sheets that bound the wall, wound out of it; vertices are numbered over all sheets, ``epi``
+        first, then ``endo`` in its order. The caps are left out.
+    sheet : (m,) array
+        Number of the sheet each comes from, in the same order.
+
+    Raises
+    ------
+    InputError
+        An endocardium reaches the epicardium or another endocardium: the message says where.
+    StageError
+        A solid is not accepted, or the volumes do not add up.
+    """
+    import manifold3d
+
+    sheets = [epi, *endo.values()]
+    frame_plane = next(iter(epi.planes.values()), None)
+    rotation, origin = np.eye(3), epi.points.mean(axis=0)
+    if frame_plane is not None:
+        rotation, origin = plane_frame(frame_plane), frame_plane.point
+    size = float(np.ptp(epi.points, axis=0).max())
+    first_id = manifold3d.Manifold.reserve_ids(len(sheets))
+    solids = []
+    for number, sheet in enumerate(sheets):
+        points, triangles = _close(sheet, plug=(0.1 if number else 0.05) * size)
+        turned = product(points - origin, rotation.T)
+        # In this frame the base is exactly z = 0: what the vertices on it were projected to.
+        turned[: len(sheet.points)][sheet.on_plane == 0, 2] = 0.0
+        # Triangles that close a sheet get an identity of their own, so that they can be told apart.
+        own = len(sheet.triangles)
+        closing = manifold3d.Manifold.reserve_ids(1)
+        mesh = manifold3d.Mesh64(
+            np.ascontiguousarray(turned),
+            np.ascontiguousarray(triangles, dtype=np.uint64),
+            run_index=np.array([0, 3 * own, 3 * len(triangles)], dtype=np.uint64),
+            run_original_id=np.array([first_id + number, closing], dtype=np.uint32),
+        )
+        solid = manifold3d.Manifold(mesh)
+        if solid.status() != manifold3d.Error.NoError:
+            raise StageError(f"surface {sheet.name!r}, clipped and closed, is no solid: {solid.status().name}")
+        if solid.volume() <= 0:
+            raise InputError(
+                f"surface {sheet.name!r} is wound inward (volume {solid.volume():.1f} mm3); reverse its triangles"
+            )
+        solids.append(solid)
+    wall = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Subtract)
+    if wall.status() != manifold3d.Error.NoError:
+        raise StageError(f"the boolean difference of the surfaces failed: {wall.status().name}")
+    return _sheet_facets(wall.to_mesh64(), sheets, first_id, rotation, origin)
+
+
+def _close(sheet: Sheet, plug: float) -> tuple[FloatArray, IntArray]:
+    """Close a sheet by prisms of a length, mm, that stand out of its planes."""
+    points, triangles = [sheet.points], [sheet.triangles]
+    count = len(sheet.points)
+    for number in range(len(sheet.planes)):
+        plane = sheet.plane_of(number)
+        rotation = plane_frame(plane)
+        for loop in rim_loops(sheet, number):
+            back = loop[::-1]
+            top = count + np.arange(len(back))
+            points.append(sheet.points[back] + plug * plane.normal)
+            count += len(back)
+            u, v = back, np.roll(back, -1)
+            tu, tv = top, np.roll(top, -1)
+            triangles += [np.stack([u, v, tv], axis=1), np.stack([u, tv, tu], axis=1)]
+            flat = product(sheet.points[back] - plane.point, rotation[:2].T)
+            triangles.append(top[triangulate_rings(flat, [np.arange(len(back))])])
+    return np.concatenate(points), np.concatenate(triangles)
+
+
+def _sheet_facets(
+    mesh: Any, sheets: Sequence[Sheet], first_id: int, rotation: FloatArray, origin: FloatArray
+) -> tuple[IntArray, IntArray]:
+    """The facets that come from sheets, in the sheets' numbering."""
+    points = product(np.asarray(mesh.vert_properties)[:, :3], rotation) + origin
+    triangles = np.asarray(mesh.tri_verts, dtype=np.int64)
+    runs = np.asarray(mesh.run_index, dtype=np.int64) // 3
+    origin_id = np.repeat(np.asarray(mesh.run_original_id, dtype=np.int64), np.diff(runs))
+    all_points = np.concatenate([sheet.points for sheet in sheets])
+    away, number = (np.asarray(found) for found in cKDTree(all_points).query(points))
+    starts = np.cumsum([0, *(len(sheet.points) for sheet in sheets)])
+    found, source = [], []
+    for k, sheet in enumerate(sheets):
+        own = triangles[origin_id == first_id + k]
+        strange = np.unique(own[away[own] > _SAME])
+        if len(strange):
+            others = ", ".join(repr(other.name) for other in sheets if other is not sheet)
+            raise InputError(
+                f"surface {sheet.name!r} meets {others}: {len(strange)} crossings, the first near "
+                "({:.1f}, {:.1f}, {:.1f}); the endocardium must lie inside the epicardium".format(*points[strange[0]])
+            )
+        mapped = number[own]
+        sides = mapped != np.roll(mapped, 1, axis=1)
+        mapped = mapped[sides.all(axis=1)]
+        if len(mapped) != len(sheet.triangles):
+            lost = _lost(sheet.triangles + int(starts[k]), mapped)
+            at = all_points[lost].mean(axis=(0, 1))
+            raise InputError(
+                f"{len(lost)} of {len(sheet.triangles)} facets of surface {sheet.name!r} do not bound the wall, one "
+                f"near ({at[0]:.1f}, {at[1]:.1f}, {at[2]:.1f}); the endocardium must lie inside the epicardium"
+            )
+        found.append(mapped)
+        source.append(np.full(len(mapped), k))
+    return np.concatenate(found), np.concatenate(source)
+
+
+def _lost(wanted: IntArray, found: IntArray) -> IntArray:
+    """Triangles of the first list that are not in the second, whatever their winding."""
+    there = {tuple(row) for row in np.sort(found, axis=1).tolist()}
+    return np.array([row for row in np.sort(wanted, axis=1).tolist() if tuple(row) not in there]).reshape(-1, 3)
+
+
+def drill(wall: Wall, holes: Sequence[tuple[str, FloatArray]]) -> Wall:
+    """Take prisms out of a closed wall.
+
+    Parameters
+    ----------
+    wall : Wall
+    holes : sequence of (str, (2, n, 3) array)
+        Name of the facets of each hole, and the corners of its prism: those of one end, counter-clockwise seen from the
+        other end, and those of the other.
+
+    Returns
+    -------
+    Wall
+        Vertices that stay keep their ``template``.
+
+    Raises
+    ------
+    StageError
+        The boolean operation failed.
+    """
+    import manifold3d
+
+    origin = wall.points.mean(axis=0)
+    order = np.argsort(wall.facet_tag, kind="stable")
+    tags, start = np.unique(wall.facet_tag[order], return_index=True)
+    first = manifold3d.Manifold.reserve_ids(len(tags) + len(holes))
+
+    def solid(points: FloatArray, triangles: IntArray, starts: list[int], ids: list[int]) -> Any:
+        mesh = manifold3d.Mesh64(
+            np.ascontiguousarray(points - origin),
+            np.ascontiguousarray(triangles, dtype=np.uint64),
+            run_index=np.array([*(3 * s for s in starts), 3 * len(triangles)], dtype=np.uint64),
+            run_original_id=np.array(ids, dtype=np.uint32),
+        )
+        made = manifold3d.Manifold(mesh)
+        if made.status() != manifold3d.Error.NoError or made.volume() <= 0:
+            raise StageError(f"the wall or a hole in it is no solid: {made.status().name}, {made.volume():.4g} mm3")
+        return made
+
+    solids = [solid(wall.points, wall.triangles[order], start.tolist(), [first + k for k in range(len(tags))])]
+    numbers = tags.tolist()
+    for k, (name, corners) in enumerate(holes, len(tags)):
+        count = corners.shape[1]
+        low, high = np.arange(count), count + np.arange(count)
+        one, two = np.roll(low, -1), np.roll(high, -1)
+        sides = [np.stack([low, one, two], axis=1), np.stack([low, two, high], axis=1)]
+        fan = np.stack([np.zeros(count - 2, np.int64), np.arange(2, count), np.arange(1, count - 1)], axis=1)
+        triangles = np.concatenate([*sides, fan, fan[:, ::-1] + count])
+        solids.append(solid(corners.reshape(-1, 3), triangles, [0], [first + k]))
+        numbers.append(FACET_TAGS[name])
+    opened = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Subtract)
+    if opened.status() != manifold3d.Error.NoError:
+        raise StageError(f"cutting the openings failed: {opened.status().name}")
+    mesh = opened.to_mesh64()
+    points = np.asarray(mesh.vert_properties)[:, :3] + origin
+    runs = np.diff(np.asarray(mesh.run_index, dtype=np.int64) // 3)
+    source = np.repeat(np.asarray(mesh.run_original_id, dtype=np.int64), runs) - first
+    away, nearest = (np.asarray(found) for found in cKDTree(wall.points).query(points))
+    template = np.where(away < _SAME, wall.template[nearest], -1)
+    triangles = np.asarray(mesh.tri_verts, dtype=np.int64)
+    return Wall(points, triangles, np.asarray(numbers, dtype=np.int32)[source], template, wall.planes, wall.info)

@@ -1,0 +1,29 @@
+"""What the facets of a finished mesh ought to follow: outlines of labels, by facet tag."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from femprep.image import LabelObject
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """What facets of one tag ought to follow.
+
+    Attributes
+    ----------
+    facets : str
+        Name of the facets' tag.
+    obj : LabelObject
+        Its outlines are those of the labels, as they were repaired.
+    beside : tuple of LabelObject
+        Neighbours that are joined to it: near them its outline is none of the facets'.
+    clear : float
+        How near, mm.
+    """
+
+    facets: str
+    obj: LabelObject
+    beside: tuple[LabelObject, ...] = ()
+    clear: float = 0.0

@@ -1,0 +1,76 @@
+"""Segmentation of both ventricles in, one base Plane that opens both cavities out."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.ndimage import label
+
+from femprep.errors import InputError
+from femprep.model import Plane
+from femprep.options import WallOptions, choose
+from femprep.wall.planes.landmarks import base_moved, base_notices, base_slice, read_stack, slice_plane
+
+if TYPE_CHECKING:
+    from femprep.image.segmentation import Segmentation
+
+logger = logging.getLogger(__name__)
+
+#: A slice opens the right ventricle where its cavity there is at least this share of that in the next slice towards
+#: the apex, and its largest piece at least this share of the slice.
+_SHARE, _WHOLE = 0.35, 0.85
+
+
+def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, **changes: Any) -> Plane:
+    """Base plane that cuts both ventricles open.
+
+    It is the base plane of the left ventricle (:func:`~femprep.wall.find_base`) where the right ventricle reaches it.
+    Where the labels of the right ventricle end earlier, shrink to a remnant or fall into pieces (inflow and outflow),
+    the plane moves towards the apex, slice by slice, to the first one in which both cavities are open; ``source`` says
+    so. A right ventricle that reaches further than the plane is cut there.
+
+    Parameters
+    ----------
+    seg : Segmentation
+        Label map with the structures ``lv``, ``myo`` and ``rv``.
+    options, **changes
+        :class:`~femprep.options.WallOptions`; ``basal_end`` and ``base_offset`` matter here.
+
+    Returns
+    -------
+    Plane
+        Its normal points away from the apex.
+
+    Raises
+    ------
+    InputError
+        As :func:`~femprep.wall.find_base`; also where no slice of the basal half opens both cavities.
+    """
+    chosen = choose(WallOptions, options, changes)
+    stack = read_stack(seg, basal_end=chosen.basal_end, what="the base")
+    base = base_slice(stack)
+    start, note, notices = base.number, base.note, base_notices(seg, stack, base)
+    right = np.moveaxis(seg.mask("rv"), stack.axis, 0)
+    area = right.sum(axis=(1, 2))
+    first, last = stack.ring
+    allowed = max((last - first + 1) // 2, 1)
+    for step in range(allowed):
+        slice_ = start - step * stack.basal
+        below = slice_ - stack.basal
+        if not 0 <= below < len(area):
+            break
+        pieces = np.bincount(label(right[slice_], np.ones((3, 3)))[0].ravel())[1:]
+        if area[slice_] and area[slice_] >= _SHARE * area[below] and pieces.max() >= _WHOLE * area[slice_]:
+            if step:
+                note += f"; {step} slice(s) below the left ventricle's base, where the right ventricle is open"
+                logger.warning("base plane moved %d slice(s) towards the apex, to where the RV is open", step)
+                why = "where the right ventricle is open as well"
+                notices += (base_moved(seg, stack, start, slice_, why),)
+            source = f"labels: centre of slice {slice_}, {stack.evidence['basal_end']} end basal{note}"
+            return slice_plane(seg, stack, slice_, stack.basal, chosen.base_offset, source, notices)
+    raise InputError(
+        f"no slice from {start} on, within {allowed} of the base of the left ventricle, opens the cavity of the right "
+        "ventricle as well; check its labels, or mesh the left ventricle alone"
+    )

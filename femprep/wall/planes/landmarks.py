@@ -1,0 +1,336 @@
+"""Segmentation in, base and apex Plane out: which end of the stack is basal, and where the wall is cut.
+
+Both planes are slices of the image (perpendicular to the stack, oblique where the image is), put at the centre of the
+last slice on their side in which the myocardium closes around the cavity. There the contours of both surfaces were
+drawn; half a slice further out, at the face of the voxel, the fitted surfaces already round off into their caps.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import InputError
+from femprep.image.slices import relative_slope
+from femprep.model import BoolArray, FloatArray, Notice, Plane
+from femprep.model.products import length
+from femprep.options import WallOptions, choose
+
+if TYPE_CHECKING:
+    from femprep.image.segmentation import Segmentation
+
+#: The base moves one slice further in, this often at most, where its slice leaves more than this share of the cavity
+#: in the next one bare: there a wall could only be guessed (4 of the 200 ACDC maps, all with shifted slices).
+_STEPS_IN, _BARE = 2, 0.1
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Stack:
+    """The slices of one ventricle, seen along the stack.
+
+    Attributes
+    ----------
+    axis : int
+        Grid axis of the stack.
+    cavity, muscle : (s,) array
+        Voxels of cavity and of myocardium in each slice of the grid.
+    bare : (s,) array
+        Share of the cavity in each slice that the next slice towards the base does not cover.
+    closed : (s,) array
+        Whether the myocardium closes around a cavity in the slice.
+    basal : int
+        +1 where the slices run from apex to base, -1 where they run from base to apex.
+    evidence : mapping
+        What told the basal end, JSON-ready.
+    """
+
+    axis: int
+    cavity: npt.NDArray[np.int64]
+    muscle: npt.NDArray[np.int64]
+    bare: FloatArray
+    closed: BoolArray
+    basal: int
+    evidence: dict[str, Any]
+
+    @property
+    def ring(self) -> tuple[int, int]:
+        """First and last slice of the longest run of closed rings."""
+        best = (0, -1)
+        start = None
+        for k, closed in enumerate([*self.closed.tolist(), False]):
+            if closed and start is None:
+                start = k
+            elif not closed and start is not None:
+                if k - start > best[1] - best[0] + 1:
+                    best = (start, k - 1)
+                start = None
+        return best
+
+
+def read_stack(
+    seg: Segmentation, cavity: str = "lv", muscle: str = "myo", basal_end: str = "auto", what: str = "the base"
+) -> Stack:
+    """Look at the slices of a ventricle: areas, closed rings, basal end.
+
+    Parameters
+    ----------
+    seg : Segmentation
+        The label map.
+    cavity, muscle : str
+        Names of the structures.
+    basal_end : {"auto", "first", "last"}
+        Which end of the stack is basal, where it is known.
+    what : str
+        What is sought, for the messages.
+
+    Raises
+    ------
+    InputError
+        A structure is empty, lies in one slice only, or both ends look alike.
+    """
+    axis = int(seg.stack_axis)
+    inside = np.moveaxis(np.asarray(seg.mask(cavity), dtype=bool), axis, 0)
+    tissue = np.moveaxis(np.asarray(seg.mask(muscle), dtype=bool), axis, 0)
+    both = inside | tissue
+    for name, mask in ((cavity, inside), (muscle, tissue)):
+        if not mask.any():
+            raise InputError(f"structure {name!r} has no voxel, so {what} cannot be found; check the label numbers")
+    closed = np.array([_closes(c, b) for c, b in zip(inside, both)])
+    cavity_area, muscle_area = (m.sum(axis=(1, 2)).astype(np.int64) for m in (inside, tissue))
+    slices = np.flatnonzero(cavity_area + muscle_area)
+    if len(slices) < 2:
+        raise InputError(f"{cavity!r} and {muscle!r} lie in slice {slices[0]} alone; {what} needs at least 2 slices")
+    other = cavity == "lv" and "rv" in seg.structures and set(seg.structures["rv"]) <= set(seg.present)
+    right = np.moveaxis(seg.mask("rv"), axis, 0).sum(axis=(1, 2)) if other else np.zeros_like(cavity_area)
+    trend, evidence = _trend(cavity_area, muscle_area, right, closed, slices)
+    if basal_end == "auto":
+        if trend == 0.0:
+            raise InputError(
+                f"both ends of the stack look alike, so {what} cannot be found; give basal_end first or last"
+            )
+        basal = 1 if trend > 0 else -1
+    else:
+        basal = 1 if basal_end == "last" else -1
+        evidence["given"] = basal_end
+    covering = np.roll(both, -basal, axis=0)
+    bare = (inside & ~covering).sum(axis=(1, 2)) / np.maximum(cavity_area, 1)
+    evidence["basal_end"] = "last" if basal > 0 else "first"
+    return Stack(axis, cavity_area, muscle_area, bare, closed, basal, evidence)
+
+
+def _closes(cavity: BoolArray, both: BoolArray) -> bool:
+    """Whether every voxel edge of the cavity in this slice borders on myocardium."""
+    if not cavity.any():
+        return False
+    padded = np.pad(cavity, 1)
+    around = padded[2:, 1:-1] | padded[:-2, 1:-1] | padded[1:-1, 2:] | padded[1:-1, :-2]
+    at_border = cavity[0].any() or cavity[-1].any() or cavity[:, 0].any() or cavity[:, -1].any()
+    return not (at_border or (around & ~both).any())
+
+
+def _trend(
+    cavity: npt.NDArray[np.int64],
+    muscle: npt.NDArray[np.int64],
+    right: npt.NDArray[np.int64],
+    closed: BoolArray,
+    slices: npt.NDArray[np.int64],
+) -> tuple[float, dict[str, Any]]:
+    """Evidence for the basal end: positive where it is the last slice.
+
+    The cross-section grows towards the base (slope of its area over the slices, relative to its mean), and that of the
+    right ventricle more so: where the left one is a tube, as after an infarction of its apex, that tells alone. A slice
+    of myocardium without cavity is an apical cap, a ring that does not close is near the valve: each at an end counts
+    as much as a clear slope.
+    """
+    area = (cavity + muscle)[slices].astype(float)
+    slope, right_slope = relative_slope(area), relative_slope(right[slices])
+    half = len(slices) // 2
+    low, high = slices[:half], slices[-half:]
+
+    def count(where: BoolArray) -> tuple[int, int]:
+        return int(where[low].sum()), int(where[high].sum())
+
+    caps = count((cavity == 0) & (muscle > 0))
+    open_rings = count((cavity > 0) & ~closed)
+    signs = np.sign(caps[0] - caps[1]) + np.sign(open_rings[1] - open_rings[0])
+    score = slope + right_slope + 0.05 * float(signs)
+    evidence = {
+        "area_slope_per_slice": round(slope, 4),
+        "rv_slope_per_slice": round(right_slope, 4),
+        "apical_caps_first_last": list(caps),
+        "open_rings_first_last": list(open_rings),
+    }
+    return score, evidence
+
+
+def slice_plane(
+    seg: Segmentation,
+    stack: Stack,
+    slice_: int,
+    towards: int,
+    inward: float,
+    source: str,
+    notices: tuple[Notice, ...] = (),
+) -> Plane:
+    """Plane through the centre of a slice, its normal along the stack in the given sense."""
+    index = (np.asarray(seg.labels.shape, dtype=float) - 1.0) / 2.0
+    index[stack.axis] = slice_
+    point = seg.grid.to_world(index)
+    # A grid of ITK is orthogonal, so the direction of the stack is also the normal of its slices.
+    normal = towards * seg.grid.direction[:, stack.axis] / np.linalg.norm(seg.grid.direction[:, stack.axis])
+    return Plane(point - inward * normal, normal, source=source, notices=notices)
+    normal = towards * seg.grid.direction[:, stack.axis] / length(seg.grid.direction[:, stack.axis])
+    return Plane(point - inward * normal, normal, source=source)
+
+
+def find_base(seg: Segmentation, *, options: WallOptions | None = None, **changes: Any) -> Plane:
+    """Base plane of the left ventricle, from its labels.
+
+    Which end of the stack is basal is found from how the cross-section grows, from apical caps and from open rings.
+    The plane goes through the centre of the most basal slice in which the myocardium closes around the cavity: the
+    open, C-shaped rings beside the valve and slices that hold cavity or myocardium alone lie beyond it. A slice that
+    leaves more than a tenth of the next slice's cavity bare is passed over, two at most; ``source`` says so.
+
+    Parameters
+    ----------
+    seg : Segmentation
+        Label map with the structures ``lv`` and ``myo``.
+    options, **changes
+        :class:`~femprep.options.WallOptions`; ``basal_end`` and ``base_offset`` matter here.
+
+    Returns
+    -------
+    Plane
+        Its normal points away from the apex, to the side that is cut away.
+
+    Raises
+    ------
+    InputError
+        A structure is missing, both ends look alike, or the myocardium closes around the cavity in no slice.
+    """
+    chosen = choose(WallOptions, options, changes)
+    stack = read_stack(seg, basal_end=chosen.basal_end, what="the base")
+    base = base_slice(stack)
+    source = f"labels: centre of slice {base.number}, {stack.evidence['basal_end']} end basal{base.note}"
+    logger.info("base plane: %s; %s", source, stack.evidence)
+    notices = base_notices(seg, stack, base)
+    return slice_plane(seg, stack, base.number, stack.basal, chosen.base_offset, source, notices)
+
+
+class BaseSlice(NamedTuple):
+    """The slice the base of the left ventricle is put in, and the slices nearer to the valve that were passed over."""
+
+    number: int
+    passed: tuple[int, ...] = ()
+
+    @property
+    def note(self) -> str:
+        """What there is to say of it beside its number."""
+        if not self.passed:
+            return ""
+        return f"; passed over slice {', '.join(map(str, self.passed))}, which leaves cavity of the next slice bare"
+
+
+def base_notices(seg: Segmentation, stack: Stack, base: BaseSlice) -> tuple[Notice, ...]:
+    """That slices with a closed ring were passed over, where they were."""
+    if not base.passed:
+        return ()
+    return (base_moved(seg, stack, base.passed[0], base.number, "as its slice leaves cavity of the next one bare"),)
+
+
+def base_moved(seg: Segmentation, stack: Stack, before: int, after: int, why: str) -> Notice:
+    """That the base lies nearer to the apex than its closed rings allow: by how much, where, and what that takes away.
+
+    Parameters
+    ----------
+    seg, stack
+        The labels.
+    before, after : int
+        Slice it would lie in, and the one it lies in.
+    why : str
+        A clause.
+    """
+    steps = abs(after - before)
+    slices = "1 slice" if steps == 1 else f"{steps} slices"
+    full, left = (_cavity_below(seg, stack, number) for number in (before, after))
+    words = (
+        f"the base plane was moved by {{amount}} ({slices}) towards the apex, to near {{place}}, {why}: of the left "
+        f"cavity's {full:.1f} mL below it {left:.1f} mL are left"
+    )
+    inside = np.moveaxis(np.asarray(seg.mask("lv")), stack.axis, 0)[after]
+    place = seg.grid.to_world(np.insert(np.argwhere(inside).mean(axis=0), stack.axis, after))
+    return Notice.of("moved", words, amount=steps * float(seg.grid.spacing[stack.axis]), unit="mm", place=place)
+
+
+def _cavity_below(seg: Segmentation, stack: Stack, number: int) -> float:
+    """Labelled cavity of the left ventricle from the apex to the middle of a slice, mL."""
+    beyond = np.arange(len(stack.cavity)) * stack.basal < number * stack.basal
+    voxels = float(stack.cavity[beyond].sum()) + 0.5 * float(stack.cavity[number])
+    return voxels * float(np.prod(seg.grid.spacing)) / 1000.0
+
+
+def base_slice(stack: Stack) -> BaseSlice:
+    """The slice the base of the left ventricle is put in, and what was passed over for it."""
+    first, last = _rings(stack, "the base")
+    slice_ = last if stack.basal > 0 else first
+    passed = []
+    for _ in range(_STEPS_IN):
+        inner = slice_ - stack.basal
+        if not first < inner < last or stack.bare[inner] <= _BARE:
+            break
+        passed.append(slice_)
+        slice_ = inner
+    return BaseSlice(slice_, tuple(passed))
+
+
+def find_apex(seg: Segmentation, *, options: WallOptions | None = None, **changes: Any) -> Plane:
+    """Apex plane of the left ventricle, from its labels: where a wall that is clipped at the apex ends.
+
+    It goes through the centre of the most apical slice in which the myocardium closes around the cavity.
+
+    Parameters
+    ----------
+    seg : Segmentation
+        Label map with the structures ``lv`` and ``myo``.
+    options, **changes
+        :class:`~femprep.options.WallOptions`; ``basal_end`` matters here.
+
+    Returns
+    -------
+    Plane
+        Its normal points away from the base, to the side that is cut away.
+
+    Raises
+    ------
+    InputError
+        As :func:`find_base`; also where the only closed ring is the one the base lies in.
+    """
+    chosen = choose(WallOptions, options, changes)
+    stack = read_stack(seg, basal_end=chosen.basal_end, what="the apex")
+    ring = _rings(stack, "the apex")
+    if ring[0] == ring[1]:
+        raise InputError(
+            f"the myocardium closes around the cavity in slice {ring[0]} alone, where the base is; "
+            "a wall clipped at the apex needs at least 2 such slices"
+        )
+    slice_ = ring[0] if stack.basal > 0 else ring[1]
+    source = f"labels: centre of slice {slice_}, {stack.evidence['basal_end']} end basal"
+    return slice_plane(seg, stack, slice_, -stack.basal, 0.0, source)
+
+
+def _rings(stack: Stack, what: str) -> tuple[int, int]:
+    """The run of closed rings, or an error that says where it breaks."""
+    first, last = stack.ring
+    if last < first:
+        slices = np.flatnonzero(stack.cavity)
+        raise InputError(
+            f"the myocardium closes around the cavity in none of slices {slices[0]} to {slices[-1]}, so {what} "
+            "cannot be found; mend the labels or give a plane by hand"
+        )
+    return first, last

@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+import numpy as np
+from wall_shapes import Ellipsoid, plane_z, template_surface
+
+from femprep.mesh.intersection import self_intersections
+from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.topology import fold_angles
+from femprep.model import Surface
+from femprep.wall.clipping.clip import clip
+from femprep.wall.clipping.improve import improve
+from femprep.wall.clipping.mend import mend
+
+
+def folded() -> Surface:
+    """An ellipsoid a few of whose vertices, far from the rim, are pulled across their neighbours."""
+    surface = template_surface(Ellipsoid((25.0, 25.0, 40.0)), 1500)
+    points = surface.points.copy()
+    near = np.linalg.norm(points - [20.0, 0.0, -25.0], axis=1)
+    for vertex in np.argsort(near)[:4]:
+        points[vertex] += [0.0, 6.0, 1.0]
+    return Surface(points, surface.cells, "lv", directions=surface.directions)
+
+
+def test_a_fold_is_smoothed_and_reported():
+    surface = folded()
+    sheet = clip(surface, {"base": plane_z(10.0)})
+    assert len(self_intersections(sheet.points, sheet.triangles)) > 0
+    middles = surface.points[surface.cells].mean(axis=1)
+    poor = middles[triangle_quality(surface.points, surface.cells) < 0.5]
+    info = mend(sheet)
+    assert len(self_intersections(sheet.points, sheet.triangles)) == 0
+    assert triangle_quality(sheet.points, sheet.triangles).min() >= 0.25
+    assert fold_angles(sheet.points, sheet.triangles)[1].max() < 110.0
+    assert info["surface"] == "lv"
+    assert 0.1 < info["farthest_off_the_fit_mm"] < 4.0
+    # Far from the fold, and from other triangles of the stretched template that are slid to better ones, nothing moved.
+    far = (np.linalg.norm(sheet.points[:, None] - poor, axis=2) > 18.0).all(axis=1)
+    far &= np.linalg.norm(sheet.points - [20.0, 0.0, -25.0], axis=1) > 25.0
+    inner = far & (sheet.template >= 0) & (sheet.points[:, 2] < -5.0)
+    assert inner.sum() > 200
+    assert np.abs(sheet.points[inner] - surface.points[sheet.template[inner]]).max() < 1e-9
+
+
+def test_a_fair_surface_is_left_alone():
+    sheet = clip(template_surface(Ellipsoid((25.0, 25.0, 40.0)), 600), {"base": plane_z(10.0)})
+    improve(sheet)
+    before = sheet.points.copy()
+    assert mend(sheet) is None
+    assert (sheet.points == before).all()
