@@ -1,4 +1,4 @@
-"""What examples/README.md says of the examples is there."""
+"""What examples/README.md and the page of figures say of the examples is there."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from pathlib import Path
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 TEXT = (EXAMPLES / "README.md").read_text()
+FIGURES = (EXAMPLES.parent / "docs" / "figures.md").read_text()
 
 
-def test_every_example_has_a_section_and_a_test() -> None:
+def test_every_example_has_a_line_a_section_and_a_test() -> None:
     scripts = sorted(EXAMPLES.glob("[0-9]*.py"))
-    assert [script.name[:2] for script in scripts] == re.findall(r"^## (\d\d) ", TEXT, flags=re.MULTILINE)
+    sections = re.split(r"^## ", FIGURES, flags=re.MULTILINE)[1:]
+    assert [script.name for script in scripts] == [re.findall(r"examples/(\w+\.py)", text)[0] for text in sections]
     tests = "".join(path.read_text() for path in Path(__file__).parent.glob("test_examples_*.py"))
     for script in scripts:
-        assert f"python examples/{script.name}" in TEXT
+        assert f"python examples/{script.name}" in FIGURES
+        assert f"]({script.name})" in TEXT
         assert script.name in tests
 
 
@@ -23,6 +26,6 @@ def test_every_link_leads_somewhere_and_every_picture_is_shown() -> None:
     assert len(links) >= 8
     for link in links:
         assert (EXAMPLES / link).is_file(), link
-    assert {link for link in links if link.endswith(".png")} == {
-        f"pictures/{path.name}" for path in (EXAMPLES / "pictures").glob("*.png")
+    assert set(re.findall(r"\]\(\.\./examples/pictures/([^)]+)\)", FIGURES)) == {
+        path.name for path in (EXAMPLES / "pictures").glob("*.png")
     }

@@ -273,7 +273,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
 
 
 def markdown_table() -> str:
-    """The table as the README has it."""
+    """The table as the page of formats has it."""
     head = ("`--format`", "for", "carries", "elements", "unit of length", "read in the tests by", "not read there by")
     body = [
         (f"`{e.name}`", e.program, e.carries, e.elements, e.units, e.read_by, e.unread_by or "-")

@@ -36,7 +36,7 @@ class MeshTargets(NamedTuple):
     poor_angle: float
 
 
-#: Targets by the name of a quality; measured figures stand in the README.
+#: Targets by the name of a quality; measured figures stand in docs/algorithms/tetwild.md.
 QUALITY: dict[str, MeshTargets] = {
     "fast": MeshTargets(10.0, 0.80, 50.0, 0.1, 1, 20.0),
     "good": MeshTargets(15.0, 0.85, 10.0, 0.05, 2, 25.0),
