@@ -157,12 +157,10 @@ _KINDS: Final = {
 
 def commands() -> str:
     """Every command with its arguments and options."""
-    from femprep.cli._app import COMMANDS, HIDDEN, load
+    from femprep.cli._app import COMMANDS, load
 
     parts = []
     for name in COMMANDS:
-        if name in HIDDEN:
-            continue
         command = load(name)
         arguments = [param for param in command.params if param.param_type_name == "argument"]
         usage = " ".join(

@@ -15,6 +15,8 @@ The whole way in ten lines, here on a phantom with voxels of 1.4 x 1.4 x 8 mm an
 0
 >>> list(mesh.facet_names)
 ['endo', 'epi', 'base']
+
+The examples at functions and classes go on from these names.
 """
 
 from __future__ import annotations
@@ -46,6 +48,14 @@ _HOMES = {
     "FACET_TAGS": "femprep.model",
     "REGION_TAGS": "femprep.model",
     "Options": "femprep.options",
+    "ImageOptions": "femprep.options",
+    "SurfaceOptions": "femprep.options",
+    "WallOptions": "femprep.options",
+    "VolumeOptions": "femprep.options",
+    "SweepOptions": "femprep.options",
+    "CheckOptions": "femprep.options",
+    "FibreOptions": "femprep.options",
+    "ExportOptions": "femprep.options",
     "find_base": "femprep.wall",
     "find_apex": "femprep.wall",
     "extend_apex": "femprep.wall",
@@ -67,6 +77,7 @@ _HOMES = {
     "read_segmentation": "femprep.image",
     "write_segmentation": "femprep.image",
     "Segmentation": "femprep.image",
+    "Grid": "femprep.image",
     "LabelObject": "femprep.image",
     "align_slices": "femprep.image",
     "estimate_shifts": "femprep.image",
@@ -81,7 +92,6 @@ _HOMES = {
     "boundary_wall": "femprep.sweeping",
     "displacements": "femprep.sweeping",
     "template_of": "femprep.sweeping",
-    "SweepOptions": "femprep.options",
     "write_mesh": "femprep.export",
     "read_mesh": "femprep.export",
     "write_facets": "femprep.export",

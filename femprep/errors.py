@@ -13,25 +13,55 @@ _FULL: Final = frozenset({errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", er
 
 
 class FemprepError(Exception):
-    """Base of all errors of femprep."""
+    """Base of all errors of femprep.
+
+    Examples
+    --------
+    >>> try:
+    ...     fp.read_segmentation("none.nii.gz")
+    ... except fp.FemprepError as error:
+    ...     print(error.exit_status)
+    2
+    """
 
     exit_status: ClassVar[int] = 3
 
 
 class InputError(FemprepError, ValueError):
-    """The data cannot be meshed as it is: an image, a label, a surface or a mesh is wrong."""
+    """The data cannot be meshed as it is: an image, a label, a surface or a mesh is wrong.
+
+    Examples
+    --------
+    >>> seg.object("aorta")
+    Traceback (most recent call last):
+    femprep.errors.InputError: structure 'aorta' is not defined ...
+    """
 
     exit_status = 2
 
 
 class OptionError(FemprepError, ValueError):
-    """An option is unknown, out of range, or contradicts another."""
+    """An option is unknown, out of range, or contradicts another.
+
+    Examples
+    --------
+    >>> fp.fit_surface(cavity, vertice=800)
+    Traceback (most recent call last):
+    femprep.errors.OptionError: unknown option 'vertice'; did you mean 'vertices'?
+    """
 
     exit_status = 2
 
 
 class FileError(FemprepError, OSError):
-    """A file is missing, damaged, of an unknown format, or cannot be written."""
+    """A file is missing, damaged, of an unknown format, or cannot be written.
+
+    Examples
+    --------
+    >>> fp.read_mesh("none.vtu")
+    Traceback (most recent call last):
+    femprep.errors.FileError: ...
+    """
 
     exit_status = 2
 
@@ -61,9 +91,21 @@ class StageError(FemprepError, RuntimeError):
 
 
 class QualityError(FemprepError, RuntimeError):
-    """A finished mesh does not reach the quality asked of it."""
+    """A finished mesh does not reach the quality asked of it.
+
+    Examples
+    --------
+    >>> fp.check(mesh, minimum_dihedral=60.0).raise_if_failed()
+    Traceback (most recent call last):
+    femprep.errors.QualityError: the mesh fails its checks: ...
+    """
 
     exit_status = 1
+
+
+def did_you_mean(names: list[str]) -> str:
+    """A question to add to what is wrong; nothing where no name is near."""
+    return f"; did you mean {' or '.join(map(repr, names))}?" if names else ""
 
 
 def cannot_write(what: str, error: OSError, remedy: str) -> FileError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -22,7 +23,7 @@ from femprep.errors import FemprepError
 from femprep.export.content import content_of, refusals
 from femprep.image import Segmentation, align_slices
 from femprep.model import VolumeMesh, Wall, noted, with_verdict
-from femprep.options import FibreOptions, Options, choose
+from femprep.options import FibreOptions, Options, choose, takes
 from femprep.preflight import check_labels, check_options
 from femprep.report.beside_labels import volumes_beside_labels, wall_difference
 from femprep.report.run import Run, Surfaces
@@ -41,6 +42,7 @@ from femprep.wall.anatomies import ANATOMIES, Layout, Parts, lay_out
 from femprep.wall.joining.build import apex_info
 
 Progress = Callable[[str, float], None]
+_log = logging.getLogger(__name__)
 
 
 class Stages:
@@ -57,10 +59,13 @@ class Stages:
         report(name, 0.0)
         start = time.perf_counter()
         yield lambda _, fraction: report(name, fraction)
-        self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+        taken = time.perf_counter() - start
+        self.seconds[name] = self.seconds.get(name, 0.0) + taken
+        _log.info("%s: %.1f s", name, taken)
         report(name, 1.0)
 
 
+@takes(Options)
 def mesh_segmentation(
     seg: Segmentation, options: Options | None = None, progress: Progress | None = None, **changes: object
 ) -> Run:
@@ -88,8 +93,15 @@ def mesh_segmentation(
         The segmentation or an option is wrong.
     StageError
         A stage failed on valid input.
+
+    Examples
+    --------
+    >>> run = fp.mesh_segmentation(seg, volume={"edge_length": 5.0})  # doctest: +SKIP
+    >>> run.quality.passed  # doctest: +SKIP
+    True
     """
     options = choose(Options, options, changes)
+    _log.debug("options: %s", options)
     stages = Stages(progress)
     seg, layout, axes = begin(seg, options, stages)
     parts = ANATOMIES[options.anatomy](seg, layout, options, stages)
@@ -210,6 +222,12 @@ def fit_surfaces(
     Returns
     -------
     Surfaces
+
+    Examples
+    --------
+    >>> options = fp.Options(surface={"vertices": 500})
+    >>> list(fp.fit_surfaces(seg, {"lv": ("lv",)}, options).surfaces)
+    ['lv']
     """
     options = options or Options()
     stages = Stages(progress)

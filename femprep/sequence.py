@@ -13,7 +13,7 @@ from femprep.errors import InputError, OptionError
 from femprep.export.series import write_pvd, write_xdmf_series
 from femprep.image import Segmentation
 from femprep.model import noted
-from femprep.options import Options, choose
+from femprep.options import Options, choose, takes
 from femprep.pipeline import Stages, begin, mesh_segmentation
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import PhaseRecord, SequenceManifest, hashes
@@ -41,6 +41,11 @@ class SequenceRun:
         Number of that phase, from 0.
     template : mapping of str to int or str
         What their connectivity follows from, see :func:`~femprep.sweeping.template_of`.
+
+    Examples
+    --------
+    >>> [run.quality.passed for run in found.runs]  # doctest: +SKIP
+    [True, True]
     """
 
     runs: tuple[Run, ...]
@@ -64,6 +69,7 @@ class SequenceRun:
         return _ejected([run.objects["lv"].volume for run in self.runs])
 
 
+@takes(Options)
 def mesh_sequence(
     phases: Sequence[Segmentation],
     options: Options | None = None,
@@ -102,6 +108,12 @@ def mesh_sequence(
         No phases, times that do not increase, another anatomy than the left ventricle; as for ``mesh_segmentation``.
     StageError
         A phase cannot be meshed.
+
+    Examples
+    --------
+    >>> found = fp.mesh_sequence([diastole, systole], volume={"edge_length": 4.0})  # doctest: +SKIP
+    >>> round(found.ejection_fraction)  # doctest: +SKIP
+    58
     """
     options = choose(Options, options, changes)
     count = len(phases)
@@ -163,6 +175,10 @@ def write_sequence(
     ------
     FileError
         As for :func:`femprep.write_run`.
+
+    Examples
+    --------
+    >>> fp.write_sequence(found, "out")  # doctest: +SKIP
     """
     paths = [Path(source) for source in sources] if sources is not None else [None] * len(sequence.runs)
     names = phase_names(paths)

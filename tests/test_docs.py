@@ -15,7 +15,7 @@ from types import ModuleType
 import pytest
 
 import femprep
-from femprep.cli._app import COMMANDS, HIDDEN, load
+from femprep.cli._app import COMMANDS, load
 from femprep.export.table import FORMATS, markdown_table
 from femprep.options import Options, StageOptions
 
@@ -125,7 +125,7 @@ def test_options_formats_and_commands_are_those_of_the_code(generate: ModuleType
         assert len(groups) == (8 if kind is Options else 0)
         assert [name for name in kind.model_fields if name not in groups and f"| `{name}` |" not in options] == []
     assert markdown_table() == generate.fill("<!-- generated: formats -->")
-    for command in COMMANDS.keys() - HIDDEN:
+    for command in COMMANDS:
         assert f"## femprep {command}\n" in told
         for param in load(command).params:
             assert all(f"`{flag}`" in told for flag in param.opts if flag.startswith("--"))

@@ -85,6 +85,12 @@ def add_aha(mesh: VolumeMesh, *, axes: VentricularAxes | None = None, fields: Wa
     References
     ----------
     Cerqueira et al. 2002, doi 10.1161/hc0402.102975
+
+    Examples
+    --------
+    >>> segments = fp.add_aha(mesh, axes=fp.ventricular_axes(seg)).cell_data["aha"]
+    >>> sorted(set(segments.tolist())) == list(range(1, 18))
+    True
     """
     refuse_blood(mesh)
     axes = (fields.axes if fields else axes) or ventricular_axes(mesh)

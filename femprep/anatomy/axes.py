@@ -49,6 +49,12 @@ class VentricularAxes:
         ``"labels"``, ``"mesh"``, ``"given"``.
     info : mapping
         Evidence and what was assumed. JSON-ready.
+
+    Examples
+    --------
+    >>> axes = fp.ventricular_axes(seg)
+    >>> float(((axes.base - axes.apex) ** 2).sum() ** 0.5) > 50.0
+    True
     """
 
     apex: FloatArray

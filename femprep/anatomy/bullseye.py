@@ -107,6 +107,10 @@ def bulls_eye(
         There are not 17 values.
     MissingDependencyError
         matplotlib is not installed (the extra ``plot``).
+
+    Examples
+    --------
+    >>> axes = fp.bulls_eye(range(17), label="segment")
     """
     numbers = _seventeen(values, mesh)
     try:
@@ -166,6 +170,11 @@ def bulls_eye_svg(
     ------
     InputError
         There are not 17 values.
+
+    Examples
+    --------
+    >>> fp.bulls_eye_svg(range(17), label="segment").startswith("<svg")
+    True
     """
     numbers = _seventeen(values, mesh)
     low, high = _limits(numbers, limits)

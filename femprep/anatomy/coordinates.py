@@ -53,6 +53,11 @@ def add_coordinates(
     References
     ----------
     Schuler et al. 2021, doi 10.1016/j.media.2021.102247
+
+    Examples
+    --------
+    >>> sorted(set(fp.add_coordinates(mesh, axes=fp.ventricular_axes(seg)).point_data) - set(mesh.point_data))
+    [...]
     """
     fields = fields or WallFields(mesh, axes)
     space = fields.space

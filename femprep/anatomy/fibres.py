@@ -45,11 +45,12 @@ from femprep.anatomy.laplace.shapes import quadrature
 from femprep.anatomy.rules import Sites, at_cells, at_points, node_fields, triads
 from femprep.errors import InputError
 from femprep.model import FloatArray, Notice, VolumeMesh, noted, without_failure
-from femprep.options import FibreOptions, choose
+from femprep.options import FibreOptions, choose, takes
 
 logger = logging.getLogger(__name__)
 
 
+@takes(FibreOptions)
 def add_fibres(
     mesh: VolumeMesh,
     options: FibreOptions | None = None,
@@ -88,6 +89,12 @@ def add_fibres(
     References
     ----------
     Bayer et al. 2012, doi 10.1007/s10439-012-0593-5
+
+    Examples
+    --------
+    >>> fibred = fp.add_fibres(mesh, axes=fp.ventricular_axes(seg), endo_angle=60.0, epi_angle=-60.0)
+    >>> fibred.cell_data["fiber"].shape == (mesh.n_cells, 3)
+    True
     """
     chosen = choose(FibreOptions, options, changes)
     fields = fields or WallFields(mesh, axes)
@@ -119,6 +126,7 @@ def add_fibres(
     return replace(mesh.with_data(cell=cell, point=point), info=info)
 
 
+@takes(FibreOptions)
 def quadrature_fibres(
     mesh: VolumeMesh,
     options: FibreOptions | None = None,
@@ -143,6 +151,11 @@ def quadrature_fibres(
     -------
     dict of str to (k, q, 3, 3) array
         By element type: for each element and point a matrix whose columns are fibre, sheet and normal.
+
+    Examples
+    --------
+    >>> list(fp.quadrature_fibres(mesh, axes=fp.ventricular_axes(seg)))
+    ['tetra']
     """
     chosen = choose(FibreOptions, options, changes)
     fields = fields or WallFields(mesh, axes)

@@ -40,6 +40,11 @@ def ventricular_axes(
     ------
     InputError
         A structure or the facets of a surface are missing, or a word is none of those above.
+
+    Examples
+    --------
+    >>> fp.ventricular_axes(seg).source
+    'labels'
     """
     if mirrored not in ("auto", "yes", "no"):
         raise InputError(f"mirrored is {mirrored!r}; expected auto, yes or no")

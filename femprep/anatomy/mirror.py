@@ -42,6 +42,12 @@ def flip(heart: VolumeMesh | Segmentation, *, plane: Plane | None = None) -> Vol
     -------
     VolumeMesh or Segmentation
         With ``info["flipped"]``.
+
+    Examples
+    --------
+    >>> mirrored = fp.flip(mesh)
+    >>> fp.check(mirrored).validity.inverted_elements
+    0
     """
     if isinstance(heart, VolumeMesh):
         return _flip_mesh(heart, plane)

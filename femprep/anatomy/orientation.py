@@ -40,6 +40,11 @@ def orient(seg: Segmentation, *, basal_end: str = "auto") -> Segmentation:
     Segmentation
         With ``frame``, which its objects take over; as it was where the axes cannot be told (another structure, one
         slice only). ``info["orientation"]`` says which.
+
+    Examples
+    --------
+    >>> fp.orient(seg).frame.shape
+    (3, 3)
     """
     try:
         axes = axes_from_labels(seg, basal_end=basal_end)

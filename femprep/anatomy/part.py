@@ -29,6 +29,12 @@ def on_wall(mesh: VolumeMesh, add: Callable[[VolumeMesh], VolumeMesh]) -> Volume
     -------
     VolumeMesh
         With the data of ``add``. In blood they are 0, the directions of fibres and sheets those of the coordinate axes.
+
+    Examples
+    --------
+    >>> axes = fp.ventricular_axes(seg)
+    >>> "aha" in fp.on_wall(mesh, lambda part: fp.add_aha(part, axes=axes)).cell_data
+    True
     """
     blood = is_blood(mesh.region)
     if not blood.any():

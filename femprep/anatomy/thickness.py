@@ -34,6 +34,11 @@ def wall_thickness(mesh: VolumeMesh) -> FloatArray:
     ------
     InputError
         Fewer than two of these surfaces are there.
+
+    Examples
+    --------
+    >>> fp.wall_thickness(mesh).shape == (mesh.n_cells,)
+    True
     """
     surfaces = [facet_triangles(mesh, name) for name in ("endo", "endo_lv", "endo_rv", "epi")]
     surfaces = [triangles for triangles in surfaces if len(triangles)]

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import atexit
 import gc
+import logging
 import signal
 import sys
+from difflib import get_close_matches
 from types import FrameType
+from typing import Any
 
-from femprep.errors import DiskFullError, FemprepError, cannot_write
+from femprep.errors import DiskFullError, FemprepError, cannot_write, did_you_mean
 
 #: Exit status after Ctrl-C, as shells have it.
 INTERRUPTED = 130
@@ -28,6 +31,7 @@ def main(arguments: list[str] | None = None) -> int:
     """
     gc.set_threshold(_NEW_OBJECTS)
     from femprep.cli._app import app
+    from femprep.cli._logging import stop_logging
 
     signal.signal(signal.SIGTERM, _terminate)
     _keep_memory()
@@ -37,6 +41,7 @@ def main(arguments: list[str] | None = None) -> int:
         status = int(app(args=arguments, prog_name="femprep", standalone_mode=False) or 0)
         return _interrupted() if status == INTERRUPTED else status
     except FemprepError as error:
+        logging.getLogger(__name__).debug("what went wrong", exc_info=True)
         print(f"femprep: error: {' '.join(str(error).split())}", file=sys.stderr)  # noqa: T201
         return error.exit_status
     except KeyboardInterrupt:
@@ -50,18 +55,36 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"femprep: error: {full}", file=sys.stderr)  # noqa: T201
         return full.exit_status
     except Exception as error:
+        logging.getLogger(__name__).debug("what went wrong", exc_info=True)
         return _usage(error)
+    finally:
+        stop_logging()
 
 
 def _usage(error: Exception) -> int:
     """Exit status of an error of the command line's own grammar; anything else is a bug and goes on up."""
-    show = getattr(error, "show", None)
-    if show is None and type(error).__name__ != "Abort":
-        raise error
-    if show is None:
+    if type(error).__name__ == "Abort":
         return _interrupted()
-    show()
-    return int(getattr(error, "exit_code", 2))
+    show, status = getattr(error, "show", None), int(getattr(error, "exit_code", 2))
+    if show is None:
+        raise error
+    if type(error).__name__ == "NoArgsIsHelpError":  # which shows the help
+        show()
+        return status
+    context: Any = getattr(error, "ctx", None)
+    command = "femprep" if context is None else context.command_path
+    print(f"femprep: error: {_grammar(error)}; see {command} --help", file=sys.stderr)  # noqa: T201
+    return status
+
+
+def _grammar(error: Any) -> str:
+    """What is wrong in one clause, with the option that was meant."""
+    wrong, near = getattr(error, "option_name", None), getattr(error, "possibilities", None)
+    if wrong is None or near is None:
+        said = " ".join(error.format_message().split()).rstrip(".")
+        return f"{said[:1].lower()}{said[1:]}"
+    # Those the parser found first, then the one that is most like it.
+    return f"no such option {wrong}{did_you_mean(get_close_matches(wrong, near, n=1) or list(near)[:2])}"
 
 
 def _keep_memory() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from importlib import import_module
 from typing import Annotated, Any, Final
 
@@ -10,6 +11,8 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from femprep import __version__
+from femprep.cli._logging import logging_options
+from femprep.errors import OptionError, did_you_mean
 
 #: First line of each command's help; the command is the function of that name in the file of that name.
 COMMANDS: Final = {
@@ -21,13 +24,10 @@ COMMANDS: Final = {
     "compare": "Distances between two surfaces, in space and in the slices of an image; or every method on one label "
     "map.",
     "demo": "Mesh a phantom left ventricle, the whole way, in about a minute.",
-    "schema": "Write the JSON Schemas of the options, of run.json (of a run and of a sequence) and of quality.json.",
+    "schema": "Where the JSON Schemas of options and records lie, for editors; or write them.",
 }
 
-#: Commands for developers, which the list leaves out.
-HIDDEN: Final = frozenset({"schema"})
-
-_STYLE: dict[str, Any] = {"add_completion": False, "rich_markup_mode": "rich", "pretty_exceptions_enable": False}
+_STYLE: dict[str, Any] = {"rich_markup_mode": "rich", "pretty_exceptions_enable": False}
 
 
 class LazyGroup(TyperGroup):
@@ -41,10 +41,13 @@ class LazyGroup(TyperGroup):
         """A stand-in that knows its line of help."""
         if cmd_name not in COMMANDS:
             return None
-        return TyperCommand(cmd_name, help=COMMANDS[cmd_name], hidden=cmd_name in HIDDEN)
+        return TyperCommand(cmd_name, help=COMMANDS[cmd_name])
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command itself."""
+        if args and args[0] not in COMMANDS and not ctx.resilient_parsing:
+            near = did_you_mean(get_close_matches(args[0], COMMANDS, n=1))
+            raise OptionError(f"no such command {args[0]!r}{near or '; femprep --help lists them'}")
         name, command, rest = super().resolve_command(ctx, args)
         if name is not None and command is not None:
             command = load(name)
@@ -53,9 +56,14 @@ class LazyGroup(TyperGroup):
 
 def load(name: str) -> Any:
     """Load one command."""
-    single = typer.Typer(**_STYLE)
-    single.command(name)(getattr(import_module(f"femprep.cli.{name}"), name))
-    return get_command(single)
+    function = getattr(import_module(f"femprep.cli.{name}"), name)
+    single = typer.Typer(add_completion=False, **_STYLE)
+    # Lines of a docstring are those of its file; a terminal has its own.
+    paragraphs = (" ".join(part.split()) for part in (function.__doc__ or "").split("\n\n"))
+    single.command(name, help="\n\n".join(paragraphs).strip())(function)
+    command = get_command(single)
+    command.params.extend(logging_options())
+    return command
 
 
 app = typer.Typer(name="femprep", cls=LazyGroup, no_args_is_help=True, **_STYLE)

@@ -17,7 +17,7 @@ OUTPUT: Final = "Output"
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to make.", rich_help_panel=OUTPUT)]
 Preset = Annotated[str | None, option(Options, "preset", panel=INPUT)]
 Policy = Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)]
-Spacing = Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT)]
+Spacing = Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT, metavar="MM MM MM")]
 CorrectShifts = Annotated[bool | None, option(ImageOptions, "correct_shifts", "--correct-shifts", panel=INPUT)]
 Config = Annotated[
     Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)

@@ -7,14 +7,8 @@ from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
-
-def _table(title: str, *columns: str) -> Table:
-    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for i, column in enumerate(columns):
-        table.add_column(column, justify="left" if i == 0 else "right", header_style="dim", no_wrap=i == 0)
-    return table
+from femprep.cli._tables import print_table
 
 
 def _number(value: float | None, digits: int = 3) -> str:
@@ -38,18 +32,13 @@ def print_surfaces(fitted: Any, manifest: Any, out: Path) -> None:
     """Surfaces with their quality, seconds, notices."""
     console = Console(highlight=False)
     _print_volumes(console, manifest)
-    table = _table("Surfaces", "", "vertices", "triangles", "Q mean", "Q min", "residual, mm")
+    rows = []
     for name in fitted.surfaces:
         item = manifest.details["surfaces"][name]
-        table.add_row(
-            name,
-            str(item["vertices"]),
-            str(item["triangles"]),
-            _number(item["quality_mean"]),
-            _number(item["quality_min"]),
-            _number(item.get("residual_rms")),
-        )
-    console.print(table)
+        figures = (item["quality_mean"], item["quality_min"], item.get("residual_rms"))
+        rows.append([name, str(item["vertices"]), str(item["triangles"]), *map(_number, figures)])
+    columns = ("", "vertices", "triangles", "Q mean", "Q min", "residual, mm")
+    print_table(console, "Surfaces", columns, rows)
     _print_fidelity(console, manifest.fidelity)
     for failure in fitted.failures:
         console.print(f"[red]failed:[/red] {escape(failure)}")
@@ -60,9 +49,9 @@ def print_surfaces(fitted: Any, manifest: Any, out: Path) -> None:
 def print_sequence(manifest: Any, out: Path) -> None:
     """Volumes, displacements and verdict of each phase of a sequence, and the ejection fraction."""
     console = Console(highlight=False)
-    table = _table("Phases", "", "cavity, mL", "labels, mL", "moved, mean mm", "greatest, mm", "check")
-    for phase in manifest.phases:
-        table.add_row(
+    columns = ("", "cavity, mL", "labels, mL", "moved, mean mm", "greatest, mm", "check")
+    rows = [
+        (
             phase.name,
             _number(phase.cavity_ml, 4),
             _number(phase.label_total_ml, 4),
@@ -70,7 +59,9 @@ def print_sequence(manifest: Any, out: Path) -> None:
             _number(phase.displacement_maximum_mm),
             "passed" if phase.passed else "; ".join(phase.failures),
         )
-    console.print(table)
+        for phase in manifest.phases
+    ]
+    print_table(console, "Phases", columns, rows)
     console.print(
         f"ejection fraction {manifest.ejection_fraction_percent:.1f} %, of the labels "
         f"{manifest.label_ejection_fraction_percent:.1f} %"
@@ -94,21 +85,15 @@ def print_methods(name: str, found: Any) -> None:
         "sound",
         "s",
     )
-    table = _table(f"{name} by every method", "", *columns)
+    rows = []
     for item in found:
         if item.failure is not None:
-            table.add_row(item.method, *[""] * len(columns))
+            rows.append([item.method, *[""] * len(columns)])
             continue
-        distances = (item.mean, item.p95, item.max, item.normals, item.in_slice)
-        table.add_row(
-            item.method,
-            *map(_number, distances),
-            str(item.triangles),
-            *map(_number, (item.q_mean, item.q_min)),
-            "yes" if item.sound else "no",
-            _number(item.seconds),
-        )
-    console.print(table)
+        distances = map(_number, (item.mean, item.p95, item.max, item.normals, item.in_slice))
+        quality = (_number(item.q_mean), _number(item.q_min), "yes" if item.sound else "no")
+        rows.append([item.method, *distances, str(item.triangles), *quality, _number(item.seconds)])
+    print_table(console, f"{name} by every method", ("", *columns), rows)
     for item in found:
         if item.failure is not None:
             console.print(f"{escape(item.method)}: {escape(item.failure)}")
@@ -118,11 +103,11 @@ def print_quality(report: Any, console: Console | None = None, *, worst: int = 0
     """Counts, element measures with histograms, limits and verdict of a quality report, and the worst elements."""
     console = console or Console(highlight=False)
     console.print(f"{report.n_points} points, " + ", ".join(f"{n} {kind}" for kind, n in report.cells.items()))
-    table = _table("Quality", "", "min", "mean", "median", "max", "histogram")
+    rows = []
     for name, item in report.measures.items():
         values = (item.min, item.mean, item.median, item.max)
-        table.add_row(name.replace("_", " "), *map(_number, values), _bars(item.histogram.counts))
-    console.print(table)
+        rows.append([name.replace("_", " "), *map(_number, values), _bars(item.histogram.counts)])
+    print_table(console, "Quality", ("", "min", "mean", "median", "max", "histogram"), rows)
     console.print(f"limits: {escape(report.limits_from)}")
     console.print(f"stable time step of explicit dynamics {report.time_step:.3g} microseconds")
     if worst:
@@ -141,16 +126,16 @@ def _bars(counts: Any) -> str:
 
 def _print_worst(report: Any, console: Console, count: int) -> None:
     """The worst elements by each measure, with their places."""
-    table = _table("Worst elements", "", "value", "element", "type", "region", "centroid x y z, mm LPS")
+    rows = []
     shown: dict[str, int] = {}
     for item in report.worst:
         shown[item.measure] = shown.get(item.measure, 0) + 1
         if shown[item.measure] <= count:
             place = " ".join(f"{x:.1f}" for x in item.centroid)
-            table.add_row(
-                item.measure.replace("_", " "), _number(item.value), str(item.element), item.type, item.region, place
-            )
-    console.print(table)
+            name = item.measure.replace("_", " ")
+            rows.append([name, _number(item.value), str(item.element), item.type, item.region, place])
+    columns = ("", "value", "element", "type", "region", "centroid x y z, mm LPS")
+    print_table(console, "Worst elements", columns, rows)
 
 
 def print_comparison(record: Any) -> None:
@@ -174,28 +159,29 @@ def _figures(value: Any) -> str:
 
 
 def _print_volumes(console: Console, manifest: Any) -> None:
-    table = _table("Volumes", "", "mesh, mL", "segmentation, mL", "difference, %", "extrapolated, mL")
-    for item in manifest.volumes:
-        table.add_row(
+    rows = [
+        (
             item.name,
             *(_number(item.mesh_ml, 4), _number(item.segmentation_ml, 4), _number(item.difference_percent, 2)),
             _number(item.extrapolated_ml or None, 3),
         )
-    console.print(table)
+        for item in manifest.volumes
+    ]
+    columns = ("", "mesh, mL", "segmentation, mL", "difference, %", "extrapolated, mL")
+    print_table(console, "Volumes", columns, rows)
 
 
 def _print_fidelity(console: Console, records: Any) -> None:
     """Distances of surfaces to the labels' outlines in the slices."""
     if not records:
         return
-    table = _table(
-        "Distance to the labels", "", "mean, pixels", "mean, mm", "greatest, pixels", "greatest, mm", "slice"
-    )
+    rows = []
     for item in records:
         worst = max(item.slices, key=lambda one: one.greatest_mm)
         values = (item.mean_pixels, item.mean_mm, item.greatest_pixels, item.greatest_mm)
-        table.add_row(f"{item.surface} - {item.labels}", *(f"{value:.2f}" for value in values), str(worst.slice))
-    console.print(table)
+        rows.append([f"{item.surface} - {item.labels}", *(f"{value:.2f}" for value in values), str(worst.slice)])
+    columns = ("", "mean, pixels", "mean, mm", "greatest, pixels", "greatest, mm", "slice")
+    print_table(console, "Distance to the labels", columns, rows)
 
 
 def _print_stages(console: Console, manifest: Any) -> None:

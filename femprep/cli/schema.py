@@ -1,4 +1,4 @@
-"""``femprep schema``: write the JSON Schemas of options, run manifest and quality report."""
+"""``femprep schema``: the JSON Schemas of options, run manifest and quality report: where they lie, or written."""
 
 from __future__ import annotations
 
@@ -7,6 +7,20 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
+
+from femprep.errors import FileError
+
+#: What a schema is known by, whatever folder it lies in.
+_NAME = "urn:femprep:schema:"
+
+
+def schema_folder() -> Path:
+    """Folder of the schemas: in the package where it was installed, beside it in a checkout."""
+    package = Path(__file__).parents[1]
+    for folder in (package / "schemas", package.parent / "schemas"):
+        if folder.is_dir():
+            return folder
+    raise FileError(f"no folder of schemas in {str(package)!r}; write them anew: femprep schema FOLDER")
 
 
 def schema_texts() -> dict[str, str]:
@@ -24,17 +38,35 @@ def schema_texts() -> dict[str, str]:
         "sequence.json": (SequenceManifest, "serialization"),
         "quality.json": (QualityReport, "serialization"),
     }
-    head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    return {
-        name: json.dumps({**head, **kind.model_json_schema(mode=mode)}, indent=2) + "\n"
-        for name, (kind, mode) in kinds.items()
-    }
+    head = "https://json-schema.org/draft/2020-12/schema"
+    found = {}
+    for name, (kind, mode) in kinds.items():
+        schema = {"$schema": head, "$id": _NAME + name.removesuffix(".json"), **kind.model_json_schema(mode=mode)}
+        for part in (schema, *schema.get("$defs", {}).values()):
+            # What is described there is a file: examples in Python are none of it.
+            if "description" in part:
+                part["description"] = part["description"].partition("\n\nExamples\n")[0]
+        found[name] = json.dumps(schema, indent=2) + "\n"
+    return found
 
 
 def schema(
-    folder: Annotated[Path, typer.Argument(help="Folder to write the schemas to.")] = Path("schemas"),
+    folder: Annotated[
+        Path | None, typer.Argument(help="Folder to write the schemas to. [dim]\\[default: schemas][/dim]")
+    ] = None,
+    where: Annotated[
+        bool, typer.Option("--where", help="Print the folder that the installed schemas are in; write nothing.")
+    ] = False,
 ) -> None:
-    """Write the JSON Schemas of the options, of run.json (of a run and of a sequence) and of quality.json."""
+    """Where the JSON Schemas of options and records lie, for editors; or write them.
+
+    options.json is that of a TOML file of options: with the line "#:schema FOLDER/options.json" at its top, editors
+    offer names and mark what is out of range. run.json, sequence.json and quality.json are those of the records.
+    """
+    if where:
+        typer.echo(schema_folder())
+        return
+    folder = folder or Path("schemas")
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in schema_texts().items():
         (folder / name).write_text(text, encoding="utf-8")

@@ -43,6 +43,12 @@ def read_mesh(path: str | Path) -> VolumeMesh:
     ------
     FileError
         The file is missing, damaged, of an unknown format, or holds no volume elements.
+
+    Examples
+    --------
+    >>> paths = fp.write_mesh(mesh, "heart.vtu")
+    >>> fp.read_mesh("heart.vtu").facet_names
+    {'endo': 101, 'epi': 102, 'base': 103}
     """
     path = Path(path)
     if not path.exists():

@@ -10,9 +10,10 @@ from femprep.export.content import content_of
 from femprep.export.files import whole_files
 from femprep.export.table import FORMATS, format_of, require_formats
 from femprep.model import Surface, VolumeMesh, Wall
-from femprep.options import ExportOptions, choose
+from femprep.options import ExportOptions, choose, takes
 
 
+@takes(ExportOptions)
 def write_mesh(
     mesh: VolumeMesh,
     path: str | Path,
@@ -51,6 +52,11 @@ def write_mesh(
         There is no room; nothing of it is left.
     InputError
         The format cannot hold the mesh.
+
+    Examples
+    --------
+    >>> [path.name for path in fp.write_mesh(mesh, "heart.inp")]
+    ['heart.inp']
     """
     path = Path(path)
     kind = format_of(path) if format is None else require_formats([format])[0]
@@ -66,6 +72,7 @@ def write_mesh(
     return moved
 
 
+@takes(ExportOptions)
 def write_format(
     mesh: VolumeMesh, folder: str | Path, format: str, *, options: ExportOptions | None = None, **changes: Any
 ) -> list[Path]:
@@ -117,6 +124,11 @@ def write_facets(mesh: VolumeMesh, path: str | Path) -> Path:
     ------
     FileError
         The folder cannot be written.
+
+    Examples
+    --------
+    >>> fp.write_facets(mesh, "facets.vtp").name
+    'facets.vtp'
     """
     from femprep.export.polydata import facets_polydata
     from femprep.export.vtk_xml import save
@@ -131,6 +143,11 @@ def write_wall(wall: Wall, path: str | Path) -> Path:
     ------
     FileError
         The folder cannot be written.
+
+    Examples
+    --------
+    >>> fp.write_wall(wall, "wall.vtp").name
+    'wall.vtp'
     """
     from femprep.export.polydata import wall_polydata
     from femprep.export.vtk_xml import save
@@ -147,6 +164,11 @@ def write_surface(surface: Surface, path: str | Path) -> Path:
     ------
     FileError
         The folder cannot be written.
+
+    Examples
+    --------
+    >>> fp.write_surface(endo, "lv.stl").name
+    'lv.stl'
     """
     from femprep.export.polydata import surface_polydata
     from femprep.export.vtk_xml import save

@@ -32,6 +32,12 @@ class BoundaryPoints:
         Index of the inside voxel on the object's grid.
     info : mapping
         What was changed of the points as the labels give them. JSON-ready; a surface fitted to them repeats it.
+
+    Examples
+    --------
+    >>> found = fp.boundary_points(cavity)
+    >>> found.points.shape == found.normal.shape
+    True
     """
 
     points: FloatArray
@@ -52,6 +58,9 @@ class BoundaryPoints:
         ):
             object.__setattr__(self, name, readonly(getattr(self, name), dtype, shape, f"boundary {name}"))
         object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
+
+    def __repr__(self) -> str:
+        return f"BoundaryPoints({len(self.points)} points)"
 
     def __len__(self) -> int:
         return len(self.points)
@@ -81,6 +90,11 @@ def boundary_points(obj: LabelObject) -> BoundaryPoints:
     References
     ----------
     Skrinjar & Bistoquet 2009, section 2.4, doi 10.1155/2009/313517.
+
+    Examples
+    --------
+    >>> fp.boundary_points(cavity)
+    BoundaryPoints(... points)
     """
     grid, mask = obj.grid, obj.mask
     directions = grid.direction / np.linalg.norm(grid.direction, axis=0)

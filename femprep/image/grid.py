@@ -32,6 +32,12 @@ class Grid:
     offsets : (n, 3) array, optional
         How far each slice of the stack is moved along the three axes, mm, zero along the stack: slices that were put
         right against each other by broken pixels. Between slices the offset is interpolated.
+
+    Examples
+    --------
+    >>> grid = fp.Grid((10, 10, 5), (1.5, 1.5, 8.0), (0.0, 0.0, 0.0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> grid.to_world([[0, 0, 1]]).tolist()
+    [[0.0, 0.0, 8.0]]
     """
 
     shape: tuple[int, int, int]

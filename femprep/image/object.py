@@ -16,7 +16,7 @@ from femprep.image.grid import Grid
 from femprep.image.topology import BoolArray, euler_characteristic, label_pieces, label_voids, used_box
 from femprep.model import FloatArray, Notice, readonly, records
 from femprep.model.products import product, weighted
-from femprep.options import ImageOptions, choose
+from femprep.options import ImageOptions, choose, takes
 
 log = logging.getLogger(__name__)
 
@@ -41,6 +41,11 @@ class LabelObject:
         What was found and repaired, in voxels: see :func:`make_object`. JSON-ready.
     frame : (3, 3) array, optional
         Axes of the heart it belongs to, see :class:`~femprep.image.segmentation.Segmentation`.
+
+    Examples
+    --------
+    >>> cavity
+    LabelObject('lv': ... voxels, ... mL)
     """
 
     mask: BoolArray
@@ -64,6 +69,9 @@ class LabelObject:
         object.__setattr__(self, "mask", mask)
         object.__setattr__(self, "report", MappingProxyType(dict(self.report)))
         object.__setattr__(self, "frame", rotation(self.frame))
+
+    def __repr__(self) -> str:
+        return f"LabelObject({self.name!r}: {self.voxels} voxels, {self.volume / 1000.0:.4g} mL)"
 
     @property
     def voxels(self) -> int:
@@ -114,6 +122,7 @@ def bounding_box(mask: BoolArray, name: str = "object") -> tuple[tuple[int, int,
     return (i.start, j.start, k.start), (i.stop - 1, j.stop - 1, k.stop - 1)
 
 
+@takes(ImageOptions)
 def make_object(
     mask: BoolArray,
     grid: Grid,

@@ -24,7 +24,7 @@ from femprep.image.grid import Grid
 from femprep.image.native import captured_stderr
 from femprep.image.segmentation import Segmentation, count_labels
 from femprep.model import FloatArray, Notice, records
-from femprep.options import PRESETS, ImageOptions, choose
+from femprep.options import PRESETS, ImageOptions, choose, takes
 
 log = logging.getLogger(__name__)
 
@@ -32,6 +32,7 @@ log = logging.getLogger(__name__)
 _FULL: Final = 2**16
 
 
+@takes(ImageOptions)
 def read_segmentation(
     path: str | os.PathLike[str],
     structures: Mapping[str, int | Sequence[int]] | None = None,
@@ -69,6 +70,12 @@ def read_segmentation(
         It holds no 3-D label map: 2-D, several frames, several components, fractional, negative or no labels.
     OptionError
         The preset is unknown, or there is neither preset nor structures.
+
+    Examples
+    --------
+    >>> path = fp.write_segmentation(seg, "heart.nii.gz")
+    >>> fp.read_segmentation("heart.nii.gz", structures=dict(seg.structures))
+    Segmentation(... voxels of 1.4 x 1.4 x 8 mm: ...)
     """
     chosen = choose(ImageOptions, options, changes)
     names = _names(structures, preset)
@@ -119,6 +126,10 @@ def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
         The ending is unknown, or the file cannot be written.
     DiskFullError
         There is no room; an earlier file stays.
+
+    Examples
+    --------
+    >>> path = fp.write_segmentation(seg, "heart.nrrd")
     """
     import SimpleITK as sitk
 

@@ -16,7 +16,7 @@ from femprep.image.grid import Grid
 from femprep.image.object import LabelObject, make_object, rotation
 from femprep.image.slices import SliceTable, slice_table
 from femprep.model import FloatArray
-from femprep.options import ImageOptions, choose
+from femprep.options import ImageOptions, choose, takes
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -38,6 +38,13 @@ class Segmentation:
     frame : (3, 3) array, optional
         Axes of the heart as columns, a rotation: z along the long axis to the base, x across it to the right ventricle.
         Templates fitted to its objects are turned by it; see :func:`femprep.orient`.
+
+    Examples
+    --------
+    >>> seg
+    Segmentation(... voxels of 1.4 x 1.4 x 8 mm: ...)
+    >>> bool(seg.mask("lv").any())
+    True
     """
 
     labels: npt.NDArray[np.integer[Any]]
@@ -69,6 +76,10 @@ class Segmentation:
         object.__setattr__(self, "structures", MappingProxyType(structures))
         object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
         object.__setattr__(self, "frame", rotation(self.frame))
+
+    def __repr__(self) -> str:
+        size, sides = " x ".join(map(str, self.grid.shape)), " x ".join(f"{x:.3g}" for x in self.grid.spacing)
+        return f"Segmentation({size} voxels of {sides} mm: {', '.join(self.structures)})"
 
     @property
     def stack_axis(self) -> int:
@@ -105,9 +116,16 @@ class Segmentation:
         return tuple(dict.fromkeys(found))
 
     def mask(self, *structures: str) -> BoolArray:
-        """Voxels of one or several structures together, ``(ni, nj, nk)`` bool on the whole grid, as labelled."""
+        """Voxels of one or several structures together, ``(ni, nj, nk)`` bool on the whole grid, as labelled.
+
+        Examples
+        --------
+        >>> seg.mask("lv").shape == seg.labels.shape
+        True
+        """
         return _is_any(self.labels, self.numbers(*structures))
 
+    @takes(ImageOptions)
     def object(
         self, *structures: str, name: str | None = None, options: ImageOptions | None = None, **changes: Any
     ) -> LabelObject:
@@ -131,6 +149,11 @@ class Segmentation:
         InputError
             A label does not occur, the object is too small or lies in one slice only, or, with
             ``policy="strict"``, it is not one piece without voids and tunnels.
+
+        Examples
+        --------
+        >>> seg.object("lv", "myo", name="epi")
+        LabelObject('epi': ... voxels, ... mL)
         """
         if not structures:
             raise InputError("no structure given; name at least one, as in object('lv')")

@@ -50,6 +50,12 @@ class SliceShifts:
         the slices moved back.
     structures : tuple of str
         Structures the shifts were found from.
+
+    Examples
+    --------
+    >>> shifts = fp.estimate_shifts(seg)
+    >>> shifts.shift.shape == (len(shifts.index), 2)
+    True
     """
 
     axis: int
@@ -118,6 +124,11 @@ def estimate_shifts(seg: Segmentation) -> SliceShifts:
     SliceShifts
         To 0.01 mm. All zero where fewer than five slices hold a structure, or where the labels give no evidence of
         shifts beyond what smooth structures and errors of their outlines explain.
+
+    Examples
+    --------
+    >>> float(abs(fp.estimate_shifts(seg).shift).max()) < 1.0
+    True
     """
     axis = seg.stack_axis
     flat = [a for a in range(3) if a != axis]
@@ -160,6 +171,12 @@ def align_slices(seg: Segmentation, shifts: SliceShifts | None = None) -> Segmen
     Segmentation
         On a grid that is wider by what slices moved; ``info["slice_shifts"]`` tells each slice's shift. The same one,
         with that record, where no slice is displaced.
+
+    Examples
+    --------
+    >>> aligned = fp.align_slices(seg)
+    >>> aligned.labels.shape == seg.labels.shape
+    True
     """
     shifts = estimate_shifts(seg) if shifts is None else shifts
     info = {**seg.info, "slice_shifts": shifts.record()}

@@ -137,14 +137,6 @@ class ClosestFinder:
         return np.where(outward < 0.0, -closest.distance, closest.distance), closest
 
 
-def closest_points(points: npt.ArrayLike, triangles: npt.ArrayLike, queries: npt.ArrayLike) -> Closest:
-    """Find the closest point of the surface ``points, triangles`` for each of ``queries`` ``(q, 3)``; exact.
-
-    For several searches on one surface make a :class:`ClosestFinder` once.
-    """
-    return ClosestFinder(points, triangles)(queries)
-
-
 def signed_distance(points: npt.ArrayLike, triangles: npt.ArrayLike, queries: npt.ArrayLike) -> FloatArray:
     """Distance of ``queries`` ``(q, 3)`` from a closed surface, mm, negative inside; see :class:`ClosestFinder`."""
     return ClosestFinder(points, triangles).signed(queries)

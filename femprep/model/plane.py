@@ -29,6 +29,12 @@ class Plane:
         Where it comes from, for the run's record: ``"labels"``, ``"given"``...
     notices : tuple of Notice
         Why it does not lie where it would usually.
+
+    Examples
+    --------
+    >>> plane = fp.Plane([0.0, 0.0, 5.0], [0.0, 0.0, 2.0])
+    >>> float(plane.signed_distance([[0.0, 0.0, 8.0]])[0])
+    3.0
     """
 
     point: FloatArray

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.model.arrays import FloatArray, IntArray, readonly, readonly_table
+from femprep.model.convert import Convertible
 
 
 def split_quads(cells: IntArray) -> IntArray:
@@ -30,7 +31,7 @@ class SphereMap(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class Surface(Convertible):
     """A closed surface of triangles or quadrilaterals, wound outward.
 
     Attributes
@@ -50,6 +51,13 @@ class Surface:
         Values per vertex, first axis n.
     info : mapping
         How it was made: parameters, residuals, what was repaired. JSON-ready.
+
+    Examples
+    --------
+    >>> endo
+    Surface('lv': 500 points, 996 triangles)
+    >>> endo.volume > 0
+    True
     """
 
     points: FloatArray
@@ -73,6 +81,10 @@ class Surface:
             object.__setattr__(self, "directions", readonly(self.directions, np.float64, shape, "directions"))
         object.__setattr__(self, "point_data", readonly_table(self.point_data, len(self.points), "point data"))
         object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
+
+    def __repr__(self) -> str:
+        kind = "triangles" if self.cells.shape[1] == 3 else "quadrilaterals"
+        return f"Surface({self.name!r}: {len(self.points)} points, {len(self.cells)} {kind})"
 
     @property
     def triangles(self) -> IntArray:

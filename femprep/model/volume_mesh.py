@@ -11,12 +11,13 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly, readonly_table
+from femprep.model.convert import Convertible
 from femprep.model.plane import Plane
 from femprep.model.tags import tag_name
 
 
 @dataclass(frozen=True, eq=False)
-class VolumeMesh:
+class VolumeMesh(Convertible):
     """A volume mesh with tagged regions and tagged boundary facets.
 
     Attributes
@@ -38,6 +39,13 @@ class VolumeMesh:
         Planes the facets of that name lie in.
     info : mapping
         How it was made. JSON-ready.
+
+    Examples
+    --------
+    >>> mesh.facet_names
+    {'endo': 101, 'epi': 102, 'base': 103}
+    >>> mesh.region.shape == (mesh.n_cells,)
+    True
     """
 
     points: FloatArray
@@ -73,6 +81,23 @@ class VolumeMesh:
         put(self, "planes", MappingProxyType(dict(self.planes)))
         put(self, "info", MappingProxyType(dict(self.info)))
 
+    def __repr__(self) -> str:
+        cells = ", ".join(f"{len(block)} {kind}" for kind, block in self.cells.items())
+        names = ", ".join([*self.region_names, *self.facet_names])
+        return f"VolumeMesh({len(self.points)} points, {cells}, {self.n_facets} facets: {names})"
+
+    def to_skfem(self) -> Any:
+        """This as a mesh of scikit-fem's, with its regions as ``subdomains`` and its facets as ``boundaries``.
+
+        Examples
+        --------
+        >>> list(mesh.to_skfem().boundaries)
+        ['endo', 'epi', 'base']
+        """
+        from femprep.export import objects
+
+        return objects.to_skfem(self)
+
     @property
     def n_cells(self) -> int:
         """Number of elements of all types."""
@@ -100,7 +125,13 @@ class VolumeMesh:
         point: Mapping[str, Any] | None = None,
         facet: Mapping[str, Any] | None = None,
     ) -> VolumeMesh:
-        """Copy with further cell, point and facet data; a name that exists is replaced."""
+        """Copy with further cell, point and facet data; a name that exists is replaced.
+
+        Examples
+        --------
+        >>> "load" in mesh.with_data(point={"load": mesh.points[:, 2]}).point_data
+        True
+        """
         return replace(
             self,
             cell_data={**self.cell_data, **(cell or {})},

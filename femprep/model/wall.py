@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 
 from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly
+from femprep.model.convert import Convertible
 from femprep.model.plane import Plane
+from femprep.model.tags import tag_name
 
 
 @dataclass(frozen=True, eq=False)
-class Wall:
+class Wall(Convertible):
     """The closed boundary of the myocardial wall: triangles, each with its facet tag.
 
     Attributes
@@ -31,6 +33,13 @@ class Wall:
         The planes it was cut by, by facet name (``"base"``, ``"apex"``).
     info : mapping
         How it was made: thickness, what was repaired or extrapolated. JSON-ready.
+
+    Examples
+    --------
+    >>> wall.facet_tag.shape == (len(wall.triangles),)
+    True
+    >>> list(wall.planes)
+    ['base']
     """
 
     points: FloatArray
@@ -47,6 +56,10 @@ class Wall:
         object.__setattr__(self, "template", readonly(self.template, np.int64, (len(self.points),), "template"))
         object.__setattr__(self, "planes", MappingProxyType(dict(self.planes)))
         object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
+
+    def __repr__(self) -> str:
+        names = ", ".join(tag_name(int(tag)) for tag in np.unique(self.facet_tag))
+        return f"Wall({len(self.points)} points, {len(self.triangles)} triangles: {names})"
 
     @property
     def volume(self) -> float:
@@ -71,6 +84,11 @@ class BloodPools:
         Closed surface of each cavity by name (``"lv"``, ``"rv"``...), wound out of the blood: endocardium and caps.
     caps : mapping of str to Plane
         Plane the cap of a cavity lies in, by facet name (``"cap_lv"``...), where it has a single one.
+
+    Examples
+    --------
+    >>> list(fp.fill_cavities(wall).caps)
+    ['cap_lv']
     """
 
     points: FloatArray
@@ -89,3 +107,6 @@ class BloodPools:
         }
         put(self, "cavities", MappingProxyType(cavities))
         put(self, "caps", MappingProxyType(dict(self.caps)))
+
+    def __repr__(self) -> str:
+        return f"BloodPools({len(self.points)} points, {len(self.outer)} outer triangles: {', '.join(self.cavities)})"

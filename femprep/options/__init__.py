@@ -1,12 +1,12 @@
 """Every option and default of every stage, once. Schemas, command line and Python calls are all made from here.
 
 A stage takes ``options=None, **changes``: :func:`choose` merges the changes into the stage's defaults and turns what
-pydantic finds wrong into one line.
+pydantic finds wrong into one line. :func:`takes` shows the options of the class in the stage's signature.
 """
 
 from __future__ import annotations
 
-from femprep.options.base import Policy, StageOptions, choose
+from femprep.options.base import Policy, StageOptions, choose, takes
 from femprep.options.check import MESHER_LIMITS, PURPOSE_LIMITS, CheckOptions
 from femprep.options.export import ExportOptions
 from femprep.options.fibres import FibreOptions
@@ -36,4 +36,5 @@ __all__ = [
     "VolumeOptions",
     "WallOptions",
     "choose",
+    "takes",
 ]

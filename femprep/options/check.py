@@ -62,6 +62,11 @@ class CheckOptions(StageOptions):
     .. [4] Niederer et al., Verification of cardiac tissue electrophysiology simulators using an N-version benchmark,
        Phil. Trans. R. Soc. A 369, 2011. doi:10.1098/rsta.2011.0139
     .. [5] Brandts et al., On nonobtuse simplicial partitions, SIAM Review 51(2), 2009. doi:10.1137/060669073
+
+    Examples
+    --------
+    >>> fp.CheckOptions(purpose="implicit").resolved().minimum_mean_ratio
+    0.2
     """
 
     purpose: Literal["general", "explicit", "implicit", "electrophysiology"] = Field(

@@ -10,7 +10,13 @@ from femprep.options.base import StageOptions
 
 
 class ExportOptions(StageOptions):
-    """Writing the mesh for a solver."""
+    """Writing the mesh for a solver.
+
+    Examples
+    --------
+    >>> fp.ExportOptions(length_unit="m").step
+    'none'
+    """
 
     length_unit: Literal["mm", "cm", "m"] = Field(
         "mm",

@@ -10,7 +10,13 @@ from femprep.options.base import StageOptions
 
 
 class FibreOptions(StageOptions):
-    """Fibre and sheet directions; all angles in degrees, their signs drawn in femprep/anatomy/fibres.py."""
+    """Fibre and sheet directions; all angles in degrees, their signs drawn in femprep/anatomy/fibres.py.
+
+    Examples
+    --------
+    >>> fp.FibreOptions(endo_angle=70.0).epi_angle
+    -60.0
+    """
 
     endo_angle: float = Field(60.0, ge=-90, le=90, description="Helix angle at the endocardium, degrees.")
     epi_angle: float = Field(-60.0, ge=-90, le=90, description="Helix angle at the epicardium, degrees.")

@@ -8,7 +8,13 @@ from femprep.options.base import Policy, StageOptions
 
 
 class ImageOptions(StageOptions):
-    """Reading a label map and choosing its structures."""
+    """Reading a label map and choosing its structures.
+
+    Examples
+    --------
+    >>> fp.ImageOptions(policy="strict").minimum_voxels
+    8
+    """
 
     policy: Policy = Field("repair", description="What to do with pieces, voids and holes: mend and report, or refuse.")
     spacing: tuple[PositiveFloat, PositiveFloat, PositiveFloat] | None = Field(

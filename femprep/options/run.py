@@ -20,7 +20,13 @@ from femprep.options.wall import WallOptions
 
 
 class Options(StageOptions):
-    """All options of one run."""
+    """All options of one run.
+
+    Examples
+    --------
+    >>> fp.Options(preset="acdc", volume={"edge_length": 2.0})
+    Options(preset='acdc', volume=VolumeOptions(edge_length=2.0))
+    """
 
     anatomy: Literal["lv", "biv", "whole-heart"] = Field(
         "lv", description="Which part of the heart is meshed: left ventricle, both ventricles, or all four chambers."
@@ -97,11 +103,13 @@ class Options(StageOptions):
 
     @property
     def layers(self) -> SweepOptions:
-        """Options of the sweep with edge length, order and layers of the volume mesh, unless they have their own."""
+        """Options of the sweep, with what it was not given itself from the volume mesh's and the wall's."""
         asked = {
             "edge_length": self.volume.edge_length,
             "order": self.volume.order,
             "layers": self.volume.elements_through_wall,
+            "minimum_thickness": self.wall.minimum_thickness,
+            "maximum_push": self.wall.maximum_push,
         }
         own = self.sweep.model_fields_set
         return self.sweep.model_copy(update={name: value for name, value in asked.items() if name not in own})

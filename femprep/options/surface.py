@@ -10,7 +10,13 @@ from femprep.options.base import StageOptions
 
 
 class SurfaceOptions(StageOptions):
-    """Fitting a closed template surface to an object."""
+    """Fitting a closed template surface to an object.
+
+    Examples
+    --------
+    >>> fp.SurfaceOptions(vertices=800).method
+    'smooth'
+    """
 
     method: Literal["smooth", "even", "paper"] = Field(
         "smooth",

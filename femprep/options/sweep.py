@@ -6,11 +6,17 @@ from typing import Literal
 
 from pydantic import Field
 
-from femprep.options.base import StageOptions
+from femprep.options.thickness import LeastThickness
 
 
-class SweepOptions(StageOptions):
-    """Matching both surfaces and sweeping the wall between them in layers."""
+class SweepOptions(LeastThickness):
+    """Matching both surfaces and sweeping the wall between them in layers.
+
+    Examples
+    --------
+    >>> fp.SweepOptions(element="wedge", layers=3)
+    SweepOptions(element='wedge', layers=3)
+    """
 
     element: Literal["tetra", "wedge", "hexahedron"] = Field(
         "tetra", description="Elements: tetrahedra, wedges of triangles, or hexahedra of quadrilaterals."
@@ -42,15 +48,6 @@ class SweepOptions(StageOptions):
         "given, layers grow with the width of the elements, from place to place.",
     )
     order: Literal[1, 2] = Field(1, description="Order of the elements; 2 adds mid-side nodes on the smooth surfaces.")
-    minimum_thickness: float = Field(
-        1.0,
-        gt=0,
-        description="Least distance of the epicardium from the endocardium, mm; nearer parts are pushed outwards. "
-        "A tenth of an edge for each layer is the least in any case.",
-    )
-    maximum_push: float = Field(
-        8.0, ge=0, description="Farthest the epicardium may be pushed outwards to reach the least thickness, mm."
-    )
     toward: tuple[float, float, float] | None = Field(
         None,
         description="Direction (LPS) in which the first column of elements lies, seen from the long axis; to the right "

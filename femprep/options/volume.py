@@ -45,7 +45,13 @@ QUALITY: dict[str, MeshTargets] = {
 
 
 class VolumeOptions(StageOptions):
-    """Filling the wall with elements."""
+    """Filling the wall with elements.
+
+    Examples
+    --------
+    >>> fp.VolumeOptions(quality="best").targets.minimum_dihedral
+    20.0
+    """
 
     mesher: Literal["tetwild", "sweep"] = Field(
         "tetwild", description="Which mesher fills the wall: fTetWild, or layers swept from surface to surface."

@@ -6,11 +6,18 @@ from typing import Literal
 
 from pydantic import Field
 
-from femprep.options.base import Policy, StageOptions
+from femprep.options.base import Policy
+from femprep.options.thickness import LeastThickness
 
 
-class WallOptions(StageOptions):
-    """Clipping the surfaces and joining them to a wall."""
+class WallOptions(LeastThickness):
+    """Clipping the surfaces and joining them to a wall.
+
+    Examples
+    --------
+    >>> fp.WallOptions(base_offset=2.0).minimum_thickness
+    1.0
+    """
 
     policy: Policy = Field(
         "repair", description="What to do with a wall that is too thin: push apart and report, or refuse."
@@ -23,10 +30,6 @@ class WallOptions(StageOptions):
     )
     apex: Literal["closed", "clipped"] = Field(
         "closed", description="Whether the wall is closed at the apex or cut there by a plane."
-    )
-    minimum_thickness: float = Field(1.0, ge=0, description="Least wall thickness, mm.")
-    maximum_push: float = Field(
-        8.0, ge=0, description="Farthest the epicardium may be pushed outwards to reach the least thickness, mm."
     )
     rv_wall_thickness: float = Field(
         3.0, gt=0, description="Thickness of the right ventricle's free wall where the labels have none, mm."

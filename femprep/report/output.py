@@ -69,6 +69,12 @@ def write_run(
         since an earlier run, or that femprep did not write. The folder is then as it was.
     DiskFullError
         There is no room; nothing new is left.
+
+    Examples
+    --------
+    >>> manifest = fp.write_run(run, "out")  # doctest: +SKIP
+    >>> "mesh.vtu" in manifest.files  # doctest: +SKIP
+    True
     """
     start = time.perf_counter()
     report = progress or (lambda stage, fraction: None)
@@ -122,6 +128,12 @@ def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | No
     ------
     FileError
         As for :func:`write_run`.
+
+    Examples
+    --------
+    >>> fitted = fp.fit_surfaces(seg, {"lv": ("lv",)}, fp.Options(surface={"vertices": 500}))
+    >>> fp.write_surfaces(fitted, "fitted").files  # doctest: +SKIP
+    ['methods.bib', 'methods.md', 'run.json', 'surfaces/lv.vtp']
     """
     with whole_folder(Path(out)) as folder:
         _write_surfaces(fitted.surfaces, folder)

@@ -36,6 +36,11 @@ class Run:
         Volumes beside those of the labels.
     seconds : mapping of str to float
         Wall-clock time of each stage, in order.
+
+    Examples
+    --------
+    >>> fp.mesh_segmentation(seg)  # doctest: +SKIP
+    Run(lv, epi: VolumeMesh(...), passed, ... s)
     """
 
     segmentation: Segmentation
@@ -48,6 +53,11 @@ class Run:
     fidelity: Fidelity = field(default_factory=Fidelity)
     volumes: tuple[VolumeRecord, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        verdict = "passed" if self.quality.passed else "failed"
+        took = f"{sum(self.seconds.values()):.1f} s"
+        return f"Run({', '.join(self.surfaces)}: {self.mesh!r}, {verdict}, {took})"
 
 
 @dataclass(frozen=True)

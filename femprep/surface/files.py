@@ -40,6 +40,12 @@ def read_surface(path: str | Path) -> Surface:
     ------
     FileError
         The file is missing, damaged, of an unknown format or holds no triangles.
+
+    Examples
+    --------
+    >>> path = fp.write_surface(endo, "lv.vtp")
+    >>> fp.read_surface(path)
+    Surface('lv': 500 points, 996 triangles)
     """
     path = Path(path)
     suffix = path.suffix.lower()

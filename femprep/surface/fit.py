@@ -16,7 +16,7 @@ from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
 from femprep.model import FloatArray, IntArray, Notice, Surface, records
 from femprep.model.products import product
-from femprep.options import SurfaceOptions, choose
+from femprep.options import SurfaceOptions, choose, takes
 from femprep.surface.fitting.smooth import Rough, smooth_map
 from femprep.surface.harmonic.field import Field, fit_strength
 from femprep.surface.harmonic.leastsquares import BLOCK
@@ -45,6 +45,7 @@ _FLOW_ERROR = 2e-3
 _DENT_FREE = 0.25
 
 
+@takes(SurfaceOptions)
 def fit_surface(
     obj: LabelObject,
     *,
@@ -109,6 +110,11 @@ def fit_surface(
     ----------
     .. [1] O. Skrinjar, A. Bistoquet, "Generation of myocardial wall surface meshes from segmented MRI", 2009,
        doi 10.1155/2009/313517.
+
+    Examples
+    --------
+    >>> fp.fit_surface(cavity, vertices=500)
+    Surface('lv': 500 points, 996 triangles)
     """
     chosen = choose(SurfaceOptions, options, changes)
     tell = progress or (lambda stage, fraction: None)

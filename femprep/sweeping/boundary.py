@@ -21,6 +21,11 @@ def boundary_wall(mesh: VolumeMesh) -> Wall:
     Wall
         ``template`` is the vertex number on the cup for points of the endocardium and the epicardium, -1 for those of
         rims between them.
+
+    Examples
+    --------
+    >>> fp.boundary_wall(swept)
+    Wall(... points, ... triangles: endo, epi, base)
     """
     triangles, tags = [], []
     start = 0

@@ -27,6 +27,11 @@ def template_of(mesh: VolumeMesh) -> dict[str, int | str]:
     ------
     InputError
         The mesh was not swept.
+
+    Examples
+    --------
+    >>> sorted(fp.template_of(swept))
+    ['columns', 'element', 'layers', 'order', 'rows', ...]
     """
     info = mesh.info
     if info.get("mesher") != "sweep":
@@ -57,6 +62,12 @@ def displacements(meshes: Sequence[VolumeMesh], reference: int = 0) -> list[Volu
     ------
     InputError
         There is no such phase, or a phase differs from the reference in connectivity.
+
+    Examples
+    --------
+    >>> still, moved = fp.displacements([swept, swept])
+    >>> float(abs(moved.point_data["displacement"]).max())
+    0.0
     """
     if not 0 <= reference < len(meshes):
         raise InputError(f"reference phase {reference} asked for, but there are {len(meshes)} phases, counted from 0")

@@ -13,7 +13,7 @@ import numpy as np
 from femprep.errors import StageError
 from femprep.mesh.measures.triangles import areas
 from femprep.model import BloodPools, Notice, VolumeMesh, Wall, noted
-from femprep.options import VolumeOptions, choose
+from femprep.options import VolumeOptions, choose, takes
 from femprep.volume.blood import Filling
 from femprep.volume.finish import Candidate, finish
 from femprep.volume.quality.transmural import elements_through_wall
@@ -36,6 +36,7 @@ _MESHER_SHARE: Final = 0.9
 _THROUGH_SHARE: Final = 0.95
 
 
+@takes(VolumeOptions)
 def tetrahedralize(
     wall: Wall,
     *,
@@ -95,6 +96,11 @@ def tetrahedralize(
     ----------
     .. [1] Hu et al., Fast tetrahedral meshing in the wild, ACM Trans. Graph. 39(4), 2020.
        doi:10.1145/3386569.3392385
+
+    Examples
+    --------
+    >>> fp.tetrahedralize(wall, edge_length=5.0)  # doctest: +SKIP
+    VolumeMesh(... points, ... tetra, ... facets: lv, endo, epi, base)
     """
     settings = choose(VolumeOptions, options, changes)
     check_wall(wall)

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from anatomy_meshes import clipped_ellipsoid, ellipsoid, grown, slab
+from ellipsoid_wall import EllipsoidWall
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from femprep.anatomy.axes import VentricularAxes
-from femprep.anatomy.ellipsoid import EllipsoidWall
 from femprep.anatomy.fibres import add_fibres, default_points, helix_angle, quadrature_fibres
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.laplace.shapes import shape_functions

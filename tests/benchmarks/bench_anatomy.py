@@ -19,9 +19,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from anatomy_meshes import ellipsoid
+from ellipsoid_wall import EllipsoidWall
 
 from femprep.anatomy import WallFields, add_aha, add_coordinates, add_fibres
-from femprep.anatomy.ellipsoid import EllipsoidWall
 
 
 def main() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from femprep.errors import InputError
-from femprep.mesh.closest import ClosestFinder, closest_points, signed_distance
+from femprep.mesh.closest import ClosestFinder, signed_distance
 
 
 def box():
@@ -32,7 +32,7 @@ def test_signed_distance_of_a_box_is_exact_at_faces_edges_and_corners():
 def test_foot_points_lie_on_the_surface_where_the_weights_say():
     points, cells = box()
     q = np.random.default_rng(2).normal(size=(500, 3)) * 2
-    found = closest_points(points, cells, q)
+    found = ClosestFinder(points, cells)(q)
     foot = np.einsum("qi,qik->qk", found.weights, points[cells[found.triangle]])
     np.testing.assert_allclose(foot, found.points, atol=1e-15)
     np.testing.assert_allclose(np.linalg.norm(q - foot, axis=1), found.distance)
@@ -48,7 +48,7 @@ def test_search_agrees_with_all_triangles(seed, count):
     cells = np.arange(3 * count).reshape(count, 3)
     q = rng.normal(size=(40, 3)) * 2
     found = ClosestFinder(points, cells)(q)
-    every = np.stack([closest_points(points, cells[[t]], q).distance for t in range(count)])
+    every = np.stack([ClosestFinder(points, cells[[t]])(q).distance for t in range(count)])
     np.testing.assert_array_equal(found.distance, every.min(axis=0))
 
 
@@ -56,13 +56,13 @@ def test_agrees_with_another_library_on_a_ball():
     mesh = trimesh.creation.icosphere(subdivisions=3, radius=10.0)
     q = np.random.default_rng(3).normal(size=(400, 3)) * 8
     _, distance, _ = trimesh.proximity.closest_point(mesh, q)
-    found = closest_points(mesh.vertices, mesh.faces, q)
+    found = ClosestFinder(mesh.vertices, mesh.faces)(q)
     np.testing.assert_allclose(found.distance, distance, atol=1e-10)
 
 
 def test_a_point_on_a_vertex_has_distance_zero():
     points, cells = box()
-    found = closest_points(points, cells, points)
+    found = ClosestFinder(points, cells)(points)
     np.testing.assert_array_equal(found.distance, 0.0)
 
 
@@ -77,20 +77,20 @@ def test_bad_input_is_refused():
     with pytest.raises(InputError, match="no triangles"):
         ClosestFinder(points, np.empty((0, 3), dtype=int))
     with pytest.raises(InputError, match=r"query points have shape \(3,\)"):
-        closest_points(points, cells, [0.0, 0.0, 0.0])
+        ClosestFinder(points, cells)([0.0, 0.0, 0.0])
     with pytest.raises(InputError, match="query point 0 is"):
-        closest_points(points, cells, [[np.inf, 0.0, 0.0]])
+        ClosestFinder(points, cells)([[np.inf, 0.0, 0.0]])
 
 
 def test_one_thread_and_several_give_the_same_bytes():
     points, cells = box()
     # Points on the diagonals are equally close to several triangles.
     q = np.vstack([np.random.default_rng(4).normal(size=(999, 3)) * 2, np.linspace(-2, 2, 101)[:, None] * np.ones(3)])
-    several = closest_points(points, cells, q)
+    several = ClosestFinder(points, cells)(q)
     threads = numba.get_num_threads()
     try:
         numba.set_num_threads(1)
-        one = closest_points(points, cells, q)
+        one = ClosestFinder(points, cells)(q)
     finally:
         numba.set_num_threads(threads)
     assert one.triangle.tobytes() == several.triangle.tobytes()

@@ -67,6 +67,11 @@ def compare_surfaces(
     ------
     InputError
         A surface has no area, or no slice cuts both.
+
+    Examples
+    --------
+    >>> fp.compare_surfaces(endo, epi).distance.mean > 2.0
+    True
     """
     planes = grid_planes(slices.grid) if isinstance(slices, Segmentation) else slices
     distance = surface_distance(a, b, between=between, samples=samples)

@@ -81,6 +81,11 @@ def surface_distance(
     ------
     InputError
         A surface has no area, or no point of it lies between the planes.
+
+    Examples
+    --------
+    >>> fp.surface_distance(endo, endo).both.mean < 1e-9
+    True
     """
     there = _one_way(a, b, between, samples)
     back = _one_way(b, a, between, samples)

@@ -68,6 +68,11 @@ def in_slice_distance(a: Surface, b: Surface, planes: Sequence[Plane], *, step: 
     ----------
     .. [1] Skrinjar & Bistoquet, Generation of myocardial wall surface meshes from segmented MRI, Int. J. Biomed.
        Imaging, 2009. doi:10.1155/2009/313517
+
+    Examples
+    --------
+    >>> fp.in_slice_distance(endo, endo, [fp.Plane(cavity.barycentre, [0.0, 0.0, 1.0])]).mean < 0.05
+    True
     """
     return _measure(
         plane_sections(a.points, a.triangles, planes),

@@ -107,6 +107,11 @@ def surface_quality(surface: Surface) -> SurfaceQuality:
     Returns
     -------
     SurfaceQuality
+
+    Examples
+    --------
+    >>> fp.surface_quality(endo).q.mean > 0.9
+    True
     """
     points, cells, triangles = surface.points, surface.cells, surface.triangles
     quad = cells.shape[1] == 4

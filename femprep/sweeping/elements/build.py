@@ -9,7 +9,7 @@ import numpy as np
 
 from femprep.errors import OptionError, StageError
 from femprep.model import FACET_TAGS, REGION_TAGS, FloatArray, IntArray, VolumeMesh
-from femprep.options import SweepOptions, choose
+from femprep.options import SweepOptions, choose, takes
 from femprep.sweeping.cup.layers import graded, layer_depths
 from femprep.sweeping.cup.prism_split import checkerboard
 from femprep.sweeping.elements.mend import mend
@@ -26,6 +26,7 @@ from femprep.sweeping.elements.upright import least_corner
 from femprep.sweeping.matching.matched import MatchedSurfaces
 
 
+@takes(SweepOptions)
 def sweep(
     matched: MatchedSurfaces,
     *,
@@ -60,6 +61,12 @@ def sweep(
         The element does not go with the cup: wedges need triangles, hexahedra quadrilaterals.
     StageError
         An element is inverted.
+
+    Examples
+    --------
+    >>> matched = fp.match_surfaces(endo=endo, epi=epi, base=fp.find_base(seg), edge_length=8.0)
+    >>> fp.sweep(matched, edge_length=8.0)
+    VolumeMesh(... points, ... tetra, ... facets: lv, endo, epi, base)
     """
     chosen = choose(SweepOptions, options, changes)
     tell = progress or (lambda stage, fraction: None)

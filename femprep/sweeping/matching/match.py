@@ -21,7 +21,7 @@ import numpy.typing as npt
 from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.patches import PatchSurface
 from femprep.model import FloatArray, Notice, Plane, Surface, records
-from femprep.options import SweepOptions, choose
+from femprep.options import SweepOptions, choose, takes
 from femprep.surface.fitting.patches import patches_of
 from femprep.sweeping.matching.axial import Axial
 from femprep.sweeping.matching.cups import Cups
@@ -42,6 +42,7 @@ _REACH: Final = 3.0
 _TRIES: Final = 10
 
 
+@takes(SweepOptions)
 def match_surfaces(
     *,
     endo: Surface,
@@ -78,6 +79,12 @@ def match_surfaces(
         A plane does not cut a surface, or the wall is thinner than can be mended.
     OptionError
         Element and template do not go together, or a number of columns does not fit the template.
+
+    Examples
+    --------
+    >>> matched = fp.match_surfaces(endo=endo, epi=epi, base=fp.find_base(seg), edge_length=8.0)
+    >>> matched.layers
+    1
     """
     chosen = choose(SweepOptions, options, changes)
     tell = progress or (lambda stage, fraction: None)

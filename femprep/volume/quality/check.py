@@ -13,7 +13,7 @@ from femprep.mesh.measures.triangles import areas
 from femprep.mesh.measures.volume_elements import MEASURES, centroids, element_measures
 from femprep.mesh.topology import pieces
 from femprep.model import FloatArray, IntArray, VolumeMesh, is_blood, tag_name
-from femprep.options import CheckOptions, choose
+from femprep.options import CheckOptions, choose, takes
 from femprep.volume.quality.judged import carried_failures, limits_for
 from femprep.volume.quality.limits import judge
 from femprep.volume.quality.percentiles import percentiles
@@ -43,6 +43,7 @@ _RANGES = {
 _BINS = 20
 
 
+@takes(CheckOptions)
 def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: Any) -> QualityReport:
     """Judge a mesh: element quality, orientation, boundary, points, tags.
 
@@ -67,6 +68,11 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         The mesh has no elements, an element type is not known, or points are not finite.
     OptionError
         A limit is out of range.
+
+    Examples
+    --------
+    >>> fp.check(mesh, purpose="general").validity.inverted_elements
+    0
     """
     _check_input(mesh)
     limits, source = limits_for(mesh, choose(CheckOptions, options, changes))

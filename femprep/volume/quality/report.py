@@ -102,7 +102,13 @@ class LimitRecord(Record):
 
 
 class QualityReport(Record):
-    """Quality and validity of a mesh, against limits."""
+    """Quality and validity of a mesh, against limits.
+
+    Examples
+    --------
+    >>> fp.check(mesh)
+    QualityReport(... points, ... tetra, ...)
+    """
 
     n_points: int
     cells: dict[str, int] = Field(description="Number of elements by type.")
@@ -140,6 +146,11 @@ class QualityReport(Record):
         """Whether every limit and condition is met."""
         return not self.failures
 
+    def __repr__(self) -> str:
+        cells = ", ".join(f"{number} {kind}" for kind, number in self.cells.items())
+        verdict = "passed" if self.passed else f"failed: {'; '.join(self.failures)}"
+        return f"QualityReport({self.n_points} points, {cells}, {verdict})"
+
     def raise_if_failed(self) -> Self:
         """Raise where a check failed, else return the report itself.
 
@@ -147,6 +158,10 @@ class QualityReport(Record):
         ------
         QualityError
             One line with everything that failed.
+
+        Examples
+        --------
+        >>> fp.check(mesh).raise_if_failed()  # doctest: +SKIP
         """
         if self.failures:
             raise QualityError("the mesh fails its checks: " + "; ".join(self.failures))

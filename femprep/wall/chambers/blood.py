@@ -32,6 +32,11 @@ def fill_cavities(wall: Wall) -> BloodPools:
     ------
     InputError
         The wall has no endocardium, or the rim of one lies in no plane of the wall.
+
+    Examples
+    --------
+    >>> fp.fill_cavities(wall)
+    BloodPools(... points, ... outer triangles: lv)
     """
     inner = np.isin(wall.facet_tag, endo_tags())
     if not inner.any():

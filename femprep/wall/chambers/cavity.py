@@ -38,6 +38,11 @@ def cavity_surface(mesh: VolumeMesh, name: str = "lv") -> Surface:
     ------
     InputError
         The mesh has no such facets.
+
+    Examples
+    --------
+    >>> fp.cavity_surface(mesh, "lv").volume > 0
+    True
     """
     tag = f"endo_{name}" if f"endo_{name}" in mesh.facet_names else "endo"
     wall = facet_triangles(mesh, tag) if tag in mesh.facet_names else np.empty((0, 3), dtype=np.int64)

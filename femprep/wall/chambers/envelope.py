@@ -79,6 +79,13 @@ class Envelope:
     References
     ----------
     .. [1] Quilez, Smooth minimum, https://iquilezles.org/articles/smin (the quadratic polynomial one).
+
+    Examples
+    --------
+    >>> from femprep.wall.chambers.envelope import Part
+    >>> body = fp.Envelope([Part(endo, 3.0, 1.0)])
+    >>> bool(body.values(endo.points).max() < 0.0)
+    True
     """
 
     def __init__(self, parts: Sequence[Part]) -> None:

@@ -51,6 +51,12 @@ def keep_apart(
     ------
     InputError
         Two cavities overlap by more than ``most``.
+
+    Examples
+    --------
+    >>> cavities, repaired = fp.keep_apart({"lv": endo}, least=1.0, most=8.0)
+    >>> repaired
+    []
     """
     names = list(cavities)
     result, repaired = dict(cavities), []

@@ -91,6 +91,11 @@ def find_openings(seg: Segmentation) -> list[Opening]:
     -------
     list of Opening
         The larger first for each pair; several for veins.
+
+    Examples
+    --------
+    >>> fp.find_openings(whole)  # doctest: +SKIP
+    [Opening(name='mitral', ...), ...]
     """
     found: dict[tuple[str, str | None], list[Opening]] = {}
     labels = np.asarray(seg.labels)
@@ -257,6 +262,11 @@ def open_wall(wall: Wall, openings: list[Opening]) -> Wall:
     ------
     InputError
         An opening that was given by hand cannot be cut.
+
+    Examples
+    --------
+    >>> fp.open_wall(wall, fp.find_openings(whole))  # doctest: +SKIP
+    Wall(... points, ... triangles: endo_lv, ..., mitral, tricuspid, aortic, pulmonary)
     """
     sheets = {}
     for name in ("endo_lv", "endo_rv", "endo_la", "endo_ra", "epi"):

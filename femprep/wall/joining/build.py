@@ -14,7 +14,7 @@ from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import volume
 from femprep.model import FACET_TAGS, IntArray, Plane, Surface, TagArray, Wall
 from femprep.model.products import product
-from femprep.options import WallOptions, choose
+from femprep.options import WallOptions, choose, takes
 from femprep.wall.clipping.clip import clip, rim_loops
 from femprep.wall.clipping.clipped_surface import Sheet
 from femprep.wall.clipping.improve import improve, settle
@@ -31,6 +31,7 @@ logger = logging.getLogger(__name__)
 _AGAIN = 3
 
 
+@takes(WallOptions)
 def build_wall(
     *,
     epi: Surface,
@@ -78,6 +79,11 @@ def build_wall(
     References
     ----------
     Skrinjar & Bistoquet 2009, section 4 (open surfaces), doi 10.1155/2009/313517.
+
+    Examples
+    --------
+    >>> fp.build_wall(epi=epi, endo={"lv": endo}, base=fp.find_base(seg))
+    Wall(... points, ... triangles: endo, epi, base)
     """
     chosen = choose(WallOptions, options, changes)
     report = progress or (lambda stage, fraction: None)

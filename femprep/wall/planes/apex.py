@@ -21,7 +21,7 @@ from femprep.errors import InputError
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.model import BoolArray, FloatArray, Notice, Surface, records
 from femprep.model.products import product
-from femprep.options import WallOptions, choose
+from femprep.options import WallOptions, choose, takes
 from femprep.wall.planes.landmarks import read_stack
 
 if TYPE_CHECKING:
@@ -68,6 +68,7 @@ class Pile:
         return float((self.cavity[0] & ~self.beyond).sum() / self.cavity[0].sum())
 
 
+@takes(WallOptions)
 def extend_apex(
     seg: Segmentation,
     obj: LabelObject,
@@ -109,6 +110,11 @@ def extend_apex(
     ------
     InputError
         A structure is missing, the basal end cannot be found, or the object holds no cavity.
+
+    Examples
+    --------
+    >>> fp.extend_apex(seg, heart, endo=endo)
+    BoundaryPoints(... points)
     """
     chosen = choose(WallOptions, options, changes)
     boundary = boundary_points(obj) if boundary is None else boundary

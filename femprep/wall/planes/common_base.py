@@ -10,7 +10,7 @@ from scipy.ndimage import label
 
 from femprep.errors import InputError
 from femprep.model import Plane
-from femprep.options import WallOptions, choose
+from femprep.options import WallOptions, choose, takes
 from femprep.wall.planes.landmarks import base_moved, base_notices, base_slice, read_stack, slice_plane
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ logger = logging.getLogger(__name__)
 _SHARE, _WHOLE = 0.35, 0.85
 
 
+@takes(WallOptions)
 def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, **changes: Any) -> Plane:
     """Base plane that cuts both ventricles open.
 
@@ -47,6 +48,12 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     ------
     InputError
         As :func:`~femprep.wall.find_base`; also where no slice of the basal half opens both cavities.
+
+    Examples
+    --------
+    >>> from femprep.phantoms import biventricular
+    >>> fp.find_common_base(biventricular().segmentation(spacing=(2.0, 2.0, 8.0))).source
+    'labels: ...'
     """
     chosen = choose(WallOptions, options, changes)
     stack = read_stack(seg, basal_end=chosen.basal_end, what="the base")

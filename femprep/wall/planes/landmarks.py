@@ -18,7 +18,7 @@ from femprep.errors import InputError
 from femprep.image.slices import relative_slope
 from femprep.model import BoolArray, FloatArray, Notice, Plane
 from femprep.model.products import length
-from femprep.options import WallOptions, choose
+from femprep.options import WallOptions, choose, takes
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
@@ -183,12 +183,11 @@ def slice_plane(
     index[stack.axis] = slice_
     point = seg.grid.to_world(index)
     # A grid of ITK is orthogonal, so the direction of the stack is also the normal of its slices.
-    normal = towards * seg.grid.direction[:, stack.axis] / np.linalg.norm(seg.grid.direction[:, stack.axis])
-    return Plane(point - inward * normal, normal, source=source, notices=notices)
     normal = towards * seg.grid.direction[:, stack.axis] / length(seg.grid.direction[:, stack.axis])
-    return Plane(point - inward * normal, normal, source=source)
+    return Plane(point - inward * normal, normal, source=source, notices=notices)
 
 
+@takes(WallOptions)
 def find_base(seg: Segmentation, *, options: WallOptions | None = None, **changes: Any) -> Plane:
     """Base plane of the left ventricle, from its labels.
 
@@ -213,6 +212,11 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     ------
     InputError
         A structure is missing, both ends look alike, or the myocardium closes around the cavity in no slice.
+
+    Examples
+    --------
+    >>> fp.find_base(seg).source
+    'labels: ...'
     """
     chosen = choose(WallOptions, options, changes)
     stack = read_stack(seg, basal_end=chosen.basal_end, what="the base")
@@ -289,6 +293,7 @@ def base_slice(stack: Stack) -> BaseSlice:
     return BaseSlice(slice_, tuple(passed))
 
 
+@takes(WallOptions)
 def find_apex(seg: Segmentation, *, options: WallOptions | None = None, **changes: Any) -> Plane:
     """Apex plane of the left ventricle, from its labels: where a wall that is clipped at the apex ends.
 
@@ -310,6 +315,11 @@ def find_apex(seg: Segmentation, *, options: WallOptions | None = None, **change
     ------
     InputError
         As :func:`find_base`; also where the only closed ring is the one the base lies in.
+
+    Examples
+    --------
+    >>> bool(fp.find_base(seg).normal @ fp.find_apex(seg).normal < 0)
+    True
     """
     chosen = choose(WallOptions, options, changes)
     stack = read_stack(seg, basal_end=chosen.basal_end, what="the apex")

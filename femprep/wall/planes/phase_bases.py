@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femprep.model import FloatArray, Notice
-from femprep.options import WallOptions, choose
+from femprep.options import WallOptions, choose, takes
 from femprep.wall.planes.landmarks import base_slice, read_stack
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 
+@takes(WallOptions)
 def phase_base_offsets(
     phases: Sequence[Segmentation], *, options: WallOptions | None = None, **changes: Any
 ) -> list[float]:
@@ -47,6 +48,11 @@ def phase_base_offsets(
     ------
     InputError
         As :func:`~femprep.wall.find_base`.
+
+    Examples
+    --------
+    >>> [round(offset, 6) for offset in fp.phase_base_offsets([seg, seg])]
+    [0.0, 0.0]
     """
     chosen = choose(WallOptions, options, changes)
     profiles = [_profile(seg, chosen) for seg in phases]

@@ -8,7 +8,7 @@ from surface_shapes import ball_object, sphere
 
 from femprep.errors import MissingDependencyError
 from femprep.image import boundary_points
-from femprep.mesh.closest import closest_points
+from femprep.mesh.closest import ClosestFinder
 from femprep.surface.measure.distance import surface_distance
 from femprep.surface.measure.quality import surface_quality
 from femprep.surface.reference import METHODS, marching_cubes, remeshed, slice_interpolation
@@ -44,7 +44,7 @@ def test_marching_cubes_passes_through_the_boundary_points():
     surface = marching_cubes(obj)
     points = boundary_points(obj).points
     assert len(surface.points) == len(points)
-    assert closest_points(surface.points, surface.cells, points).distance.max() < 1e-4
+    assert ClosestFinder(surface.points, surface.cells)(points).distance.max() < 1e-4
     order, expected = np.lexsort(surface.points.round(3).T), np.lexsort(points.round(3).T)
     np.testing.assert_allclose(surface.points[order], points[expected], atol=1e-4)
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from analytic_walls import ellipsoid_wall
 
-from femprep.mesh.closest import closest_points
+from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.volume_elements import element_measures
 from femprep.model import FACET_TAGS, Plane, Wall
 from femprep.volume.optimise import POOR, REGULAR_SINE, optimise, tet_quality
@@ -71,7 +71,7 @@ def test_targets_are_the_closest_points_of_the_own_surface(coarse_wall, coarse_m
     for name in np.unique(tag):
         own = np.isin(nodes, facets[tag == name]) & (number == 1)
         triangles = coarse_wall.triangles[coarse_wall.facet_tag == name]
-        expected = closest_points(coarse_wall.points, triangles, shaken[nodes[own]]).points
+        expected = ClosestFinder(coarse_wall.points, triangles)(shaken[nodes[own]]).points
         np.testing.assert_allclose(places[own], expected, atol=1e-12)
     rim = places[number == 2]
     assert (rim[:, 2] == 10.0).all()
@@ -96,7 +96,7 @@ def test_spoiled_mesh_is_mended(coarse_wall, coarse_mesh, held, size):
     assert found["volume"].sum() == pytest.approx(coarse_mesh.info["volume_mm3"], rel=2e-3)
     assert (outcome.points[held.plane_points["base"], 2] == 10.0).all()
     number = members(coarse_mesh)
-    distance = closest_points(coarse_wall.points, coarse_wall.triangles, outcome.points[number > 0]).distance
+    distance = ClosestFinder(coarse_wall.points, coarse_wall.triangles)(outcome.points[number > 0]).distance
     assert distance.max() <= outcome.off_wall + 1e-12
     assert outcome.off_wall < 0.05
 

@@ -1,0 +1,100 @@
+"""``-v`` and ``--log FILE`` of every command: what the library says, on standard error and in a file."""
+
+from __future__ import annotations
+
+import logging
+import platform
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from femprep import __version__
+from femprep.errors import cannot_write
+
+LOGGING = "Messages"
+_log = logging.getLogger("femprep")
+#: Levels by the number of times ``-v`` is given.
+_LEVELS = (logging.INFO, logging.DEBUG)
+
+
+class _Screen(logging.Handler):
+    """Lines to standard error as it is at the time, so that they pass above progress bars."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        typer.echo(self.format(record), err=True)
+
+
+def _verbose(count: int) -> int:
+    """Show messages: once what is done, twice all the library says."""
+    if count:
+        screen = _Screen(_LEVELS[min(count, len(_LEVELS)) - 1])
+        screen.setFormatter(logging.Formatter("%(levelname)s %(name)s: %(message)s"))
+        _add(screen)
+    return count
+
+
+def _file(path: Path | None) -> Path | None:
+    """Write all messages to a file, whether they are shown or not."""
+    if path is None:
+        return None
+    try:
+        file = logging.FileHandler(path, mode="w", encoding="utf-8")
+    except OSError as error:
+        raise cannot_write(f"log {str(path)!r}", error, "choose another --log") from None
+    file.setLevel(logging.DEBUG)
+    file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    _add(file)
+    _log.debug("femprep %s, Python %s, %s", __version__, platform.python_version(), platform.platform())
+    _log.debug("command: %s", " ".join(sys.argv[1:]))
+    return path
+
+
+def _add(handler: logging.Handler) -> None:
+    _log.addHandler(handler)
+    _log.setLevel(min(handler.level, _log.level or handler.level))
+
+
+def stop_logging() -> None:
+    """Close what this command opened, so that the next one in the same process starts afresh."""
+    for handler in [one for one in _log.handlers if isinstance(one, _Screen | logging.FileHandler)]:
+        _log.removeHandler(handler)
+        handler.close()
+    _log.setLevel(logging.NOTSET)
+
+
+def _options(
+    verbose: Annotated[
+        int,
+        typer.Option(
+            "--verbose",
+            "-v",
+            count=True,
+            help="Show what is done; twice for more.",
+            show_default=False,
+            callback=_verbose,
+            expose_value=False,
+            is_eager=True,
+            rich_help_panel=LOGGING,
+        ),
+    ] = 0,
+    log: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write all messages, with times, to this file.",
+            callback=_file,
+            expose_value=False,
+            is_eager=True,
+            rich_help_panel=LOGGING,
+        ),
+    ] = None,
+) -> None:
+    """The two options; each command gets them."""
+
+
+def logging_options() -> list[Any]:
+    """Parameters for a command; their callbacks do all there is to do."""
+    made = typer.Typer(add_completion=False)
+    made.command()(_options)
+    return list(typer.main.get_command(made).params)
