@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from femprep.errors import OptionError
-from femprep.model import VolumeMesh
+from femprep.model import FACET_TAGS, VolumeMesh
 from femprep.options import ExportOptions
 
 if TYPE_CHECKING:
@@ -52,6 +52,8 @@ class Format:
         Whether the path names a folder of files instead of one file.
     beside : tuple of str
         Names of the files it always writes beside that one, or into that folder.
+    optional : tuple of str
+        Names of files in its folder that not every mesh has: those of an earlier mesh go when another is written there.
     """
 
     name: str
@@ -67,6 +69,7 @@ class Format:
     needs: str = ""
     folder: bool = False
     beside: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -227,6 +230,10 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 unread_by="svMultiPhysics",
                 folder=True,
                 beside=("mesh-complete.mesh.vtu",),
+                optional=(
+                    *("fibersLong.vtu", "fibersSheet.vtu"),
+                    *(f"mesh-surfaces/{name}.vtp" for name in FACET_TAGS),
+                ),
             ),
             Format(
                 name="med",

@@ -65,10 +65,15 @@ def write_mesh(
     path = path.absolute()
     with whole_files(path.parent) as (partial, moved):
         if kind.folder:
-            (partial / path.name).mkdir()
-            kind.writer(mesh, partial / path.name, path.name, options)
+            made = partial / path.name
+            made.mkdir()
+            kind.writer(mesh, made, path.name, options)
+            stale = [path / name for name in kind.optional if not (made / name).exists()]
         else:
             kind.writer(mesh, partial, path.stem, options)
+            stale = []
+    for file in stale:
+        file.unlink(missing_ok=True)
     return moved
 
 

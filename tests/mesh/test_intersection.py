@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from femprep.errors import InputError
@@ -166,15 +166,27 @@ def _exact_meet(p, one, two) -> bool:
     return False
 
 
+PAIRS = list(combinations(range(8), 2))
+
+
+def _upright_over_one_line(one, two) -> bool:
+    """Whether the corners of two triangles lie over one line, seen from above; exact on the grid."""
+    corners = np.concatenate([one, two]) - one[0]
+    return not any(a[0] * b[1] - a[1] * b[0] for a, b in combinations(corners.tolist(), 2))
+
+
 @settings(deadline=None, max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.25]))
+@example(1500, 0.25)
 def test_search_agrees_with_brute_force_in_fractions(seed, grid):
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(24, 3))
     if grid:
-        # Corners on a coarse grid make many touchings; heights stay general, so that no two triangles share a plane.
+        # Corners on a coarse grid make many touchings; heights stay general, so that hardly two triangles share a plane.
         points[:, :2] = np.round(points[:, :2] / grid) * grid
     cells = np.arange(24).reshape(8, 3)
+    # Upright ones may, over one line of the grid; segments that cross within a plane the brute force does not see.
+    assume(not any(_upright_over_one_line(points[cells[i], :2], points[cells[j], :2]) for i, j in PAIRS))
     expected = [[i, j] for i, j in combinations(range(8), 2) if _exact_meet(points, cells[i], cells[j])]
     assert self_intersections(points, cells).tolist() == expected
     split = [[i, j - 4] for i, j in expected if i < 4 <= j]
