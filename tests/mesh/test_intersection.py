@@ -182,7 +182,7 @@ def test_search_agrees_with_brute_force_in_fractions(seed, grid):
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(24, 3))
     if grid:
-        # Corners on a coarse grid make many touchings; heights stay general, so that hardly two triangles share a plane.
+        # Corners on a coarse grid make many touchings; heights stay general, so that few share a plane.
         points[:, :2] = np.round(points[:, :2] / grid) * grid
     cells = np.arange(24).reshape(8, 3)
     # Upright ones may, over one line of the grid; segments that cross within a plane the brute force does not see.
