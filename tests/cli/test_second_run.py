@@ -33,7 +33,8 @@ def test_surfaces_made_anew_leave_what_was_added(heart: Path, once: Path) -> Non
     (once / "surfaces" / "lv_cut.vtp").write_text("cut")
     assert main(["surface", str(heart), "-o", str(once), *SURFACES, "--object", "lv"]) == 0
     files = {path.relative_to(once).as_posix() for path in once.rglob("*") if path.is_file()}
-    assert files == {"run.json", "surfaces/lv.vtp", "state.pvsm", "surfaces/lv_cut.vtp"}
+    ours = {"run.json", "methods.md", "methods.bib", "surfaces/lv.vtp"}
+    assert files == {*ours, "state.pvsm", "surfaces/lv_cut.vtp"}
     assert (once / "state.pvsm").read_text() == "view"
 
 
