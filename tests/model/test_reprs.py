@@ -7,7 +7,7 @@ from meshes import truncated_ellipsoid
 
 import femprep as fp
 from femprep.model import FACET_TAGS
-from femprep.pipeline import Run
+from femprep.report.run import Run
 
 
 def test_nouns_show_one_line_with_counts() -> None:
