@@ -147,7 +147,7 @@ def test_the_command_line_corrects_and_records(tmp_path):
 
     seg, _ = shifted(lv_ellipsoid(), 1)
     write_segmentation(seg, tmp_path / "heart.nii.gz")
-    call = ["surface", str(tmp_path / "heart.nii.gz"), "--preset", "acdc", "--object", "lv=lv", "--vertices", "200"]
+    call = ["surface", str(tmp_path / "heart.nii.gz"), "--preset", "acdc", "--object", "lv=lv", "--vertices", "1000"]
     assert main([*call, "--correct-shifts", "--quiet", "-o", str(tmp_path / "out")]) == 0
     run = json.loads((tmp_path / "out" / "run.json").read_text())
     assert run["options"]["image"]["correct_shifts"] is True
