@@ -35,17 +35,20 @@ from femprep.wall.planes.phase_bases import base_moved_with_phases
 PACKAGE = Path(fp.__file__).parent
 GRID = Grid((40, 40, 40), np.ones(3), np.zeros(3), np.eye(3))
 #: Files that warn of what is no part of a mesh, or whose caller tells it, and why.
+FOREIGN = ("vtu", "febio", "opencarp", "lsdyna", "abaqus")
 TOLD_ELSEWHERE = {
-    "anatomies.py": "of what it tries next; what it took is told by wall/assumed.py",
-    "harmonic/leastsquares.py": "surface/fit.py tells it",
-    "report/picture.py": "output.py tells it",
-    "surface/apart.py": "surface/matching.py tells it",
-    "wall/common_base.py": "by wall/landmarks.py, on the plane",
+    "wall/anatomies.py": "of what it tries next; what it took is told by wall/chambers/envelope.py",
+    "surface/harmonic/leastsquares.py": "surface/fit.py tells it",
+    "report/picture.py": "report/output.py tells it",
+    "report/swap.py": "of the user's own files, after the run's record is written",
+    "mesh/compiled.py": "of the cache of compiled code: no result",
+    "sweeping/matching/minimum_thickness.py": "sweeping/matching/match.py tells it",
+    "wall/planes/common_base.py": "by wall/planes/landmarks.py, on the plane",
     "export/split.py": "export/losses.py tells it",
-    "export/xdmf.py": "export/losses.py tells it",
+    "export/xdmf/write.py": "export/losses.py tells it",
     "template/store.py": "a template that is made anew is the same",
-    **{f"export/{name}.py": "of a foreign mesh that is read: no run" for name in ("vtu", "foreign")},
-    **{f"export/{name}_reader.py": "of a foreign mesh: no run" for name in ("febio", "opencarp", "lsdyna", "abaqus")},
+    "export/foreign.py": "of a foreign mesh that is read: no run",
+    **{f"export/{name}/read.py": "of a foreign mesh: no run" for name in FOREIGN},
 }
 
 
@@ -229,7 +232,7 @@ def test_nothing_is_said_where_nothing_was_done() -> None:
     assert losses(thick_ellipsoid(size=2, layers=1).mesh, "medit") == []
 
 
-@pytest.mark.parametrize("module", ["volume.smooth", "volume.sweep.quadratic"])
+@pytest.mark.parametrize("module", ["volume.smooth", "sweeping.elements.quadratic"])
 def test_edges_made_straight_are_said(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     import importlib
 
@@ -267,7 +270,7 @@ def test_a_missing_picture_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     seg = lv_ellipsoid().segmentation(spacing=(1.4, 1.4, 8.0), apex="uncapped")
     changes = {"surface": {"vertices": 500}, "volume": {"mesher": "sweep", "edge_length": 6.0}}
     run = fp.mesh_segmentation(seg, **changes)
-    for name in ("start_painter", "start_picture", "finish_picture"):
+    for name in ("start_painter", "start_picture", "finish_picture", "end_painter"):
         monkeypatch.setattr(femprep.report.output, name, lambda *_: None)
     manifest = fp.write_run(run, tmp_path / "out")
     assert any("no picture of the mesh" in line for line in manifest.notices)
