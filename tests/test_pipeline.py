@@ -73,7 +73,8 @@ def test_record_says_units_input_options_and_stages(folder: Path, image: Path) -
     assert manifest["deterministic"] is False
     assert [stage["name"] for stage in manifest["stages"]][-2:] == ["quality", "write"]
     (line,) = [line for line in manifest["notices"] if "extrapolated" in line]
-    assert f"{manifest['details']['wall']['apex']['extrapolated_mm']:.1f} mm beyond the cavity, near (" in line
+    assert f"{manifest['details']['wall']['apex']['extrapolated_mm']:.1f} mm beyond the cavity" in line
+    assert "near (" in line
 
 
 def test_a_folder_holds_the_words_for_a_paper_and_their_references(folder: Path) -> None:
@@ -179,6 +180,6 @@ def test_surface_command(image: Path, tmp_path: Path) -> None:
 
 def test_json_is_one_record(image: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
-    arguments = ["surface", str(image), "-o", str(out), "--structure", "lv=3", "--vertices", "100", "--json"]
+    arguments = ["surface", str(image), "-o", str(out), "--structure", "lv=3", "--vertices", "1000", "--json"]
     assert main(arguments) == 0
     assert json.loads(capsys.readouterr().out)["input"]["structures"] == {"lv": [3]}
