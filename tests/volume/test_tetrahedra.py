@@ -105,7 +105,7 @@ def test_closed_cavity_stays_a_cavity():
 def test_progress_rises_and_ends_at_one(coarse_wall, monkeypatch, coarse_mesh):
     seen: list[tuple[str, float]] = []
 
-    def fake(points, triangles, settings, *, arrays, time_limit, memory_limit, pulse):
+    def fake(points, triangles, settings, *, pulse, **_):
         for gone in np.arange(0.2, 20.0, 0.2):
             pulse(float(gone))
         return result(coarse_mesh)
