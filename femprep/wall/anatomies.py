@@ -48,12 +48,12 @@ _EPI_SHARE: Final = {"biv": 1.8, "whole-heart": 4.5}
 #: Rounding of the joint of both ventricles by the wall thickness of the right one, and of what is added to reach the
 #: least thickness.
 _ROUNDING, _LEAST_ROUNDING = 3.0, 0.5
-#: How far from another chamber the epicardium is that of one alone, in thicknesses of the wall that is rounded there.
-_JOINT: Final = 4.0
 #: How far below an outline of the body grooves are filled up where the epicardium folds in them, mm, in turn.
 _BELOW: Final = (2.0, 1.0, 0.5, 0.0)
 #: Width over which the grooves between the chambers of the whole heart are rounded, mm.
 _GROOVE: Final = 6.0
+#: How far from another chamber the epicardium follows one alone: grooves are rounded on either side, mm.
+_JOINT: Final = 2.0 * _GROOVE
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages:
         enclosed.append(Part(cavities["rv"], thickness, least if walled else _ROUNDING * thickness))
         enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
         epi = _enclose(enclosed, seg, options, report, repaired)
-    outlines = _outlines(objects, ("lv", "rv"), thickness)
+    outlines = _outlines(objects, ("lv", "rv"))
     return Parts(
         objects,
         cavities,
@@ -251,12 +251,13 @@ def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Sta
         body=fitted["lv_epi"],
         openings=layout.openings,
         repaired=repaired,
-        outlines=_outlines(objects, tuple(CHAMBERS), wall.atrial_wall_thickness),
+        # Its epicardium fills the grooves between chambers on purpose: what it ought to follow there no label tells.
+        outlines=tuple(Outline(f"endo_{name}", objects[name]) for name in CHAMBERS),
         notices=notices,
     )
 
 
-def _outlines(objects: Mapping[str, LabelObject], chambers: tuple[str, ...], wall: float) -> tuple[Outline, ...]:
+def _outlines(objects: Mapping[str, LabelObject], chambers: tuple[str, ...]) -> tuple[Outline, ...]:
     """What endocardia and the common epicardium ought to follow: this the outline of each labelled body.
 
     Where another chamber joins a body, whose wall may be assumed, the epicardium runs from one to the other.
@@ -266,7 +267,7 @@ def _outlines(objects: Mapping[str, LabelObject], chambers: tuple[str, ...], wal
     epi = []
     for name, body in bodies.items():
         others = tuple(bodies.get(other, objects[other]) for other in chambers if other != name)
-        epi.append(Outline("epi", body, others, _JOINT * wall))
+        epi.append(Outline("epi", body, others, _JOINT))
     return (*endo, *epi)
 
 
