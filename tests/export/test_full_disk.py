@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,8 @@ from meshes import truncated_ellipsoid, with_fibres
 
 import femprep as fp
 from femprep.export import FORMATS, write_format, write_mesh
+
+HERE = Path(__file__).parents[1]
 
 # In a process of its own: native code that does not bear it ends the process.
 WRITE = """
@@ -43,7 +46,8 @@ def mesh_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def written(mesh_file: Path, folder: Path, name: str, limit: int = 0) -> int:
     """Exit status of a process that writes the mesh."""
     command = [sys.executable, "-c", WRITE, str(mesh_file), str(folder), name, str(limit)]
-    done = subprocess.run(command, capture_output=True, text=True)
+    paths = os.pathsep.join([str(HERE), *filter(None, [os.environ.get("PYTHONPATH")])])
+    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": paths})
     assert done.stderr == ""
     return done.returncode
 
