@@ -52,8 +52,9 @@ _ROUNDING, _LEAST_ROUNDING = 3.0, 0.5
 _BELOW: Final = (2.0, 1.0, 0.5, 0.0)
 #: Width over which the grooves between the chambers of the whole heart are rounded, mm.
 _GROOVE: Final = 6.0
-#: How far from another chamber the epicardium follows one alone: grooves are rounded on either side, mm.
-_JOINT: Final = 2.0 * _GROOVE
+#: How far from another chamber the epicardium follows one alone: grooves are rounded on either side, and those of the
+#: whole heart are filled, mm.
+_JOINT: Final = {"biv": 2.0 * _GROOVE, "whole-heart": 20.0}
 
 
 @dataclass(frozen=True)
@@ -200,7 +201,7 @@ def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages:
         enclosed.append(Part(cavities["rv"], thickness, least if walled else _ROUNDING * thickness))
         enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
         epi = _enclose(enclosed, seg, options, report, repaired)
-    outlines = _outlines(objects, ("lv", "rv"))
+    outlines = _outlines(objects, ("lv", "rv"), ("lv", "rv"), _JOINT["biv"])
     return Parts(
         objects,
         cavities,
@@ -251,23 +252,26 @@ def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Sta
         body=fitted["lv_epi"],
         openings=layout.openings,
         repaired=repaired,
-        # Its epicardium fills the grooves between chambers on purpose: what it ought to follow there no label tells.
-        outlines=tuple(Outline(f"endo_{name}", objects[name]) for name in CHAMBERS),
+        outlines=_outlines(objects, tuple(CHAMBERS), ("lv",), _JOINT["whole-heart"]),
         notices=notices,
     )
 
 
-def _outlines(objects: Mapping[str, LabelObject], chambers: tuple[str, ...]) -> tuple[Outline, ...]:
-    """What endocardia and the common epicardium ought to follow: this the outline of each labelled body.
+def _outlines(
+    objects: Mapping[str, LabelObject], chambers: tuple[str, ...], walled: tuple[str, ...], clear: float
+) -> tuple[Outline, ...]:
+    """What endocardia and the common epicardium ought to follow: this the outline of some labelled bodies.
 
-    Where another chamber joins a body, whose wall may be assumed, the epicardium runs from one to the other.
+    Where another chamber joins a body, whose wall may be assumed, the epicardium runs from one to the other. Of a whole
+    heart it follows the left ventricle's: thin walls of the others are thickened to the least thickness.
     """
     endo = [Outline(f"endo_{name}", objects[name]) for name in chambers]
     bodies = {name: objects[f"{name}_epi"] for name in chambers if f"{name}_epi" in objects}
     epi = []
-    for name, body in bodies.items():
-        others = tuple(bodies.get(other, objects[other]) for other in chambers if other != name)
-        epi.append(Outline("epi", body, others, _JOINT))
+    for name in walled:
+        if name in bodies:
+            others = tuple(bodies.get(other, objects[other]) for other in chambers if other != name)
+            epi.append(Outline("epi", bodies[name], others, clear))
     return (*endo, *epi)
 
 

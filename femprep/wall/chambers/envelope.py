@@ -40,6 +40,9 @@ _STEPS, _FLAT = 8, 0.3
 _NEAR, _SEARCH, _SEARCH_STEP, _HALVINGS = 1e-3, 6.0, 0.25, 20
 #: Width over which the edge of what fills a groove is rounded, mm.
 _FILLET = 2.0
+#: A groove is where two chambers lie this near to the outline that bridges it, and what is so far around, mm: elsewhere
+#: the outline, which is no better than the voxels it was made on, fills nothing.
+_BESIDE, _AROUND = 5.0, 6.0
 #: Least cosine between the normal of a triangle and that of the body.
 _UPRIGHT = 0.2
 #: Rounds in which vertices are spread evenly along the surface, and share of the way each goes.
@@ -63,6 +66,11 @@ class Part:
     thickness: float
     blend: float
 
+    @property
+    def chamber(self) -> str:
+        """The chamber it bounds, by its name: ``lv`` of ``lv`` and of ``lv_epi``."""
+        return self.surface.name.split("_")[0]
+
 
 class Envelope:
     """The body that encloses closed surfaces, each grown by a thickness, with rounded joins.
@@ -75,6 +83,8 @@ class Envelope:
     ----------
     parts : sequence of Part
         The blend of the first is not used.
+    fill : Part, optional
+        What fills the grooves of the body, and nothing else of it.
 
     References
     ----------
@@ -88,10 +98,13 @@ class Envelope:
     True
     """
 
-    def __init__(self, parts: Sequence[Part]) -> None:
+    def __init__(self, parts: Sequence[Part], fill: Part | None = None) -> None:
         self.parts = tuple(parts)
-        self._finders = [ClosestFinder(part.surface.points, part.surface.triangles) for part in self.parts]
-        self._normals = [vertex_normals(part.surface.points, part.surface.triangles) for part in self.parts]
+        self.fill = fill
+        every = [part.surface for part in (*self.parts, *([] if fill is None else [fill]))]
+        self._finders = [ClosestFinder(surface.points, surface.triangles) for surface in every]
+        self._normals = [vertex_normals(surface.points, surface.triangles) for surface in every]
+        self._grooves = None if fill is None else self._between(fill.surface.points)
 
     def values(self, points: FloatArray) -> FloatArray:
         """The field at points ``(n, 3)``, mm: negative inside; it changes by no more than the way between points."""
@@ -99,17 +112,30 @@ class Envelope:
 
     def with_gradients(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The field ``(n,)`` and its gradient ``(n, 3)``."""
-        value, gradient = self._part(0, points)
-        for number in range(1, len(self.parts)):
-            other, other_gradient = self._part(number, points)
-            k = self.parts[number].blend
-            overlap = np.maximum(k - np.abs(value - other), 0.0) / k
-            share = np.where(other < value, 1.0 - 0.5 * overlap, 0.5 * overlap)[:, None]
-            value = np.minimum(value, other) - 0.25 * k * overlap**2
-            gradient = (1.0 - share) * gradient + share * other_gradient
-        return value, gradient
+        value, gradient = self._part(0, self.parts[0], points)
+        for number, part in enumerate(self.parts[1:], 1):
+            value, gradient = _joined((value, gradient), self._part(number, part, points), part.blend)
+        if self.fill is None or self._grooves is None:
+            return value, gradient
+        outline, slope = self._part(len(self.parts), self.fill, points)
+        away, nearest = self._grooves.query(points)
+        beyond = (away - _AROUND > outline)[:, None]
+        outward = (points - self._grooves.data[nearest]) / np.maximum(away, 1e-9)[:, None]
+        filling = np.maximum(outline, away - _AROUND), np.where(beyond, outward, slope)
+        return _joined((value, gradient), filling, self.fill.blend)
 
-    def _part(self, number: int, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _between(self, outline: FloatArray) -> Any:
+        """Tree of the points of an outline that lie over grooves between two chambers, None where there are none."""
+        from scipy.spatial import cKDTree
+
+        nearest: dict[str, FloatArray] = {}
+        for number, part in enumerate(self.parts):
+            value = self._part(number, part, outline)[0]
+            nearest[part.chamber] = np.minimum(value, nearest.get(part.chamber, np.inf))
+        over = outline[(np.stack(list(nearest.values())) < _BESIDE).sum(axis=0) > 1]
+        return cKDTree(over) if len(over) else None
+
+    def _part(self, number: int, part: Part, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         finder = self._finders[number]
         signed, near = finder.sided(points)
         away = points - near.points
@@ -118,7 +144,7 @@ class Envelope:
         # On the surface itself the way to the nearest point has no direction: the normal there serves.
         far = near.distance > 1e-6
         gradient = np.where(far[:, None], away / np.where(far, signed, 1.0)[:, None], normal)
-        return signed - self.parts[number].thickness, gradient
+        return signed - part.thickness, gradient
 
     def object(self, like: Grid, name: str) -> LabelObject:
         """The body as voxels of a fine isotropic grid along the axes of another one."""
@@ -183,7 +209,7 @@ class Envelope:
 
     def filled(self, outline: Surface, below: float) -> Envelope:
         """The same body, its tunnels and narrow grooves filled up to a depth below an outline that bridges them, mm."""
-        return Envelope([*self.parts, Part(outline, -below, _FILLET)])
+        return Envelope(self.parts, Part(outline, -below, _FILLET))
 
     def settle(self, surface: Surface) -> Surface:
         """A surface fitted to the body, its vertices moved exactly onto it and spread evenly along it.
@@ -217,6 +243,16 @@ class Envelope:
         moved = np.linalg.norm(points - surface.points, axis=1)
         info = {**surface.info, "settled": {"mean_mm": float(moved.mean()), "farthest_mm": float(moved.max())}}
         return replace(surface, points=points, shape=None, info=info)
+
+
+def _joined(
+    one: tuple[FloatArray, FloatArray], other: tuple[FloatArray, FloatArray], blend: float
+) -> tuple[FloatArray, FloatArray]:
+    """The smooth minimum of two fields, and its gradient."""
+    overlap = np.maximum(blend - np.abs(one[0] - other[0]), 0.0) / blend
+    share = np.where(other[0] < one[0], 1.0 - 0.5 * overlap, 0.5 * overlap)[:, None]
+    value = np.minimum(one[0], other[0]) - 0.25 * blend * overlap**2
+    return value, (1.0 - share) * one[1] + share * other[1]
 
 
 def thin_wall(bodies: Sequence[Part], name: str, cavity: Surface, options: WallOptions) -> dict[str, Any] | None:

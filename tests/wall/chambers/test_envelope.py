@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from wall_shapes import Ellipsoid, template_surface
@@ -77,7 +79,8 @@ def test_a_thin_wall_is_told_or_refused():
 
 
 def test_a_fold_in_a_narrow_groove_is_told_and_goes_where_the_groove_is_filled():
-    narrow = Envelope([Part(sphere(20.0), 0.0, 0.0), Part(sphere(15.0, 35.0), 1.0, 0.2)])
+    one, other = replace(sphere(20.0), name="lv_epi"), replace(sphere(15.0, 35.0), name="rv")
+    narrow = Envelope([Part(one, 0.0, 0.0), Part(other, 1.0, 0.2)])
     rough = outline_surface(narrow.object(GRID, "epi"), 500)
     assert narrow.folds(narrow.settle(rough)) > 0
     for below in (0.5, 0.0):  # as far as it takes
@@ -91,4 +94,4 @@ def test_a_fold_in_a_narrow_groove_is_told_and_goes_where_the_groove_is_filled()
     assert added.min() > -1e-3
     assert np.median(added) < 0.5
     away = np.linalg.norm(surface.points - [19.0, 0.0, 0.0], axis=1)
-    assert added[away > 30.0].max() < 1.5
+    assert added[away > 25.0].max() < 1e-3  # the outline lies as far off the body as its voxels are large
