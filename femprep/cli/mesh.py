@@ -239,13 +239,10 @@ def mesh_file(segmentation: Path, out: Path, options: Options, *, quiet: bool, j
 def mesh_and_write(seg: Any, out: Path, options: Options, *, source: Path | None, progress: Any) -> tuple[Any, Any]:
     """The pipeline, then its folder."""
     from femprep.pipeline import mesh_segmentation
-    from femprep.report.rehearsal import Rehearsal
+    from femprep.report.output import write_run
 
-    with Rehearsal(options.formats, progress) as rehearsal:
-        run = mesh_segmentation(seg, options, progress=rehearsal)
-        from femprep.report.output import write_run  # loaded by the rehearsal, while the mesher runs
-
-        return run, write_run(run, out, source=source, progress=progress, painter=rehearsal.painter)
+    run = mesh_segmentation(seg, options, progress=progress)
+    return run, write_run(run, out, source=source, progress=progress)
 
 
 def _print_json(run: Any, manifest: Any) -> None:

@@ -10,7 +10,6 @@ from typing import Any, Final
 
 import numba
 from numba.core.caching import FunctionCache
-from numba.core.runtime import rtsys
 
 _log = logging.getLogger(__name__)
 
@@ -49,7 +48,7 @@ def compiled(parallel: bool = False, part: bool = False) -> Callable[[Callable[.
     def decorate(function: Callable[..., Any]) -> Any:
         kernel = numba.njit(**settings)(function)
         try:
-            kernel._cache = _KEPT(function)
+            kernel._cache = _Kept(function)
         except RuntimeError as error:
             _log.info("compiled code of %s is not kept: %s", function.__name__, error)
         return _alone(kernel) if parallel else kernel
@@ -58,17 +57,7 @@ def compiled(parallel: bool = False, part: bool = False) -> Callable[[Callable[.
 
 
 class _Kept(FunctionCache):  # type: ignore[misc]
-    """numba's folder of machine code for one kernel, read without the compiler.
-
-    numba's own readies the compiler before it looks, which takes longer than to read all kernels of a run; where there
-    is something to compile, it is readied anyhow.
-    """
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Machine code for arguments of some types; None where there is none yet."""
-        rtsys.initialize(target_context)  # what kernels take memory by
-        with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
+    """numba's folder of machine code for one kernel; a full disk stops nothing."""
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep machine code; where there is no room for it, the next process compiles it anew."""
@@ -76,12 +65,6 @@ class _Kept(FunctionCache):  # type: ignore[misc]
             super().save_overload(sig, data)
         except OSError as error:
             _log.warning("compiled code cannot be kept in %s: %s", self.cache_path, error.strerror or error)
-
-
-#: Where a later numba has no such methods, its own way is taken.
-_KEPT: Final = (
-    _Kept if {"_load_overload", "_guard_against_spurious_io_errors"} <= set(dir(FunctionCache)) else FunctionCache
-)
 
 
 def _alone(kernel: Callable[..., Any]) -> Callable[..., Any]:

@@ -17,11 +17,6 @@ import numpy.typing as npt
 IntArray = npt.NDArray[np.int64]
 
 
-#: From how many rows on they are sorted in buckets, if none of them is larger than that.
-_MANY_ROWS: Final = 20_000
-_LARGE_BUCKET: Final = 2_000
-
-
 @dataclass(frozen=True)
 class ElementType:
     """One element type.
@@ -139,19 +134,12 @@ def element_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
 def row_numbers(rows: IntArray) -> IntArray:
     """Number from 0 for each row of integers, equal for equal rows, in their lexicographic order.
 
-    What ``np.unique(rows, axis=0, return_inverse=True)`` gives, many times faster. Many rows are sorted in buckets of
-    equal first numbers; few, or such whose first numbers differ too much or too little, are packed into one number
-    each, and compressed on the way where they would not fit.
+    What ``np.unique(rows, axis=0, return_inverse=True)`` gives, many times faster: rows are packed into one number
+    each, compressed on the way where they would not fit.
     """
     least = rows.min(initial=0)
     rows = rows - least if least < 0 else rows
     size = int(rows.max(initial=0)) + 1
-    if len(rows) > _MANY_ROWS and rows.shape[1] > 1 and size ** (rows.shape[1] - 1) <= 2**62:
-        first = np.ascontiguousarray(rows[:, 0])
-        if int(first.max()) < len(rows) and int(np.bincount(first).max()) <= _LARGE_BUCKET:
-            from femprep.mesh.unique_rows import bucketed
-
-            return bucketed(rows, size)
     key, span = np.zeros(len(rows), dtype=np.int64), 1
     for column in rows.T:
         if span > 2**62 // size:
@@ -164,13 +152,7 @@ def row_numbers(rows: IntArray) -> IntArray:
 
 def set_numbers(*blocks: IntArray) -> IntArray:
     """Number from 0 for each row of integers of some blocks, equal for rows of the same numbers in any order."""
-    rows = np.concatenate(blocks)
-    if len(rows) <= _MANY_ROWS:
-        return row_numbers(np.sort(rows, axis=1))
-    from femprep.mesh.unique_rows import sort_each
-
-    sort_each(rows)
-    return row_numbers(rows)
+    return row_numbers(np.sort(np.concatenate(blocks), axis=1))
 
 
 def boundary_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:

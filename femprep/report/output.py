@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import subprocess
 import time
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +37,6 @@ def write_run(
     *,
     source: str | Path | None = None,
     progress: Progress | None = None,
-    painter: subprocess.Popen[bytes] | None = None,
 ) -> RunManifest:
     """Write the folder of one run, whole or not at all.
 
@@ -54,8 +51,6 @@ def write_run(
         The image file the run began with; its name and hash go into ``run.json``.
     progress : callable, optional
         Called with ``(stage, fraction)``.
-    painter : process, optional
-        What will draw the picture, where it has been started already (:mod:`femprep.report.rehearsal`).
 
     Returns
     -------
@@ -81,17 +76,15 @@ def write_run(
     report("write", 0.0)
     with whole_folder(Path(out)) as folder:
         png = folder / ".picture.png"
-        painter = painter or start_painter()
+        painter = start_painter()
         try:
             start_picture(painter, run.mesh, png)
-            with ThreadPoolExecutor(1) as pool:  # VTK compresses while the decks are put into words
-                vtk = pool.submit(_write_vtk, run, folder)
-                left_out = verdict_of(run.mesh).get("failures", {})
-                for name in (name for name in run.options.formats if name not in left_out):
-                    write_format(run.mesh, folder, name, options=run.options.export)
-                (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
-                slices, volumes, details = _slices(run), list(run.volumes), _details(run)
-                vtk.result()
+            _write_vtk(run, folder)
+            left_out = verdict_of(run.mesh).get("failures", {})
+            for name in (name for name in run.options.formats if name not in left_out):
+                write_format(run.mesh, folder, name, options=run.options.export)
+            (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
+            slices, volumes, details = _slices(run), list(run.volumes), _details(run)
             picture = finish_picture(painter, png)
         finally:
             end_painter(painter)

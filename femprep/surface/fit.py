@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from concurrent.futures import Future
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -17,7 +16,7 @@ from femprep.image.resample import isotropic
 from femprep.model import FloatArray, IntArray, Notice, Surface, records
 from femprep.model.products import product
 from femprep.options import SurfaceOptions, choose, takes
-from femprep.surface.fitting.smooth import Rough, smooth_map
+from femprep.surface.fitting.smooth import smooth_map
 from femprep.surface.harmonic.field import Field, fit_strength
 from femprep.surface.harmonic.leastsquares import BLOCK
 from femprep.surface.harmonic.mend import Target, sound_map
@@ -52,7 +51,6 @@ def fit_surface(
     boundary: BoundaryPoints | None = None,
     options: SurfaceOptions | None = None,
     progress: Callable[[str, float], None] | None = None,
-    begun: Future[Rough | None] | None = None,
     **changes: Any,
 ) -> Surface:
     """Fit a closed, smooth surface with a given number of vertices to a segmented object.
@@ -82,8 +80,6 @@ def fit_surface(
         50 to 450.
     progress : callable, optional
         Told the stage and the fraction done.
-    begun : Future, optional
-        What another thread has begun of it, see :func:`~femprep.surface.fitting.ahead.in_turn`.
     **changes
         Options by name, for example ``method="paper", vertices=1180, singularities=227, control_points=204`` (Table 1).
 
@@ -135,7 +131,7 @@ def fit_surface(
     if chosen.method == "smooth":
         try:
             smooth, points, cells, more = smooth_map(
-                obj, boundary, directions, template.cells, chosen.connectivity, chosen.curvature_sizing, begun
+                obj, boundary, directions, template.cells, chosen.connectivity, chosen.curvature_sizing
             )
         except StageError as error:
             # The harmonic surface is less accurate, but bends of a thin chamber cannot cross on it.

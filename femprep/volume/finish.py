@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -130,15 +129,11 @@ def _held(points: FloatArray, facets: TaggedFacets, filling: Filling, envelope: 
         The boundary is not that of what is filled, or cannot be tagged.
     """
     boundary = facets.interface == 0
-    with ThreadPoolExecutor(1) as pool:  # two threads, which numpy lets work side by side
-        sound = pool.submit(_check_boundary, facets.nodes[boundary], filling.outer)
-        try:
-            merged = filling.interface_tags(facets.interface)
-            merged[boundary] = tag_facets(points, facets.nodes[boundary], filling.outer, envelope)
-            constraints = constrain(len(points), facets.nodes, merged, filling.sheets)
-        finally:  # what is wrong with the boundary is told rather than that it cannot be tagged
-            sound.result()
-    return merged, constraints
+    # Before it is tagged: what is wrong with the boundary is told rather than that it cannot be.
+    _check_boundary(facets.nodes[boundary], filling.outer)
+    merged = filling.interface_tags(facets.interface)
+    merged[boundary] = tag_facets(points, facets.nodes[boundary], filling.outer, envelope)
+    return merged, constrain(len(points), facets.nodes, merged, filling.sheets)
 
 
 def _check_boundary(facets: IntArray, wall: Wall) -> None:

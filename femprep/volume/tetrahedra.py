@@ -17,7 +17,6 @@ from femprep.options import VolumeOptions, choose, takes
 from femprep.volume.blood import Filling
 from femprep.volume.finish import Candidate, finish
 from femprep.volume.quality.transmural import elements_through_wall
-from femprep.volume.rehearsal import meanwhile, rehearse
 from femprep.volume.sizing import Sizing, SizingField, sizing_field
 from femprep.volume.smooth import quadratic_tetrahedra
 from femprep.volume.tetwild.attempts import Attempt, attempts
@@ -150,8 +149,7 @@ def _best_of_runs(
         entry: dict[str, Any] = {"envelope_mm": attempt.envelope, "stop_energy": attempt.stop_energy}
         record.append(entry)
         try:
-            with meanwhile(rehearse(need.elements)):
-                run = _mesh(filling, options, attempt, field, need, report)
+            run = _mesh(filling, options, attempt, field, need, report)
             entry.update(
                 seconds=run.seconds,
                 processor_seconds=run.processor_seconds,

@@ -18,7 +18,6 @@ from femprep.image import LabelObject, Segmentation
 from femprep.model import Notice, Plane, Surface, noted
 from femprep.options import Options
 from femprep.surface import fit_surface
-from femprep.surface.fitting.ahead import in_turn
 from femprep.surface.fitting.outlined import outline_surface
 from femprep.wall import (
     Envelope,
@@ -166,11 +165,11 @@ def left_ventricle(seg: Segmentation, layout: Layout, options: Options, stages: 
     """Endo- and epicardium of the left ventricle, fitted to ``lv`` and ``lv`` + ``myo``."""
     objects, base, apex = layout.objects, layout.base, layout.apex
     fitted: dict[str, Surface] = {}
-    for name, obj, begun in in_turn(objects, options.surface):
+    for name, obj in objects.items():
         with stages(f"surface {name}") as report:
             closed = name == "epi" and apex is None
             own = extend_apex(seg, obj, endo=fitted["lv"], options=options.wall) if closed else None
-            fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report, begun=begun)
+            fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report)
     outlines = Outline("endo", objects["lv"]), Outline("epi", objects["epi"])
     return Parts(objects, {"lv": fitted["lv"]}, fitted["epi"], base, apex, outlines=outlines)
 
@@ -185,11 +184,11 @@ def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages:
     objects, base, apex = layout.objects, layout.base, layout.apex
     wall, walled = options.wall, "rv_epi" in objects
     fitted: dict[str, Surface] = {}
-    for name, obj, begun in in_turn(objects, options.surface):
+    for name, obj in objects.items():
         with stages(f"surface {name}") as report:
             closed = name == "lv_epi" and apex is None
             own = extend_apex(seg, obj, endo=fitted["lv"], options=wall) if closed else None
-            fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report, begun=begun)
+            fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report)
     with stages("surface epi") as report:
         cavities = {name: fitted[name] for name in ("lv", "rv")}
         cavities, repaired = keep_apart(cavities, wall.minimum_thickness, wall.maximum_push)
@@ -227,9 +226,9 @@ def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Sta
     wall, objects = options.wall, layout.objects
     given = {"rv": wall.rv_wall_thickness, "la": wall.atrial_wall_thickness, "ra": wall.atrial_wall_thickness}
     fitted = {}
-    for name, obj, begun in in_turn(objects, options.surface):
+    for name, obj in objects.items():
         with stages(f"surface {name}") as report:
-            fitted[name] = fit_surface(obj, options=options.surface, progress=report, begun=begun)
+            fitted[name] = fit_surface(obj, options=options.surface, progress=report)
     with stages("surface epi") as report:
         cavities = {name: fitted[name] for name in CHAMBERS}
         cavities, repaired = keep_apart(cavities, wall.minimum_thickness, wall.maximum_push)

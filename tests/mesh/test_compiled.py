@@ -4,7 +4,6 @@ import errno
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 from numba.core.caching import FunctionCache
 
@@ -38,29 +37,6 @@ def test_kernels_of_two_threads_are_spread_one_after_the_other():
         [sys.executable, "-c", _TWO_AT_ONCE], env={**os.environ, **layer}, capture_output=True, text=True, timeout=300
     )
     assert done.returncode == 0, done.stderr
-
-
-#: Searches once, and tells whether the compiler was readied for it and what was found.
-_ONCE = """
-import sys
-import numpy as np
-from femprep.mesh.closest import ClosestFinder
-points = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
-found = ClosestFinder(points, np.array([(0, 1, 2)]))(np.random.default_rng(0).random((1000, 3)))
-print("numba.typed.typeddict" in sys.modules, found.distance.tobytes().hex())
-"""
-
-
-def test_kept_code_is_read_without_the_compiler_and_finds_the_same(tmp_path: Path):
-    told = []
-    for _ in range(2):
-        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-        done = subprocess.run(
-            [sys.executable, "-c", _ONCE], env=environment, capture_output=True, text=True, timeout=300, check=True
-        )
-        told.append(done.stdout.split())
-    assert [readied for readied, _ in told] == ["True", "False"]
-    assert told[0][1] == told[1][1]
 
 
 def test_full_disk_keeps_no_machine_code_and_stops_nothing(monkeypatch, caplog):

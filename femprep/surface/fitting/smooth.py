@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -90,7 +89,6 @@ def smooth_map(
     cells: IntArray,
     connectivity: Connectivity,
     curvature: float,
-    begun: Future[Rough | None] | None = None,
 ) -> tuple[PlacedShape, FloatArray, IntArray, dict[str, Any]]:
     """Estimate an object's surface from its labels, beginning with an outline of its voxels; place a template on it.
 
@@ -105,8 +103,6 @@ def smooth_map(
         Its triangles or quadrilaterals.
     connectivity, curvature
         As for :func:`~femprep.surface.fitting.place.place_evenly`.
-    begun : Future, optional
-        The mesh to begin with, see :func:`rough_mesh`, where another thread makes it.
 
     Returns
     -------
@@ -133,7 +129,7 @@ def smooth_map(
     for each in _FAITHFUL + _SMOOTHER:
         if best is not None and (best.short <= 1.0 or (each in _SMOOTHER and best.quality >= _ACCEPTED)):
             break
-        begin = begun.result() if begun is not None and each is _FAITHFUL[0] else _begin(rest.obj, each)
+        begin = _begin(rest.obj, each)
         # None where triangles cross or are folded already.
         found = None if begin is None else _smoothed(begin, evidence, goal, outlines, each)
         if found is not None and (best is None or found.short < best.short):
@@ -294,11 +290,6 @@ def _quality(placed: Placed) -> float:
     if len(self_intersections(placed.points, triangles)):
         return -1.0
     return float(triangle_quality(placed.points, triangles).min())
-
-
-def rough_mesh(obj: LabelObject) -> Rough | None:
-    """The mesh that :func:`smooth_map` begins with; it depends on the object's voxels alone, not on its boundary."""
-    return _begin(AtRest.of(obj).obj, _FAITHFUL[0])
 
 
 def _begin(obj: LabelObject, each: _Try) -> Rough | None:

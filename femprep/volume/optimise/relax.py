@@ -15,41 +15,8 @@ from femprep.volume.optimise.stars import FIRST_STEP, SURFACE_STEP, mark_star
 #: How often the step along a gradient is halved, and how many such steps one visit takes.
 _BACKTRACKS: Final = 4
 _ASCENTS: Final = 2
-#: Two thirds of a float's exponent offset, as its bits have it, and what makes the error of the first guess least.
-_THIRD: Final = np.int64(0x2A9F7893782DA1CE)
-#: Times this, and less 33 bits, a number of 32 bits is divided by three.
-_BY_THREE: Final = 0xAAAAAAAB
-#: Elements gone through at a time, as many as the widest vector units take.
-_VECTOR: Final = 8
 #: Points one thread takes at a time.
 _CHUNK: Final = 32
-
-
-@compiled(part=True)
-def _cube_root(x: float) -> float:
-    """Cube root of a positive number, to 1e-14: a third of its exponent, then two of Halley's steps."""
-    number = np.float64(x)
-    bits = np.int64(_third(number.view(np.int64)) + _THIRD)
-    root = bits.view(np.float64)
-    for _ in range(2):
-        cube = root * root * root
-        root *= (cube + 2.0 * x) / (2.0 * cube + x)
-    return root
-
-
-@compiled(part=True)
-def _third(bits: int) -> int:
-    """A third of a number of 63 bits, rounded down, by halves: vector units multiply no more than 32 bits."""
-    high, low = bits >> 32, bits & 0xFFFFFFFF
-    third_high, third_low = (high * _BY_THREE) >> 33, (low * _BY_THREE) >> 33
-    rest_high, rest_low = high - 3 * third_high, low - 3 * third_low
-    return (third_high << 32) + rest_high * 0x55555555 + third_low + (rest_high + rest_low > 2)
-
-
-@compiled(part=True)
-def _whole_vectors(count: int) -> int:
-    """So many elements, and those that fill the last vector."""
-    return (count + _VECTOR - 1) // _VECTOR * _VECTOR
 
 
 @compiled()
@@ -78,10 +45,7 @@ def _gather(p: FloatArray, t: IntArray, start: IntArray, around: IntArray, v: in
                 p[b, axis] - home,
                 p[c, axis] - home,
             )
-    for n in range(count, _whole_vectors(count)):  # a sound element, which does no harm
-        star[:9, n] = 0.0
-        star[0, n] = star[4, n] = star[8, n] = 1.0
-    for n in range(_whole_vectors(count)):
+    for n in range(count):
         ax, ay, az = star[0, n], star[1, n], star[2, n]
         bx, by, bz = star[3, n], star[4, n], star[5, n]
         cx, cy, cz = star[6, n], star[7, n], star[8, n]
@@ -103,12 +67,12 @@ def _gather(p: FloatArray, t: IntArray, start: IntArray, around: IntArray, v: in
 @compiled()
 def _mean_at(star: FloatArray, count: int, x: float, y: float, z: float) -> float:
     """Sum of the mean ratios of a star with its point at x, y, z; minus infinity if an element is inverted."""
-    for n in range(_whole_vectors(count)):
+    for n in range(count):
         six = star[12, n] - star[9, n] * x - star[10, n] * y - star[11, n] * z
         edges = 3.0 * (x * x + y * y + z * z) + star[16, n]
         edges -= 2.0 * (star[13, n] * x + star[14, n] * y + star[15, n] * z)
         star[17, n] = six
-        star[18, n] = 12.0 * _cube_root(0.25 * six * six) / edges
+        star[18, n] = 12.0 * np.cbrt(0.25 * six * six) / edges
     total = 0.0
     for n in range(count):
         if star[17, n] <= 0.0:
@@ -120,11 +84,11 @@ def _mean_at(star: FloatArray, count: int, x: float, y: float, z: float) -> floa
 @compiled()
 def _gradient(star: FloatArray, count: int, x: float, y: float, z: float, out: FloatArray) -> None:
     """Gradient of that sum, at a place where no element is inverted."""
-    for n in range(_whole_vectors(count)):
+    for n in range(count):
         six = star[12, n] - star[9, n] * x - star[10, n] * y - star[11, n] * z
         edges = 3.0 * (x * x + y * y + z * z) + star[16, n]
         edges -= 2.0 * (star[13, n] * x + star[14, n] * y + star[15, n] * z)
-        ratio = 12.0 * _cube_root(0.25 * six * six) / edges
+        ratio = 12.0 * np.cbrt(0.25 * six * six) / edges
         by_volume, by_edges = 2.0 / 3.0 * ratio / six, 2.0 * ratio / edges
         star[17, n] = by_volume * star[9, n] + by_edges * (3.0 * x - star[13, n])
         star[18, n] = by_volume * star[10, n] + by_edges * (3.0 * y - star[14, n])
@@ -140,7 +104,7 @@ def _gradient(star: FloatArray, count: int, x: float, y: float, z: float, out: F
 def _all_reach(star: FloatArray, count: int, x: float, y: float, z: float, enough: float) -> bool:
     """Whether all elements have at least a positive quality with the point at x, y, z: powers of both are compared."""
     sine = (enough * REGULAR_SINE) ** 2
-    for n in range(_whole_vectors(count)):
+    for n in range(count):
         six, total, square, product = sizes(
             *(star[0, n] - x, star[1, n] - y, star[2, n] - z),
             *(star[3, n] - x, star[4, n] - y, star[5, n] - z),
@@ -239,7 +203,7 @@ def relax(
     for c in range(len(first) - 1):
         chunks = (first[c + 1] - first[c] + _CHUNK - 1) // _CHUNK
         for chunk in numba.prange(chunks):
-            star, slope = np.empty((20, _whole_vectors(largest))), np.empty(3)
+            star, slope = np.empty((20, largest)), np.empty(3)
             for n in range(first[c] + chunk * _CHUNK, min(first[c] + (chunk + 1) * _CHUNK, first[c + 1])):
                 v = order[n]
                 if freedom[v] > 0 and _ascend(p, t, start, around, v, freedom[v], basis[v], poor, star, slope):

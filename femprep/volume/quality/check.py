@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from femprep.model import FloatArray, IntArray, VolumeMesh, is_blood, tag_name
 from femprep.options import CheckOptions, choose, takes
 from femprep.volume.quality.judged import carried_failures, limits_for
 from femprep.volume.quality.limits import judge
-from femprep.volume.quality.percentiles import percentiles
 from femprep.volume.quality.report import (
     FacetRecord,
     Histogram,
@@ -79,16 +77,13 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     measures = {name: element_measures(mesh.points, block, name) for name, block in mesh.cells.items() if len(block)}
     found = {key: [values[key] for values in measures.values() if key in values] for key in MEASURES}
     overall = {key: own[0] if len(own) == 1 else np.concatenate(own) for key, own in found.items() if own}
-    # Two threads, which numpy lets work side by side.
-    with ThreadPoolExecutor(1) as pool:
-        topology = pool.submit(_topology, mesh, overall)
-        edges = mesh_edges(mesh.cells)
-        length = np.linalg.norm(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], axis=1)
-        through = elements_through_wall(mesh, None if is_blood(mesh.region).any() else edges)
-        through = through[through >= 0]
-        by_type = {name: _summary(values) for name, values in measures.items()}
-        lengths = statistics(length, "mm")
-        sound, volume_ratio = topology.result()
+    sound, volume_ratio = _topology(mesh, overall)
+    edges = mesh_edges(mesh.cells)
+    length = np.linalg.norm(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], axis=1)
+    through = elements_through_wall(mesh, None if is_blood(mesh.region).any() else edges)
+    through = through[through >= 0]
+    by_type = {name: _summary(values) for name, values in measures.items()}
+    lengths = statistics(length, "mm")
     facet_tags, notes = _facet_records(mesh), []
     if mesh.n_facets == 0:
         notes.append("no facet tags: boundary conditions have nothing to name")
@@ -156,7 +151,7 @@ def statistics(
     if high - low <= 1e-9 * abs(high):  # too narrow for bins of their own
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
     shares = (0, 1, 5, 25, 50, 75, 95, 99, 100)
-    found = dict(zip(shares, percentiles(values, shares)))
+    found = dict(zip(shares, np.percentile(values, shares).tolist()))
     counts, edges = np.histogram(np.clip(values, low, high), bins=bins, range=(low, high))
     return Statistics(
         unit=unit,
