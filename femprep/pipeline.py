@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -22,7 +22,7 @@ from femprep.anatomy import (
 from femprep.errors import FemprepError
 from femprep.export.content import content_of, refusals
 from femprep.image import Segmentation, align_slices
-from femprep.model import VolumeMesh, Wall, noted, with_verdict
+from femprep.model import Progress, VolumeMesh, Wall, noted, with_verdict
 from femprep.options import FibreOptions, Options, choose, takes
 from femprep.preflight import check_labels, check_options
 from femprep.report.beside_labels import volumes_beside_labels, wall_difference
@@ -41,7 +41,6 @@ from femprep.wall import build_wall, fill_cavities, open_wall
 from femprep.wall.anatomies import ANATOMIES, Layout, Parts, lay_out
 from femprep.wall.joining.build import apex_info
 
-Progress = Callable[[str, float], None]
 _log = logging.getLogger(__name__)
 
 

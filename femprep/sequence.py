@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 from femprep.errors import InputError, OptionError
 from femprep.export.series import write_pvd, write_xdmf_series
 from femprep.image import Segmentation
-from femprep.model import noted
+from femprep.model import Progress, noted
 from femprep.options import Options, choose, takes
 from femprep.pipeline import Stages, begin, mesh_segmentation
 from femprep.report.folder import whole_folder
@@ -24,8 +24,6 @@ from femprep.report.volumes import cavity_volume, voxel_volume
 from femprep.sweeping import displacements, template_of
 from femprep.wall import phase_base_offsets
 from femprep.wall.planes.phase_bases import base_moved_with_phases
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)

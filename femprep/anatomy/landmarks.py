@@ -17,12 +17,11 @@ from femprep.anatomy.axes import USUAL_RV, VentricularAxes, hand, rv_drift
 from femprep.anatomy.frames import normalise
 from femprep.errors import InputError
 from femprep.image.slices import relative_slope
-from femprep.model import BoolArray, FloatArray
+from femprep.model import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
 
-LevelArray = npt.NDArray[np.int64]
 
 #: Voxels whose largest size is at least this many times the smallest make a stack of slices.
 _STACK: Final = 2.0
@@ -175,7 +174,7 @@ def _septum(
     return towards(float(ends.mean())), found, float(np.degrees(ends[1] - ends[0]))
 
 
-def _levels(mask: BoolArray, points: FloatArray, axes: VentricularAxes, stack: int | None) -> LevelArray:
+def _levels(mask: BoolArray, points: FloatArray, axes: VentricularAxes, stack: int | None) -> IntArray:
     """Number of the level of each voxel of a mask, in the order of its points."""
     if stack is not None:
         return np.argwhere(mask)[:, stack].astype(np.int64)

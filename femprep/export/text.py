@@ -9,8 +9,7 @@ import numpy.typing as npt
 from pydantic_core import to_json
 
 from femprep.mesh.compiled import compiled
-
-IntArray = npt.NDArray[np.int64]
+from femprep.model import IntArray
 
 #: Widest number field that CalculiX reads (``f20.0``); what is longer is cut off silently, exponent included.
 FIELD = 20

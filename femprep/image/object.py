@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.image.grid import Grid
-from femprep.image.topology import BoolArray, euler_characteristic, label_pieces, label_voids, used_box
-from femprep.model import FloatArray, Notice, readonly, records
+from femprep.image.topology import euler_characteristic, label_pieces, label_voids, used_box
+from femprep.model import BoolArray, FloatArray, Notice, readonly, records
 from femprep.model.products import product, weighted
 from femprep.options import ImageOptions, choose, takes
 

@@ -8,8 +8,8 @@ import numpy.typing as npt
 from femprep.errors import OptionError
 from femprep.image.grid import Grid
 from femprep.image.object import PADDING, LabelObject, bounding_box
-from femprep.image.topology import BoolArray, label_pieces
-from femprep.model import FloatArray
+from femprep.image.topology import label_pieces
+from femprep.model import BoolArray, FloatArray
 
 
 def isotropic(obj: LabelObject, spacing: float | None = None) -> LabelObject:

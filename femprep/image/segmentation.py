@@ -15,10 +15,8 @@ from femprep.errors import InputError
 from femprep.image.grid import Grid
 from femprep.image.object import LabelObject, make_object, rotation
 from femprep.image.slices import SliceTable, slice_table
-from femprep.model import FloatArray
+from femprep.model import BoolArray, FloatArray
 from femprep.options import ImageOptions, choose, takes
-
-BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

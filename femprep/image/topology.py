@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-BoolArray = npt.NDArray[np.bool_]
+from femprep.model import BoolArray
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,7 @@ from femprep.mesh.compiled import compiled
 from femprep.mesh.measures.triangles import normals, vertex_normals
 from femprep.mesh.topology import edge_table, is_closed, is_consistently_wound
 from femprep.mesh.tree import LEAF, BoxTree, build_tree, check_mesh
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
+from femprep.model import BoolArray, FloatArray, IntArray
 
 #: Queries that share their working memory.
 _CHUNK: Final = 64

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.mesh.compiled import compiled
 from femprep.mesh.predicates import orient2d, orient3d
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from femprep.model import FloatArray
 
 
 @compiled()

@@ -12,9 +12,8 @@ from types import MappingProxyType
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
-IntArray = npt.NDArray[np.int64]
+from femprep.model import IntArray
 
 
 @dataclass(frozen=True)

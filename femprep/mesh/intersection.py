@@ -12,9 +12,7 @@ import numpy.typing as npt
 from femprep.mesh.compiled import compiled
 from femprep.mesh.crossing import meet_beyond_edge, meet_beyond_vertex, triangles_meet
 from femprep.mesh.tree import LEAF, build_tree, check_mesh
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from femprep.model import FloatArray, IntArray
 
 
 def self_intersections(points: npt.ArrayLike, triangles: npt.ArrayLike) -> IntArray:

@@ -16,9 +16,7 @@ from numba import prange
 from femprep.mesh.banded import SPARE, factorise, substitute
 from femprep.mesh.compiled import compiled
 from femprep.mesh.measures.triangles import vertex_normals
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from femprep.model import FloatArray, IntArray
 
 #: Reach of a patch in mean edge lengths of its vertex: wide enough that two or three overlap everywhere.
 _REACH = 1.1

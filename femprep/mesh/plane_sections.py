@@ -8,10 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.mesh.topology import edge_table
-from femprep.model import Plane
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from femprep.model import FloatArray, IntArray, Plane
 
 
 def plane_sections(points: npt.ArrayLike, triangles: npt.ArrayLike, planes: Sequence[Plane]) -> list[list[FloatArray]]:

@@ -8,11 +8,9 @@ Computational Geometry 18, 1997, doi:10.1007/PL00009321.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.mesh.compiled import compiled
-
-FloatArray = npt.NDArray[np.float64]
+from femprep.model import FloatArray
 
 _EPSILON = 2.0**-53
 _BOUND_2D = (3.0 + 16.0 * _EPSILON) * _EPSILON

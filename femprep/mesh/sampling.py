@@ -9,9 +9,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.mesh.measures.triangles import areas
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from femprep.model import FloatArray, IntArray
 
 # The plane's most even sequence: its steps are 1/g and 1/g^2 with g^3 = g + 1 (Roberts 2018).
 _PLASTIC = 1.32471795724474602596

@@ -11,9 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from femprep.errors import InputError
 from femprep.mesh.measures.triangles import area_vectors
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from femprep.model import FloatArray, IntArray
 
 
 @dataclass(frozen=True)

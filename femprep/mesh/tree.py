@@ -13,9 +13,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.mesh.compiled import compiled
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from femprep.model import FloatArray, IntArray
 
 LEAF = 4
 _BITS = 21

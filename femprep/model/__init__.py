@@ -10,6 +10,7 @@ from __future__ import annotations
 from femprep.model.arrays import BoolArray, FloatArray, IntArray, TagArray, readonly
 from femprep.model.notice import Notice, noted, records
 from femprep.model.plane import Plane
+from femprep.model.progress import Progress
 from femprep.model.surface import SphereMap, Surface, split_quads
 from femprep.model.tags import FACET_TAGS, REGION_TAGS, endo_tags, is_blood, tag_name
 from femprep.model.verdict import verdict_of, with_verdict, without_failure
@@ -25,6 +26,7 @@ __all__ = [
     "IntArray",
     "Notice",
     "Plane",
+    "Progress",
     "SphereMap",
     "Surface",
     "TagArray",

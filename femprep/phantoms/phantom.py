@@ -13,9 +13,9 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.image import Grid, Segmentation
-from femprep.model import FloatArray, Plane, readonly
+from femprep.model import BoolArray, FloatArray, Plane, readonly
 from femprep.phantoms.rasterise import rasterise, stack_grid
-from femprep.phantoms.solids import BoolArray, EllipsoidBody, Solid
+from femprep.phantoms.solids import EllipsoidBody, Solid
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,11 @@ from math import comb, exp, inf, pi
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.errors import OptionError
-from femprep.model import FloatArray, readonly
+from femprep.model import BoolArray, FloatArray, readonly
 from femprep.phantoms.bends import STRAIGHT, Bend
 from femprep.phantoms.closest import closest_directions
-
-BoolArray = npt.NDArray[np.bool_]
 
 
 class Solid(Protocol):

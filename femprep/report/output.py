@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from femprep.export import write_facets, write_format, write_mesh, write_surface, write_wall
 from femprep.export.losses import losses
-from femprep.model import Notice, noted, verdict_of
+from femprep.model import Notice, Progress, noted, verdict_of
 from femprep.model.facets import facet_triangles
 from femprep.report.beside_labels import beside
 from femprep.report.bullseyes import report_bulls_eyes
@@ -27,8 +27,6 @@ from femprep.report.run import Run, Surfaces
 from femprep.report.slices import STROKES, slice_pictures
 from femprep.report.volumes import voxel_volume
 from femprep.wall import cavity_surface
-
-Progress = Callable[[str, float], None]
 
 
 def write_run(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Final
@@ -12,7 +11,7 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.mesh.measures.triangles import areas
-from femprep.model import BloodPools, Notice, VolumeMesh, Wall, noted
+from femprep.model import BloodPools, Notice, Progress, VolumeMesh, Wall, noted
 from femprep.options import VolumeOptions, choose, takes
 from femprep.volume.blood import Filling
 from femprep.volume.finish import Candidate, finish
@@ -22,8 +21,6 @@ from femprep.volume.smooth import quadratic_tetrahedra
 from femprep.volume.tetwild.attempts import Attempt, attempts
 from femprep.volume.tetwild.guard import Run, run_tetwild
 from femprep.volume.validate import Estimate, check_edge_length, check_sizing, check_wall
-
-Progress = Callable[[str, float], None]
 
 _log = logging.getLogger(__name__)
 

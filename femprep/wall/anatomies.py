@@ -15,7 +15,7 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.image import LabelObject, Segmentation
-from femprep.model import Notice, Plane, Surface, noted
+from femprep.model import Notice, Plane, Progress, Surface, noted
 from femprep.options import Options
 from femprep.surface import fit_surface
 from femprep.surface.fitting.outlined import outline_surface
@@ -38,7 +38,6 @@ from femprep.wall.outlines import Outline
 
 logger = logging.getLogger(__name__)
 
-Progress = Callable[[str, float], None]
 #: Opens a stage of the run: timed, its progress passed on.
 Stages = Callable[[str], AbstractContextManager[Progress]]
 

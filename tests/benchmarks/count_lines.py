@@ -1,4 +1,4 @@
-"""Count code lines (no comments, docstrings or blank lines) per folder of the package: ``python count_lines.py [FOLDER ...]``."""
+"""Code lines (no comments, docstrings or blank lines) of each folder: ``python count_lines.py [FOLDER ...]``."""
 
 import ast
 import io

@@ -5,7 +5,8 @@
     python tests/benchmarks/hash_meshes.py some.json --maps 6 --phantoms lv biv
 
 Of each: every surface by the default way, both ventricles' common epicardium and wall, the left ventricle's wall, swept
-mesh with fibres, and written files of every format. Arrays lie beside the hashes in ``FILE.npz``. Maps need FEMPREP_DATA.
+mesh with fibres, and written files of every format. Arrays lie beside the hashes in ``FILE.npz``. Maps need
+FEMPREP_DATA.
 """
 
 from __future__ import annotations

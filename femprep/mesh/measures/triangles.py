@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from femprep.model import FloatArray
 from femprep.model.functions import arctan2
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 
 def corners(points: npt.ArrayLike, cells: npt.ArrayLike) -> FloatArray:

@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.mesh.compiled import compiled
-from femprep.model import FloatArray
+from femprep.model import BoolArray, FloatArray
 from femprep.model.functions import sine_cosine
-
-BoolArray = npt.NDArray[np.bool_]
 
 #: Sweeps of successive over-relaxation on each grid: many where they are cheap.
 _COARSE_SWEEPS, _SWEEPS = 80, 32

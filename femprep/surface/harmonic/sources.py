@@ -11,8 +11,8 @@ from numba import prange
 
 from femprep.errors import InputError
 from femprep.mesh.compiled import compiled
-from femprep.model import FloatArray
-from femprep.surface.harmonic.laplace import BoolArray, solve_laplace
+from femprep.model import BoolArray, FloatArray
+from femprep.surface.harmonic.laplace import solve_laplace
 
 _log = logging.getLogger(__name__)
 

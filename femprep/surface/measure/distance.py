@@ -6,18 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from femprep.errors import InputError
 from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.triangles import normals
 from femprep.mesh.sampling import sample_surface
-from femprep.model import Plane, Surface
+from femprep.model import BoolArray, FloatArray, Plane, Surface
 from femprep.model.record import Record
-
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 #: Samples on each surface: on a heart about one in every 0.4 mm square.
 SAMPLES = 50_000

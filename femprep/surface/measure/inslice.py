@@ -5,19 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 from scipy.spatial import cKDTree
 
 from femprep.errors import InputError
 from femprep.image import LabelObject
 from femprep.mesh.plane_sections import plane_sections
-from femprep.model import Plane, Surface
+from femprep.model import BoolArray, FloatArray, Plane, Surface
 from femprep.model.record import Record
 from femprep.surface.measure.sections import label_contours
-
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 #: Distance of neighbouring samples along a contour, mm. Two equal contours measure at most half of it apart. The pairs
 #: depend on it: the finer the samples, the more nearly parallel two contours must be to be each other's nearest.

@@ -7,10 +7,7 @@ import numpy.typing as npt
 
 from femprep.image import Grid, LabelObject
 from femprep.mesh.plane_sections import chains
-from femprep.model import Plane
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from femprep.model import FloatArray, IntArray, Plane
 
 # Marching squares: the sides of a pixel quadruple (0 bottom, 1 right, 2 top, 3 left) a contour joins, by the sum of
 # 1, 2, 4, 8 for its corners (lower left, lower right, upper right, upper left) inside; the inside lies to the left.

@@ -10,11 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.image import Grid, LabelObject
-from femprep.model import Surface
+from femprep.model import FloatArray, Surface
 from femprep.surface.reference._vtk import image_of, surface_of
 from femprep.surface.reference.taubin import ITERATIONS, PASS_BAND, smooth
-
-FloatArray = npt.NDArray[np.float64]
 
 Between = Literal["cubic", "akima"]
 

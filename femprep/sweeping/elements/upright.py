@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 from numba import prange
 
 from femprep.mesh.compiled import compiled
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from femprep.model import FloatArray, IntArray
 
 #: A corner and the three ends of its edges, by element type, so that their determinant is positive.
 _CORNERS: Final = {

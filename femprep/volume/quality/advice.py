@@ -11,9 +11,10 @@ import numpy as np
 
 from femprep.errors import FemprepError
 from femprep.image import Segmentation, align_slices, estimate_shifts
+from femprep.model import Progress
 from femprep.options import Options
 from femprep.volume.quality.fidelity import Fidelity, judge_fidelity, surface_fidelity
-from femprep.wall.anatomies import ANATOMIES, Parts, Progress, lay_out
+from femprep.wall.anatomies import ANATOMIES, Parts, lay_out
 
 #: A slice is said to lie beside its neighbours from this many pixels.
 _BESIDE: Final = 1.0

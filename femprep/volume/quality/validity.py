@@ -14,10 +14,8 @@ from scipy.spatial import cKDTree
 
 from femprep.mesh.compiled import compiled
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, element_faces, row_numbers, set_numbers
-from femprep.model import VolumeMesh, is_blood
+from femprep.model import IntArray, VolumeMesh, is_blood
 from femprep.volume.quality.report import Validity
-
-IntArray = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
