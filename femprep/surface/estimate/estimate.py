@@ -61,7 +61,7 @@ _SPREAD: Final = 5
 
 
 def estimate_surface(
-    points: FloatArray, triangles: IntArray, evidence: Evidence, softest: float = 0.0, rounds: int = _ROUNDS[1]
+    points: FloatArray, triangles: IntArray, evidence: Evidence, rounds: int = _ROUNDS[1]
 ) -> PatchSurface:
     """Bend a rough mesh to the surface the labels most likely come from.
 
@@ -84,8 +84,6 @@ def estimate_surface(
         Wound outward.
     evidence : Evidence
         What the labels say.
-    softest : float
-        The weight of the change of curvature against the labels, mm^4, is at least this.
     rounds : int
         Rounds in the end, on a mesh with four times as many triangles. Narrow horns take more than usual.
 
@@ -104,12 +102,12 @@ def estimate_surface(
     part = evidence.thinned(_FACES * len(points))
 
     def first(step: Step) -> Bent:
-        return _coarse(points, triangles, part, softest, step)
+        return _coarse(points, triangles, part, step)
 
     coarse = _free_or_apart(first)
 
     def second(step: Step) -> Bent:
-        return _fine(coarse, evidence, softest, step, rounds)
+        return _fine(coarse, evidence, step, rounds)
 
     fine = _free_or_apart(second)
     return PatchSurface(fine.points, fine.triangles)
@@ -129,30 +127,30 @@ def _free_or_apart(bend: Callable[[Step], Bent]) -> Bent:
     return bend(apart) if len(self_intersections(bent.points, bent.triangles)) else bent
 
 
-def _coarse(points: FloatArray, triangles: IntArray, evidence: Evidence, softest: float, step: Step) -> Bent:
+def _coarse(points: FloatArray, triangles: IntArray, evidence: Evidence, step: Step) -> Bent:
     """The rounds on the mesh given; each way from old to new vertices goes by ``step``."""
     for stiffness in _STIFF:
         points = step(points, spread(points, triangles, _SPREAD), triangles)
-        move = _bend(points, triangles, evidence, max(stiffness, softest), False)[0]
+        move = _bend(points, triangles, evidence, stiffness, False)[0]
         points = step(points, points + move, triangles)
-    return _sparing(Bent(points, triangles, max(_FIRST, softest)), evidence, softest, step, _ROUNDS[0])
+    return _sparing(Bent(points, triangles, _FIRST), evidence, step, _ROUNDS[0])
 
 
-def _fine(bent: Bent, evidence: Evidence, softest: float, step: Step, rounds: int) -> Bent:
+def _fine(bent: Bent, evidence: Evidence, step: Step, rounds: int) -> Bent:
     """The rounds on a mesh with four times as many triangles."""
     straight, curved, triangles = quartered(bent.points, bent.triangles)
     points = step(straight, curved, triangles)
-    return _sparing(Bent(points, triangles, bent.stiffness), evidence, softest, step, rounds)
+    return _sparing(Bent(points, triangles, bent.stiffness), evidence, step, rounds)
 
 
-def _sparing(bent: Bent, evidence: Evidence, softest: float, step: Step, rounds: int) -> Bent:
+def _sparing(bent: Bent, evidence: Evidence, step: Step, rounds: int) -> Bent:
     """Rounds that spare sharp edges."""
     points, triangles, stiffness = bent
     for _ in range(rounds):
         points = step(points, spread(points, triangles, _SPREAD), triangles)
         move, likely = _bend(points, triangles, evidence, stiffness, True)
         points = step(points, points + move, triangles)
-        stiffness = max(float(np.clip(likely, _SOFTEST, _STIFFEST)), softest)
+        stiffness = float(np.clip(likely, _SOFTEST, _STIFFEST))
     return Bent(points, triangles, stiffness)
 
 

@@ -28,14 +28,7 @@ _PASS_BAND: Final = 0.05
 _CRUMBS: Final = 0.05
 
 
-def outline(obj: LabelObject, count: int, blur: float = 1.0) -> tuple[FloatArray, IntArray]:
-    """A smooth closed mesh near an object's surface, see :func:`outlines`."""
-    return outlines(obj, count, blur)[1]
-
-
-def outlines(
-    obj: LabelObject, count: int, blur: float = 1.0
-) -> tuple[tuple[FloatArray, IntArray], tuple[FloatArray, IntArray]]:
+def outlines(obj: LabelObject, count: int) -> tuple[tuple[FloatArray, IntArray], tuple[FloatArray, IntArray]]:
     """A smooth closed mesh near an object's surface, as fine as the grid it is made on, and a coarser one of it.
 
     Parameters
@@ -43,8 +36,6 @@ def outlines(
     obj : LabelObject
     count : int
         Number of vertices of the coarser one, about.
-    blur : float
-        How much the distance from the voxels' surface is smoothed, in voxels of the grid the mesh is made on.
 
     Returns
     -------
@@ -64,7 +55,7 @@ def outlines(
     mask = np.pad(even.mask, room)
     # In voxels, positive inside.
     depth = np.where(mask, distance_transform_edt(mask) - 0.5, 0.5 - distance_transform_edt(~mask))
-    depth = gaussian_filter(depth, blur)
+    depth = gaussian_filter(depth, 1.0)
     for offset in _OFFSETS:
         index, cells = isosurface(depth, -offset)
         piece = pieces(cells)

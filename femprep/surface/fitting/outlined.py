@@ -11,7 +11,7 @@ from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.patches import PatchSurface
 from femprep.model import Surface
 from femprep.model.products import product
-from femprep.surface.estimate.outline import outline
+from femprep.surface.estimate.outline import outlines
 from femprep.surface.fitting.place import place_evenly
 from femprep.template import charge_template
 
@@ -42,7 +42,7 @@ def outline_surface(obj: LabelObject, vertices: int) -> Surface:
     rest = AtRest.of(obj)
     template = charge_template(vertices)
     directions = rest.directions(product(template.directions, (rest.axes if obj.frame is None else obj.frame).T))
-    rough = PatchSurface(*outline(rest.obj, _OUTLINE))
+    rough = PatchSurface(*outlines(rest.obj, _OUTLINE)[1])
     placed = place_evenly(directions, template.cells, rough)
     if placed.folded or triangle_quality(placed.points, placed.cells).min() < _POOR:
         placed = place_evenly(directions, template.cells, rough, connectivity="auto")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,23 +20,13 @@ from femprep.model.products import product
 from femprep.surface.estimate import estimate_surface
 from femprep.surface.estimate.chords import outset
 from femprep.surface.estimate.observations import Evidence
-from femprep.surface.estimate.outline import outline, outlines
+from femprep.surface.estimate.outline import outlines
 from femprep.surface.fitting.place import Chart, Connectivity, Goal, Placed, place_evenly
 from femprep.surface.fitting.placed_parametrisation import PlacedShape
 from femprep.surface.fitting.remeshing import even_mesh, redraw
+from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, WAYS, Attempt, Beginning, Way
 from femprep.surface.measure.inslice import label_distance
 from femprep.template import charge_template
-
-#: Vertices of the outline's mesh, and of the mesh on it that is bent; in the end that has four times as many.
-_OUTLINE: Final = 1000
-_COARSE: Final = 752
-#: The same where the mesh is drawn on the outline instead of carried there from a sphere, and rounds of bending it in
-#: the end.
-_OUTLINE_DRAWN: Final = 2000
-_COARSE_DRAWN: Final = 1000
-_ROUNDS_DRAWN: Final = 4
-#: Least quality of triangles with which the template on the outline is left.
-_POOR: Final = 0.3
 
 
 class Rough(NamedTuple):
@@ -55,31 +45,6 @@ class Rough(NamedTuple):
     points: FloatArray
     cells: IntArray
     sphere: FloatArray | None
-
-
-class _Try(NamedTuple):
-    """Least stiffness of the surface, mm^4, smoothing of the outline it begins with, in voxels, and how that is meshed:
-    by a sphere carried there, or drawn on it."""
-
-    softest: float
-    blur: float
-    drawn: bool
-
-
-#: The first two leave all to the labels; the others follow for the sake of sound triangles.
-_FAITHFUL: Final = (_Try(0.0, 1.0, False), _Try(0.0, 1.0, True))
-_SMOOTHER: Final = (_Try(3e3, 1.5, True), _Try(1e4, 2.0, True), _Try(5e4, 2.0, True))
-#: Least Q with which no surface is smoothed more.
-_ACCEPTED: Final = 0.4
-#: Quality of the triangles, mean and least, and mean distance to the labels' outlines in the slices, in pixels, with
-#: which nothing else is tried.
-_MEAN: Final = 0.95
-_LEAST: Final = 0.5
-_DISTANCE: Final = 0.25
-#: Least Q with which the placed template is left; else it is placed anew by a map that is made for the bent surface,
-#: then with finer triangles where that is curved, by this power.
-_FAIR: Final = 0.6
-_FINER: Final = 0.5
 
 
 def smooth_map(
@@ -123,22 +88,19 @@ def smooth_map(
     rest = AtRest.of(obj)
     evidence = Evidence.of(rest.obj, rest.boundary(boundary))
     # Whatever was put elsewhere than the labels have it lies beyond their slices: in them their outlines hold.
-    outlines = _Outlines(rest.obj)
+    slices = _Outlines(rest.obj)
     goal = _Goal(rest.directions(directions), cells, connectivity, curvature)
-    best = None
-    for each in _FAITHFUL + _SMOOTHER:
-        if best is not None and (best.short <= 1.0 or (each in _SMOOTHER and best.quality >= _ACCEPTED)):
+    tried: list[_Laid] = []
+    for beginning in BEGINNINGS:
+        tried += _fitted(rest.obj, beginning, evidence, goal, slices)
+        best = min(tried, key=lambda one: one.short)
+        if best.short <= 1.0:
             break
-        begin = _begin(rest.obj, each)
-        # None where triangles cross or are folded already.
-        found = None if begin is None else _smoothed(begin, evidence, goal, outlines, each)
-        if found is not None and (best is None or found.short < best.short):
-            best = found
-    if best is None:
+    if best.shape is None or best.placed is None or best.short == np.inf:
         raise StageError(f"the smooth surface of {obj.name!r} bends too sharply for {len(directions)} vertices")
     placed = best.placed
     shape = PlacedShape(
-        best.surface,
+        best.shape,
         product(placed.directions, rest.axes.T),
         split_quads(placed.cells),
         placed.points,
@@ -146,12 +108,8 @@ def smooth_map(
         obj.barycentre,
     )
     notices = []
-    if best.softest > 0.0:
-        notices.append(
-            f"surface {obj.name} bends too sharply for {len(directions)} vertices where it follows the labels closely; "
-            "it was smoothed more"
-        )
-    if best.redrawn:
+    redrawn = best.attempt.way == WAYS[-1].name
+    if redrawn:
         notices.append(
             f"surface {obj.name} is too long or branched to be covered from a sphere; its triangles were drawn anew, "
             "and vertices lie less exactly where those of the same number lie in other phases and hearts"
@@ -163,7 +121,11 @@ def smooth_map(
     info = {
         "steps": placed.steps,
         "flips": placed.flips,
-        "redrawn": best.redrawn,
+        "redrawn": redrawn,
+        "attempts": [
+            each.attempt.model_copy(update={"status": "taken"} if each is best else {}).model_dump(exclude_none=True)
+            for each in tried
+        ],
         "notices": records(*(Notice.of("repaired", line) for line in notices)),
     }
     return shape, shape.to_world(placed.points), placed.cells, info
@@ -200,79 +162,86 @@ class _Outlines:
             # It has shrunk away from all slices.
             return np.inf
 
-    def short(self, placed: Placed, estimate: PatchSurface, outset: PatchSurface) -> float:
-        """How many times farther than it should be a template is that was placed on the outset of an estimate."""
-        off = self.off(placed.points, split_quads(placed.cells))
-        if off <= _DISTANCE:
-            return off / _DISTANCE
+    def short(self, off: float, estimate: PatchSurface, outset: PatchSurface) -> float:
+        """How many times farther than it should be a template is, ``off`` pixels, on the outset of an estimate."""
+        if off <= ACCEPTANCE.distance:
+            return off / ACCEPTANCE.distance
         best = self.off(estimate.points, estimate.triangles)
-        if best > _DISTANCE:
+        if best > ACCEPTANCE.distance:
             # Not for its flat triangles: another estimate may come closer.
-            return off / _DISTANCE
+            return off / ACCEPTANCE.distance
         # Flat triangles come no closer than the surface is, give or take half of the most they cut off.
         cut = float(np.linalg.norm(outset.points - estimate.points, axis=1).mean()) / self._pixel
-        return off / max(_DISTANCE, best + 0.5 * cut)
+        return off / max(ACCEPTANCE.distance, best + 0.5 * cut)
 
 
-class _Smoothed(NamedTuple):
-    """A smooth surface and the template on it: its least Q and how many times worse than good it is at most; whether
-    its triangles were drawn anew, and the least stiffness the surface was bent with."""
+class _Laid(NamedTuple):
+    """An attempt and what it came to; how many times worse than good it is at most, infinite for no candidate."""
 
-    surface: PatchSurface
-    placed: Placed
-    quality: float
-    short: float
-    redrawn: bool
-    softest: float
+    attempt: Attempt
+    short: float = np.inf
+    shape: PatchSurface | None = None
+    placed: Placed | None = None
 
 
-def _smoothed(begin: Rough, evidence: Evidence, goal: _Goal, outlines: _Outlines, each: _Try) -> _Smoothed | None:
-    """Estimate the surface and place the template on it; None where triangles cross or are folded."""
-    points, cells, sphere = begin
-    rounds = {"rounds": _ROUNDS_DRAWN} if each.drawn else {}
-    estimate = estimate_surface(points, cells, evidence, each.softest, **rounds)
+def _fitted(obj: LabelObject, beginning: Beginning, evidence: Evidence, goal: _Goal, slices: _Outlines) -> list[_Laid]:
+    """Bend a mesh to the surface and lay the template on it, by one way after the other until one is good."""
+    mesh = _begin(obj, beginning)
+    if mesh is None:
+        return [_Laid(Attempt(beginning=beginning.name, status="no mesh"))]
+    estimate = estimate_surface(mesh.points, mesh.cells, evidence, beginning.rounds)
     surface = outset(estimate, Goal(estimate, len(split_quads(goal.cells)), goal.curvature).area)
     if len(self_intersections(surface.points, surface.triangles)):
         surface = PatchSurface(apart(estimate.points, surface.points, surface.triangles), surface.triangles)
     if len(self_intersections(surface.points, surface.triangles)):
         # No template can be placed on what is not a surface.
-        return None
-    chart = None if sphere is None else _chart(surface, cells, sphere)
+        return [_Laid(Attempt(beginning=beginning.name, status="folded"))]
+    chart = None if mesh.sphere is None else _chart(surface, mesh.cells, mesh.sphere)
+    triangles = goal.cells.shape[1] == 3
 
-    def judged(placed: Placed | None, redrawn: bool) -> _Smoothed | None:
+    def attempt(way: Way, placed: Placed | None) -> _Laid:
         quality = -1.0 if placed is None else _quality(placed)
         if placed is None or quality < 0.0:
-            return None
-        short = [_LEAST / max(quality, 1e-9)]
-        if goal.cells.shape[1] == 3:
-            mean = float(triangle_quality(placed.points, placed.cells).mean())
-            short.append((1.0 - mean) / (1.0 - _MEAN))
-        short.append(outlines.short(placed, estimate, surface))
-        return _Smoothed(surface, placed, quality, max(short), redrawn, each.softest)
-
-    best = judged(_carried(goal, surface, chart), False)
-    if (best is None or best.short > 1.0) and goal.connectivity != "template" and goal.cells.shape[1] == 3:
-        other = judged(redraw(goal.directions, surface, goal.curvature), True)
-        if other is not None and (best is None or other.short < best.short):
-            best = other
-    return best
-
-
-def _carried(goal: _Goal, surface: PatchSurface, chart: Chart | None) -> Placed:
-    """The template carried to the surface by the map known, or by others where its triangles are poor."""
-    tries = [(None, goal.curvature), (None, max(goal.curvature, _FINER))]
-    best, highest = None, -np.inf
-    for known, curvature in tries if chart is None else [(chart, goal.curvature), *tries]:
-        placed = place_evenly(
-            goal.directions, goal.cells, surface, chart=known, connectivity=goal.connectivity, curvature=curvature
+            status = "no mesh" if placed is None else "folded"
+            return _Laid(Attempt(beginning=beginning.name, way=way.name, status=status), shape=surface, placed=placed)
+        mean = float(triangle_quality(placed.points, placed.cells).mean()) if triangles else None
+        record = Attempt(
+            beginning=beginning.name, way=way.name, status="sound", least_quality=quality, mean_quality=mean
         )
-        quality = _quality(placed)
-        if best is None or quality > highest:
-            best, highest = placed, quality
-        if quality >= _FAIR:
+        return _Laid(record, shape=surface, placed=placed)
+
+    def judged(laid: _Laid) -> _Laid:
+        record = laid.attempt
+        if laid.placed is None or record.least_quality is None:
+            return laid
+        off = slices.off(laid.placed.points, split_quads(laid.placed.cells))
+        short = [ACCEPTANCE.least / max(record.least_quality, 1e-9), slices.short(off, estimate, surface)]
+        if record.mean_quality is not None:
+            short.append((1.0 - record.mean_quality) / (1.0 - ACCEPTANCE.mean))
+        return laid._replace(short=max(short), attempt=record.model_copy(update={"distance_pixels": off}))
+
+    tried: list[_Laid] = []
+    for way in WAYS:
+        if way.redrawn or (way.known and chart is None):
+            continue
+        placed = place_evenly(
+            goal.directions,
+            goal.cells,
+            surface,
+            chart=chart if way.known else None,
+            connectivity=goal.connectivity,
+            curvature=max(goal.curvature, way.finer),
+        )
+        tried.append(attempt(way, placed))
+        if (tried[-1].attempt.least_quality or 0.0) >= ACCEPTANCE.fair:
             break
-    assert best is not None
-    return best
+    # Of the maps the one with the best triangles alone is a candidate.
+    best = max(range(len(tried)), key=lambda k: -1.0 if (q := tried[k].attempt.least_quality) is None else q)
+    tried[best] = judged(tried[best])
+    if tried[best].short > 1.0 and goal.connectivity != "template" and triangles:
+        redrawn = redraw(goal.directions, surface, goal.curvature)
+        tried.append(judged(attempt(WAYS[-1], redrawn)))
+    return tried
 
 
 def _chart(surface: PatchSurface, cells: IntArray, sphere: FloatArray) -> Chart:
@@ -292,16 +261,16 @@ def _quality(placed: Placed) -> float:
     return float(triangle_quality(placed.points, triangles).min())
 
 
-def _begin(obj: LabelObject, each: _Try) -> Rough | None:
+def _begin(obj: LabelObject, beginning: Beginning) -> Rough | None:
     """An even mesh around the voxels of an object at rest; None where it could not be made."""
-    if each.drawn:
-        fine, coarse = outlines(obj, _OUTLINE_DRAWN, each.blur)
-        drawn = even_mesh(*coarse, PatchSurface(*fine), _COARSE_DRAWN)
+    fine, coarse = outlines(obj, beginning.outline)
+    if beginning.drawn:
+        drawn = even_mesh(*coarse, PatchSurface(*fine), beginning.vertices)
         return None if drawn is None or drawn.folded else Rough(drawn.points, drawn.cells, None)
-    rough = PatchSurface(*outline(obj, _OUTLINE, each.blur))
-    template = charge_template(_COARSE)
+    rough = PatchSurface(*coarse)
+    template = charge_template(beginning.vertices)
     placed = place_evenly(template.directions, template.cells, rough)
-    if placed.folded or triangle_quality(placed.points, placed.cells).min() < _POOR:
+    if placed.folded or triangle_quality(placed.points, placed.cells).min() < ACCEPTANCE.rough:
         placed = place_evenly(template.directions, template.cells, rough, connectivity="auto")
     if placed.folded or len(self_intersections(placed.points, placed.cells)):
         return None

@@ -1,0 +1,105 @@
+"""The ways of a surface fit, in the order in which they are tried, what is accepted, and the record of each attempt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from pydantic import Field
+
+from femprep.model.record import Record
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """How the mesh is made that is bent to the surface.
+
+    Attributes
+    ----------
+    name : str
+    drawn : bool
+        Drawn on the outline of the voxels, instead of carried there from a sphere: for horns that no sphere covers.
+    outline, vertices : int
+        Vertices of the outline's coarser mesh, and of the mesh on it, a quarter of those in the end.
+    rounds : int
+        Rounds of bending it in the end.
+    """
+
+    name: str
+    drawn: bool
+    outline: int
+    vertices: int
+    rounds: int
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a template's triangles are laid on the surface.
+
+    Attributes
+    ----------
+    name : str
+    known : bool
+        By the map from the sphere that the mesh the surface began with has, instead of one made for the surface.
+    finer : float
+        Triangles at least so much finer where the surface is curved, a power of the curvature.
+    redrawn : bool
+        Drawn on the surface anew, without a map.
+    """
+
+    name: str
+    known: bool = False
+    finer: float = 0.0
+    redrawn: bool = False
+
+
+BEGINNINGS: Final = (
+    Beginning("sphere carried to the outline", False, 1000, 752, 2),
+    Beginning("drawn on the outline", True, 2000, 1000, 4),
+)
+WAYS: Final = (
+    Way("map known", known=True),
+    Way("map made anew"),
+    Way("map made anew, finer where curved", finer=0.5),
+    Way("triangles drawn anew", redrawn=True),
+)
+
+
+@dataclass(frozen=True)
+class Acceptance:
+    """When nothing further is tried.
+
+    Attributes
+    ----------
+    mean, least : float
+        Q of the triangles, in the mean and at least.
+    distance : float
+        Mean distance to the labels' outlines in the slices, pixels.
+    fair : float
+        Least Q with which no other map is tried.
+    rough : float
+        Least Q with which the mesh to begin with keeps the edges of its template.
+    """
+
+    mean: float = 0.95
+    least: float = 0.5
+    distance: float = 0.25
+    fair: float = 0.6
+    rough: float = 0.3
+
+
+ACCEPTANCE: Final = Acceptance()
+
+
+class Attempt(Record):
+    """One attempt to fit a surface, as ``run.json`` has it."""
+
+    beginning: str = Field(description="How the mesh was made that was bent to the surface.")
+    way: str | None = Field(None, description="How triangles were laid on it; none where it came to no surface.")
+    status: Literal["taken", "sound", "folded", "no mesh"] = Field(
+        description="taken: the surface of the run. sound: another was better. folded: triangles cross or are folded. "
+        "no mesh: none could be made."
+    )
+    least_quality: float | None = Field(None, description="Least Q of the triangles.")
+    mean_quality: float | None = Field(None, description="Mean Q of the triangles; not of quadrilaterals.")
+    distance_pixels: float | None = Field(None, description="Mean distance to the labels' outlines, pixels.")
