@@ -34,6 +34,7 @@ from femprep.anatomy.part import refuse_blood
 from femprep.errors import InputError
 from femprep.mesh.elements import ELEMENTS, match_facets
 from femprep.model import FACET_TAGS, FloatArray, VolumeMesh, noted
+from femprep.model.blocks import chosen_rows, nodes_of
 
 #: Names of the segments: 1-17 of the left ventricle, 21-29 of the right ventricular free wall.
 SEGMENTS: Final = MappingProxyType(
@@ -197,14 +198,8 @@ def _rv_span(axes: VentricularAxes, points: FloatArray, bottom: float, top: floa
 
 def _cavity_end(mesh: VolumeMesh, axes: VentricularAxes) -> float:
     """Height of the lowest point of the LV endocardium above the apex, mm."""
-
-    tags, first, lowest = [FACET_TAGS["endo"], FACET_TAGS["endo_lv"]], 0, np.inf
-    for block in mesh.facets.values():
-        chosen = block[np.isin(mesh.facet_tag[first : first + len(block)], tags)]
-        if len(chosen):
-            lowest = min(lowest, float(axes.height(mesh.points[chosen.ravel()]).min()))
-        first += len(block)
-    return lowest
+    endo = np.isin(mesh.facet_tag, [FACET_TAGS["endo"], FACET_TAGS["endo_lv"]])
+    return float(axes.height(mesh.points[nodes_of(chosen_rows(mesh.facets, endo))]).min(initial=np.inf))
 
 
 def _rv_free_wall(fields: WallFields) -> npt.NDArray[np.bool_]:

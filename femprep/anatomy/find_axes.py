@@ -12,6 +12,7 @@ from femprep.anatomy.frames import normalise
 from femprep.anatomy.landmarks import axes_from_labels
 from femprep.errors import InputError
 from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
+from femprep.model.blocks import chosen_rows
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
@@ -74,14 +75,12 @@ def _found(source: VolumeMesh | Segmentation, basal_end: str) -> VentricularAxes
 def facets_of(mesh: VolumeMesh, *names: str) -> tuple[FloatArray, FloatArray]:
     """Centroids and area vectors (outward) of the facets of some names, ``(f, 3)`` each; empty where there are none."""
     tags = [FACET_TAGS[name] for name in names]
-    centres, areas, first = [np.empty((0, 3))], [np.empty((0, 3))], 0
-    for kind, block in mesh.facets.items():
-        chosen = block[np.isin(mesh.facet_tag[first : first + len(block)], tags)]
+    centres, areas = [np.empty((0, 3))], [np.empty((0, 3))]
+    for kind, chosen in chosen_rows(mesh.facets, np.isin(mesh.facet_tag, tags)).items():
         corner = mesh.points[chosen[:, : 3 if kind.startswith("triangle") else 4]]
         one, other = ((1, 0), (2, 0)) if corner.shape[1] == 3 else ((2, 0), (3, 1))
         centres.append(corner.mean(axis=1))
         areas.append(np.cross(corner[:, one[0]] - corner[:, one[1]], corner[:, other[0]] - corner[:, other[1]]) / 2)
-        first += len(block)
     return np.concatenate(centres), np.concatenate(areas)
 
 

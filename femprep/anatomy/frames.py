@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from femprep.mesh.tangents import tangents
 from femprep.model import BoolArray, FloatArray
 
 #: Below this fraction of its length, what is left of a vector after a projection has no direction.
@@ -58,8 +59,7 @@ def make_frames(
 
 def _any_normal(vectors: FloatArray) -> FloatArray:
     """A unit vector orthogonal to each vector: across the coordinate axis it has least of."""
-    helper = np.eye(3)[np.argmin(np.abs(vectors), axis=1)]
-    return normalise(np.cross(vectors, helper)) + np.where(np.any(vectors, axis=1)[:, None], 0.0, np.eye(3)[0])
+    return tangents(vectors)[:, 0] + np.where(np.any(vectors, axis=1)[:, None], 0.0, np.eye(3)[0])
 
 
 def rotate(frames: FloatArray, helix: FloatArray, sheet: FloatArray) -> FloatArray:

@@ -11,6 +11,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.mesh.elements import match_facets
 from femprep.model import IntArray, VolumeMesh, is_blood
+from femprep.model.blocks import chosen_rows, nodes_of
 
 #: Directions in blood, where none mean anything: solvers want unit vectors at right angles in every element.
 _FRAME: Final = {"fiber": (1.0, 0.0, 0.0), "sheet": (0.0, 1.0, 0.0), "sheet_normal": (0.0, 0.0, 1.0)}
@@ -67,15 +68,8 @@ def _wall(mesh: VolumeMesh, tissue: np.ndarray) -> tuple[VolumeMesh, IntArray, I
     """The wall as a mesh of its own; and which elements, points and facets of the whole it is made of."""
     owner, _ = match_facets(mesh.cells, mesh.facets)
     face = (owner >= 0) & tissue[owner]
-    cells, first = {}, 0
-    for kind, block in mesh.cells.items():
-        cells[kind] = block[tissue[first : first + len(block)]]
-        first += len(block)
-    facets, first = {}, 0
-    for kind, block in mesh.facets.items():
-        facets[kind] = block[face[first : first + len(block)]]
-        first += len(block)
-    nodes = np.unique(np.concatenate([block.ravel() for block in cells.values()]))
+    cells, facets = chosen_rows(mesh.cells, tissue), chosen_rows(mesh.facets, face)
+    nodes = nodes_of(cells)
     number = np.full(len(mesh.points), -1)
     number[nodes] = np.arange(len(nodes))
     part = VolumeMesh(

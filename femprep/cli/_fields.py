@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Literal, get_args, get_origin
 
 import typer
@@ -54,6 +54,6 @@ def one_of(choices: Iterable[str]) -> Callable[[str], list[str]]:
     return complete
 
 
-def given(**values: Any) -> dict[str, Any]:
-    """The values that were given: an option that was not is ``None`` and leaves its default."""
-    return {name: value for name, value in values.items() if value is not None}
+def given(group: type[StageOptions], values: Mapping[str, Any]) -> dict[str, Any]:
+    """The options of a group among a command's arguments that were given: others are ``None`` and leave the default."""
+    return {name: values[name] for name in group.model_fields if values.get(name) is not None}

@@ -36,22 +36,10 @@ def check(
     A mesh of femprep's is judged by the limits it was made with, which stand in its file. A purpose chooses others, and
     each may be given by hand. The exit status is 1 where one is not met.
     """
+    options = choose(CheckOptions, None, given(CheckOptions, locals()))
     from femprep.export import read_mesh
     from femprep.volume import check as judge
 
-    values = given(
-        purpose=purpose,
-        minimum_dihedral=minimum_dihedral,
-        maximum_dihedral=maximum_dihedral,
-        minimum_scaled_jacobian=minimum_scaled_jacobian,
-        minimum_mean_ratio=minimum_mean_ratio,
-        mean_of_mean_ratio=mean_of_mean_ratio,
-        minimum_time_step=minimum_time_step,
-        wave_speed=wave_speed,
-        space_constant=space_constant,
-        worst=worst,
-    )
-    options = choose(CheckOptions, None, values)
     report = judge(read_mesh(mesh), options=options)
     if html is not None:
         from femprep.report.quality_page import write_quality_page

@@ -32,18 +32,9 @@ def convert(
 
     Regions, facet tags and fibres go along where the format holds them.
     """
+    options = choose(ExportOptions, None, given(ExportOptions, locals()))
     from femprep.export import read_mesh, write_mesh
 
-    values = given(
-        length_unit=length_unit,
-        step=step,
-        material=material,
-        young_modulus=young_modulus,
-        poisson_ratio=poisson_ratio,
-        fibre_stiffness=fibre_stiffness,
-        pressure=pressure,
-    )
-    options = choose(ExportOptions, None, values)
     paths = write_mesh(read_mesh(mesh), out, format=format, options=options)
     if not quiet:
         for path in paths:

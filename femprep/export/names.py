@@ -9,6 +9,7 @@ import numpy as np
 
 from femprep.mesh.elements import FACET_CORNERS
 from femprep.model import FACET_TAGS, REGION_TAGS, IntArray, VolumeMesh, tag_name
+from femprep.model.blocks import chosen_rows, nodes_of
 
 #: Key of ``VolumeMesh.info`` for the names of tags that a foreign file brought along: ``{name: number}``.
 FOREIGN = "tag_names"
@@ -75,18 +76,10 @@ class Numbers:
 
 def facet_nodes(mesh: VolumeMesh, tag: int, *, corners: bool = False) -> IntArray:
     """Numbers of the points of all facets with a tag, ascending."""
-    found, first = [np.empty(0, dtype=np.int64)], 0
-    for kind, block in mesh.facets.items():
-        chosen = block[mesh.facet_tag[first : first + len(block)] == tag]
-        found.append((chosen[:, : FACET_CORNERS[kind]] if corners else chosen).ravel())
-        first += len(block)
-    return np.unique(np.concatenate(found))
+    chosen = chosen_rows(mesh.facets, mesh.facet_tag == tag)
+    return nodes_of({kind: block[:, : FACET_CORNERS[kind] if corners else None] for kind, block in chosen.items()})
 
 
 def region_nodes(mesh: VolumeMesh, tag: int) -> IntArray:
     """Numbers of the points of all elements of a region, ascending."""
-    used, first = np.zeros(len(mesh.points), dtype=bool), 0
-    for block in mesh.cells.values():
-        used[block[mesh.region[first : first + len(block)] == tag]] = True
-        first += len(block)
-    return np.flatnonzero(used)
+    return nodes_of(chosen_rows(mesh.cells, mesh.region == tag))

@@ -11,6 +11,7 @@ from femprep.export.names import facet_names
 from femprep.export.vtk_xml import add_arrays, add_record, vtk_cells, vtk_points
 from femprep.mesh.elements import FACET_CORNERS, match_facets
 from femprep.model import Plane, Surface, VolumeMesh, Wall, tag_name
+from femprep.model.blocks import nodes_of
 
 
 def planes_record(planes: Mapping[str, Plane]) -> dict[str, Any]:
@@ -59,9 +60,9 @@ def wall_polydata(wall: Wall) -> Any:
 
 def facets_polydata(mesh: VolumeMesh) -> Any:
     """The tagged facets of a mesh: tag and owning element of each, and which point of the mesh each point is."""
-    blocks = [block[:, : FACET_CORNERS[kind]] for kind, block in mesh.facets.items()]
-    used = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *(block.ravel() for block in blocks)]))
-    out = polydata(mesh.points[used], [np.searchsorted(used, block) for block in blocks])
+    blocks = {kind: block[:, : FACET_CORNERS[kind]] for kind, block in mesh.facets.items()}
+    used = nodes_of(blocks)
+    out = polydata(mesh.points[used], [np.searchsorted(used, block) for block in blocks.values()])
     element, _ = match_facets(mesh.cells, mesh.facets)
     cell = {"facet_tag": mesh.facet_tag, "GlobalElementID": element + 1, **mesh.facet_data}
     point = {"GlobalNodeID": used + 1, **{name: np.asarray(values)[used] for name, values in mesh.point_data.items()}}

@@ -10,6 +10,7 @@ import numpy as np
 
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import IntArray, VolumeMesh
+from femprep.model.blocks import block_rows, nodes_of
 
 log = logging.getLogger(__name__)
 
@@ -67,18 +68,16 @@ def to_tetrahedra(mesh: VolumeMesh) -> VolumeMesh:
     Corner points keep their order; points that no tetrahedron has any more (mid-side nodes of quadratic elements) go.
     Every new element and facet has the tags and data of the one it comes from.
     """
-    cells, rows, first = [], [np.empty(0, dtype=np.int64)], 0
-    for kind, block in mesh.cells.items():
+    cells, rows = [], [np.empty(0, dtype=np.int64)]
+    for kind, block, own in block_rows(mesh.cells):
         tets, row = element_tets(kind, block)
         cells.append(tets)
-        rows.append(row + first)
-        first += len(block)
-    facets, facet_rows, first = [], [np.empty(0, dtype=np.int64)], 0
-    for kind, block in mesh.facets.items():
+        rows.append(row + own.start)
+    facets, facet_rows = [], [np.empty(0, dtype=np.int64)]
+    for kind, block, own in block_rows(mesh.facets):
         quad = FACET_CORNERS[kind] == 4
         facets.append(quads_to_triangles(block) if quad else block[:, :3])
-        facet_rows.append(np.repeat(np.arange(first, first + len(block)), 2 if quad else 1))
-        first += len(block)
+        facet_rows.append(np.repeat(np.arange(own.start, own.stop), 2 if quad else 1))
     row, facet_row = np.concatenate(rows), np.concatenate(facet_rows)
     used, numbers = np.unique(np.concatenate(cells), return_inverse=True)
     new = np.full(len(mesh.points), -1)
@@ -106,7 +105,7 @@ def linear(mesh: VolumeMesh, reader: str) -> VolumeMesh:
     log.warning("%s reads linear elements alone: mid-side nodes are left out", reader)
     cells = {_LINEAR.get(kind, kind): block[:, : ELEMENTS[kind].corners] for kind, block in mesh.cells.items()}
     facets = {_LINEAR.get(kind, kind): block[:, : FACET_CORNERS[kind]] for kind, block in mesh.facets.items()}
-    used = np.unique(np.concatenate([block.ravel() for block in cells.values()]))
+    used = nodes_of(cells)
     new = np.full(len(mesh.points), -1)
     new[used] = np.arange(len(used))
     return replace(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -78,7 +80,7 @@ def _by_shape(obj: LabelObject, axis: int, ends: tuple[int, int], centres: list[
 
     def distance(k: int) -> npt.NDArray[np.float64]:
         if k not in slices:
-            signed = _signed_distance(np.take(obj.mask, k, axis=axis), spacing)
+            signed = slice_distance(np.take(obj.mask, k, axis=axis), spacing)
             moved = obj.grid.offset_at(k) / obj.grid.spacing
             for direction, a in enumerate(flat):
                 signed = _linear(signed, centres[a] - moved[a], direction)
@@ -102,13 +104,13 @@ def _by_shape(obj: LabelObject, axis: int, ends: tuple[int, int], centres: list[
     return out
 
 
-def _signed_distance(plane: BoolArray, spacing: FloatArray) -> npt.NDArray[np.float64]:
+def slice_distance(plane: BoolArray, spacing: Sequence[float] | FloatArray) -> FloatArray:
     """Distance of pixel centres of a slice from the edge (half-way between centres), mm, positive inside."""
     from scipy import ndimage
 
     within = np.asarray(ndimage.distance_transform_edt(plane, sampling=spacing))
     without = np.asarray(ndimage.distance_transform_edt(~plane, sampling=spacing))
-    half = 0.5 * float(spacing.min())
+    half = 0.5 * float(min(spacing))
     return np.where(plane, within - half, half - without)
 
 

@@ -63,15 +63,15 @@ class Curvature:
         corner = angles(points, triangles)
         sine, cosine = sine_cosine(np.clip(corner, 1e-3, np.pi - 1e-3))
         cotangents = cosine / sine
-        stiffness = _stiffness(cotangents, triangles, count)
+        matrix = stiffness(cotangents, triangles, count)
         size = areas(points, triangles)
         area = _share(size / 3.0, triangles, count)
         normals = vertex_normals(points, triangles)
-        mean = np.asarray((stiffness @ points) * normals).sum(axis=1) / area
+        mean = np.asarray((matrix @ points) * normals).sum(axis=1) / area
         turn = np.bincount(triangles.ravel(), weights=corner.ravel(), minlength=count)
         squares = np.clip(mean * mean - 2.0 * (2.0 * np.pi - turn) / area, 0.0, sharpest * sharpest)
-        change = diags(1.0 / area) @ stiffness - diags(squares)
-        return cls(normals, area, stiffness, mean, change, triangles, cotangents, size)
+        change = diags(1.0 / area) @ matrix - diags(squares)
+        return cls(normals, area, matrix, mean, change, triangles, cotangents, size)
 
     def lenient(self, usual: float, least: float) -> Any:
         """Stiffness in which triangles where the curvature changes by more than usual count less.
@@ -96,10 +96,10 @@ class Curvature:
         steps = np.roll(corner, -1, axis=1) - np.roll(corner, 1, axis=1)
         square = np.maximum((self.cotangents * steps * steps).sum(axis=1), 0.0) / (2.0 * self.size)
         weight = np.maximum(1.0 / (1.0 + square / (usual * usual)), least)
-        return _stiffness(self.cotangents * weight[:, None], self.triangles, count)
+        return stiffness(self.cotangents * weight[:, None], self.triangles, count)
 
 
-def _stiffness(cotangents: FloatArray, triangles: IntArray, count: int) -> Any:
+def stiffness(cotangents: FloatArray, triangles: IntArray, count: int) -> Any:
     """Cotangent matrix of triangles ``(m, 3)``, cotangents given by corner."""
     from scipy.sparse import coo_matrix, diags
 

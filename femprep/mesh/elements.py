@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 
 from femprep.model import IntArray
+from femprep.model.blocks import block_rows, chosen_rows
 
 
 @dataclass(frozen=True)
@@ -106,16 +107,15 @@ class ElementFaces:
 
 def element_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
     """List every face of every element, by facet type; interior faces come twice, once from each side."""
-    first, size = 0, dict.fromkeys(FACET_TYPES.values(), 0)
+    size = dict.fromkeys(FACET_TYPES.values(), 0)
     parts = []
-    for name, block in cells.items():
+    for name, block, own in block_rows(cells):
         kind = ELEMENTS[name]
         for face in range(len(kind.faces)):
             nodes = kind.face_nodes(face)
             facet = FACET_TYPES[len(nodes)]
-            parts.append((facet, size[facet], block, nodes, first, face))
+            parts.append((facet, size[facet], block, nodes, own.start, face))
             size[facet] += len(block)
-        first += len(block)
     width = {name: count for count, name in FACET_TYPES.items()}
     found = {
         facet: ElementFaces(np.empty((size[facet], width[facet]), np.int64), *np.empty((2, size[facet]), np.int64))
@@ -185,15 +185,9 @@ def match_facets(cells: Mapping[str, IntArray], facets: Mapping[str, IntArray]) 
     )
     for kind, nodes in facets.items():
         touched[nodes[:, : FACET_CORNERS[kind]]] = 1
-    chosen, first = {}, 0
-    for name, block in cells.items():
-        chosen[name] = np.flatnonzero(sum(touched[block[:, i]] for i in range(ELEMENTS[name].corners)) >= 3)
-    faces = element_faces({name: block[chosen[name]] for name, block in cells.items()})
-    own = []
-    for name, block in cells.items():
-        own.append(first + chosen[name])
-        first += len(block)
-    numbered = np.concatenate([np.empty(0, dtype=np.int64), *own])
+    near = [sum(touched[block[:, i]] for i in range(ELEMENTS[name].corners)) >= 3 for name, block in cells.items()]
+    mask = np.concatenate([np.empty(0, dtype=np.bool_), *near])
+    faces, numbered = element_faces(chosen_rows(cells, mask)), np.flatnonzero(mask)
     elements, numbers = [], []
     for kind, nodes in facets.items():
         element = np.full(len(nodes), -1, dtype=np.int64)

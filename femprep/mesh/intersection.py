@@ -1,4 +1,4 @@
-"""Triangle surfaces to the pairs of triangles that intersect, of one surface with itself or of two with each other.
+"""A triangle surface to the pairs of its triangles that intersect.
 
 Exact on the coordinates as given: every sign is that of the true determinant (``predicates``), so that touching,
 overlap within one plane and folds of neighbours are found, and rounding invents none.
@@ -43,76 +43,38 @@ def self_intersections(points: npt.ArrayLike, triangles: npt.ArrayLike) -> IntAr
     p, t = check_mesh(points, triangles)
     if len(t) < 2:
         return np.empty((0, 2), dtype=np.int64)
-    return _sorted(_search(p, t, p, t, *build_tree(p, t), True))
-
-
-def intersections(
-    points_a: npt.ArrayLike, triangles_a: npt.ArrayLike, points_b: npt.ArrayLike, triangles_b: npt.ArrayLike
-) -> IntArray:
-    """Find all pairs of a triangle of surface a and one of surface b that touch or cross.
-
-    Parameters
-    ----------
-    points_a, points_b : (n, 3) arrays
-        Vertices of either surface, mm.
-    triangles_a, triangles_b : (m, 3) arrays
-        Corner numbers.
-
-    Returns
-    -------
-    (k, 2) array
-        Numbers of the triangle of a and of b; rows are sorted. One surface wholly within the other meets it nowhere.
-
-    Raises
-    ------
-    InputError
-        As for :func:`self_intersections`.
-    """
-    pa, ta = check_mesh(points_a, triangles_a)
-    pb, tb = check_mesh(points_b, triangles_b)
-    if len(ta) == 0 or len(tb) == 0:
-        return np.empty((0, 2), dtype=np.int64)
-    return _sorted(_search(pa, ta, pb, tb, *build_tree(pb, tb), False))
-
-
-def _sorted(pairs: IntArray) -> IntArray:
+    pairs = _search(p, t, *build_tree(p, t))
     return np.asarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
 
 
+@compiled(part=True)
+def _beside(low: FloatArray, high: FloatArray, other_low: FloatArray, other_high: FloatArray) -> bool:
+    """Whether two boxes have nothing in common."""
+    beside = False
+    for k in range(3):
+        beside |= low[k] > other_high[k] or high[k] < other_low[k]
+    return beside
+
+
 @compiled()
-def _search(
-    pa: FloatArray,
-    ta: IntArray,
-    pb: FloatArray,
-    tb: IntArray,
-    low: FloatArray,
-    high: FloatArray,
-    order: IntArray,
-    same: bool,
-) -> IntArray:
-    """Look each triangle of a up in the tree over b; within one surface, every pair once."""
+def _search(points: FloatArray, cells: IntArray, low: FloatArray, high: FloatArray, order: IntArray) -> IntArray:
+    """Look each triangle up in the tree over all of them; every pair once."""
     found = np.empty((64, 2), dtype=np.int64)
     count = 0
     leaves = len(low) // 2
     stack = np.empty(64, dtype=np.int64)
-    for i in range(len(ta)):
-        a, b, c = pa[ta[i, 0]], pa[ta[i, 1]], pa[ta[i, 2]]
-        x0, x1 = min(a[0], b[0], c[0]), max(a[0], b[0], c[0])
-        y0, y1 = min(a[1], b[1], c[1]), max(a[1], b[1], c[1])
-        z0, z1 = min(a[2], b[2], c[2]), max(a[2], b[2], c[2])
+    least, most = np.empty((len(cells), 3)), np.empty((len(cells), 3))
+    for i in range(len(cells)):
+        for k in range(3):
+            a, b, c = points[cells[i, 0], k], points[cells[i, 1], k], points[cells[i, 2], k]
+            least[i, k], most[i, k] = min(a, b, c), max(a, b, c)
+    for i in range(len(cells)):
         stack[0] = 1
         depth = 1
         while depth > 0:
             depth -= 1
             node = stack[depth]
-            if (
-                low[node, 0] > x1
-                or high[node, 0] < x0
-                or low[node, 1] > y1
-                or high[node, 1] < y0
-                or low[node, 2] > z1
-                or high[node, 2] < z0
-            ):
+            if _beside(low[node], high[node], least[i], most[i]):
                 continue
             if node < leaves:
                 stack[depth] = 2 * node
@@ -122,25 +84,12 @@ def _search(
             first = (node - leaves) * LEAF
             for k in range(first, min(first + LEAF, len(order))):
                 j = order[k]
-                if same and j <= i:
+                if j <= i or _beside(least[j], most[j], least[i], most[i]):
                     continue
-                d, e, f = pb[tb[j, 0]], pb[tb[j, 1]], pb[tb[j, 2]]
-                if (
-                    min(d[0], e[0], f[0]) > x1
-                    or max(d[0], e[0], f[0]) < x0
-                    or min(d[1], e[1], f[1]) > y1
-                    or max(d[1], e[1], f[1]) < y0
-                    or min(d[2], e[2], f[2]) > z1
-                    or max(d[2], e[2], f[2]) < z0
-                ):
-                    continue
-                if _neighbours_meet(pa, ta[i], ta[j]) if same else triangles_meet(a, b, c, d, e, f):
+                if _neighbours_meet(points, cells[i], cells[j]):
                     if count == len(found):
-                        larger = np.empty((2 * count, 2), dtype=np.int64)
-                        larger[:count] = found
-                        found = larger
-                    found[count, 0] = i
-                    found[count, 1] = j
+                        found = np.concatenate((found, np.empty_like(found)))
+                    found[count, 0], found[count, 1] = i, j
                     count += 1
     return found[:count].copy()
 

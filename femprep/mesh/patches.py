@@ -16,6 +16,7 @@ from numba import prange
 from femprep.mesh.banded import SPARE, factorise, substitute
 from femprep.mesh.compiled import compiled
 from femprep.mesh.measures.triangles import vertex_normals
+from femprep.mesh.tangents import tangents
 from femprep.model import FloatArray, IntArray
 
 #: Reach of a patch in mean edge lengths of its vertex: wide enough that two or three overlap everywhere.
@@ -57,10 +58,7 @@ class PatchSurface:
         ring = _rows(matrix)
         double = _rows(matrix @ matrix + matrix)
         normal = vertex_normals(self.points, cells)
-        axis = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
-        first = np.cross(normal, axis)
-        first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-300)
-        frames = np.ascontiguousarray(np.stack([first, np.cross(normal, first), normal], axis=1))
+        frames = np.ascontiguousarray(np.concatenate([tangents(normal), normal[:, None]], axis=1))
         present = ring >= 0
         span = np.linalg.norm(self.points[ring] - self.points[:, None], axis=2) * present
         reach = _REACH * span.sum(axis=1) / np.maximum(present.sum(axis=1), 1)

@@ -62,6 +62,13 @@ def edge_table(cells: npt.ArrayLike) -> EdgeTable:
     )
 
 
+def quarters(table: EdgeTable, triangles: IntArray, first: int) -> IntArray:
+    """Triangles ``(m, 3)`` cut in four at the middles of their sides, numbered from ``first``, ``(4 m, 3)``."""
+    a, b, c = triangles.T
+    p, q, r = first + table.of_cell.T
+    return np.concatenate([np.stack(part, axis=1) for part in ((a, p, r), (p, b, q), (r, q, c), (p, q, r))])
+
+
 def is_closed(cells: npt.ArrayLike) -> bool:
     """Whether exactly two cells meet at every edge: no border and no branching."""
     table = edge_table(cells)
@@ -84,7 +91,12 @@ def border_edges(cells: npt.ArrayLike) -> IntArray:
 
 def border_loops(cells: npt.ArrayLike) -> list[IntArray]:
     """Rims of a surface that touches itself in no vertex: the nodes of each in the order its cells run along it."""
-    following = {int(a): int(b) for a, b in border_edges(cells)}
+    return loops_of(border_edges(cells))
+
+
+def loops_of(edges: IntArray) -> list[IntArray]:
+    """Directed edges ``(e, 2)``, at most one from each node, as closed loops of nodes in their order."""
+    following = {int(a): int(b) for a, b in edges}
     loops = []
     while following:
         start, vertex = next(iter(following.items()))
@@ -156,6 +168,24 @@ def volume(points: npt.ArrayLike, triangles: npt.ArrayLike) -> float:
     middle = points[cells].mean(axis=(0, 1))
     a, b, c = (points[cells[:, i]] - middle for i in range(3))
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+def neighbour_mean(values: FloatArray, edges: IntArray) -> FloatArray:
+    """Mean over the neighbours of each vertex of values ``(n, k)``, 0 where there are none; each edge once."""
+    total: FloatArray = np.zeros_like(values)
+    np.add.at(total, edges[:, 0], values[edges[:, 1]])
+    np.add.at(total, edges[:, 1], values[edges[:, 0]])
+    return total / np.maximum(np.bincount(edges.ravel(), minlength=len(values)), 1)[:, None]
+
+
+def closed_by_fans(points: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
+    """Close each rim of a surface by triangles to a new vertex in its middle: exact where the rim lies in a plane."""
+    loops = border_loops(triangles)
+    middles = [points[loop].mean(axis=0, keepdims=True) for loop in loops]
+    fans = [
+        np.stack([np.roll(loop, -1), loop, np.full(len(loop), len(points) + k)], axis=1) for k, loop in enumerate(loops)
+    ]
+    return np.concatenate([points, *middles]), np.concatenate([triangles, *fans])
 
 
 def fold_angles(points: npt.ArrayLike, triangles: npt.ArrayLike) -> tuple[IntArray, FloatArray]:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from femprep.mesh.tangents import tangents
 from femprep.model import FloatArray
 
 Map = Callable[[FloatArray], FloatArray]
@@ -43,11 +44,11 @@ def closest_directions(surface: Map, derivative: Map, points: FloatArray, iterat
     best = np.linalg.norm(surface(found) - points, axis=1)
     damping = np.full(len(points), 1e-6)
     for _ in range(iterations):
-        tangents = _tangents(found)
-        gradient = _gradient(surface, derivative, points, found, tangents, np.zeros(2))
+        across = tangents(found)
+        gradient = _gradient(surface, derivative, points, found, across, np.zeros(2))
         columns = [
-            _gradient(surface, derivative, points, found, tangents, step)
-            - _gradient(surface, derivative, points, found, tangents, -step)
+            _gradient(surface, derivative, points, found, across, step)
+            - _gradient(surface, derivative, points, found, across, -step)
             for step in 1e-5 * np.eye(2)
         ]
         hessian = np.stack(columns, axis=2) / 2e-5
@@ -57,7 +58,7 @@ def closest_directions(surface: Map, derivative: Map, points: FloatArray, iterat
         shift = np.maximum(0.0, 1e-3 * size - np.linalg.eigvalsh(hessian)[:, 0]) + damping * size
         matrix = hessian + shift[:, None, None] * np.eye(2)
         step = -np.linalg.solve(matrix, gradient[:, :, None])[:, :, 0]
-        trial = _moved(found, tangents, step)
+        trial = _moved(found, across, step)
         distance = np.linalg.norm(surface(trial) - points, axis=1)
         closer = distance < best
         found[closer] = trial[closer]
@@ -94,11 +95,3 @@ def fibonacci_sphere(count: int) -> FloatArray:
     angle = np.pi * (1.0 + np.sqrt(5.0)) * number
     ring = np.sqrt(1.0 - z * z)
     return np.stack([ring * np.cos(angle), ring * np.sin(angle), z], axis=1)
-
-
-def _tangents(directions: FloatArray) -> FloatArray:
-    """Two orthonormal tangents of the sphere at each direction, ``(n, 2, 3)``."""
-    helper = np.eye(3)[np.argmin(np.abs(directions), axis=1)]
-    first = np.cross(directions, helper)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(directions, first)], axis=1)

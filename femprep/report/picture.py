@@ -21,6 +21,7 @@ import numpy as np
 from femprep.errors import DiskFullError, cannot_write
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, boundary_faces, set_numbers
 from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
+from femprep.model.blocks import chosen_rows, nodes_of
 
 logger = logging.getLogger(__name__)
 
@@ -107,10 +108,9 @@ def _scene(mesh: VolumeMesh) -> dict[str, Any]:
     """Arrays of the picture: tagged facets, the boundary of the elements behind a cut along the long axis, a view."""
     _, axes = np.linalg.eigh(np.cov(mesh.points.T))
     up, across, third = axes[:, 2], axes[:, 1], axes[:, 0]
-    facets = [block[:, : FACET_CORNERS[kind]] for kind, block in mesh.facets.items()]
-    tags = np.split(mesh.facet_tag, np.cumsum([len(block) for block in facets])[:-1])
-    base = [block[tag == FACET_TAGS["base"]].ravel() for block, tag in zip(facets, tags)]
-    nodes = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *base]))
+    corners = {kind: block[:, : FACET_CORNERS[kind]] for kind, block in mesh.facets.items()}
+    facets = [*corners.values()]
+    nodes = nodes_of(chosen_rows(corners, mesh.facet_tag == FACET_TAGS["base"]))
     if len(nodes):
         up = mesh.points[nodes].mean(axis=0) - mesh.points.mean(axis=0)
         up /= np.linalg.norm(up)

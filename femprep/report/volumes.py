@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from femprep.image import LabelObject
+from femprep.mesh.topology import closed_by_fans, volume
 from femprep.model import FloatArray, IntArray, Plane, VolumeMesh
 from femprep.model.facets import facet_triangles
 
@@ -21,31 +22,7 @@ def enclosed_volume(points: FloatArray, triangles: IntArray) -> float:
     points : (n, 3) array
     triangles : (m, 3) array
     """
-    corner = points - points[triangles].reshape(-1, 3).mean(axis=0)
-    a, b, c = (corner[triangles[:, i]] for i in range(3))
-    volume = float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    _, inverse, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
-    rim = edges[count[inverse.ravel()] == 1]
-    for part in _pieces(rim):
-        start, end = corner[part[:, 0]], corner[part[:, 1]]
-        middle = start.mean(axis=0)
-        volume += float(np.einsum("ij,ij->", np.cross(end, start), np.broadcast_to(middle, start.shape))) / 6.0
-    return volume
-
-
-def _pieces(rim: IntArray) -> Iterable[IntArray]:
-    """The separate rings of a set of edges."""
-    if not len(rim):
-        return []
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    nodes, local = np.unique(rim, return_inverse=True)
-    local = local.reshape(rim.shape)
-    graph = coo_array((np.ones(len(rim)), (local[:, 0], local[:, 1])), shape=(len(nodes), len(nodes)))
-    count, label = connected_components(graph, directed=False)
-    return [rim[label[local[:, 0]] == i] for i in range(count)]
+    return volume(*closed_by_fans(points, triangles))
 
 
 def cavity_volume(mesh: VolumeMesh, name: str = "endo") -> float:

@@ -6,6 +6,8 @@ import numpy as np
 
 from femprep.mesh.elements import FACET_CORNERS
 from femprep.model import VolumeMesh, Wall
+from femprep.model.blocks import block_rows
+from femprep.model.facets import split_facets
 
 
 def boundary_wall(mesh: VolumeMesh) -> Wall:
@@ -27,16 +29,8 @@ def boundary_wall(mesh: VolumeMesh) -> Wall:
     >>> fp.boundary_wall(swept)
     Wall(... points, ... triangles: endo, epi, base)
     """
-    triangles, tags = [], []
-    start = 0
-    for kind, nodes in mesh.facets.items():
-        corner = nodes[:, : FACET_CORNERS[kind]]
-        tag = np.asarray(mesh.facet_tag[start : start + len(nodes)])
-        start += len(nodes)
-        for pick in [[0, 1, 2]] if corner.shape[1] == 3 else [[0, 1, 2], [0, 2, 3]]:
-            triangles.append(corner[:, pick])
-            tags.append(tag)
-    every = np.concatenate(triangles)
+    every = split_facets(mesh.facets)
+    tags = [mesh.facet_tag[rows] for kind, _, rows in block_rows(mesh.facets) for _ in range(FACET_CORNERS[kind] - 2)]
     used, number = np.unique(every, return_inverse=True)
     depth = np.asarray(mesh.point_data["transmural"])[used]
     template = np.where((depth == 0.0) | (depth == 1.0), np.asarray(mesh.point_data["template"])[used], -1)

@@ -10,10 +10,18 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from femprep.errors import InputError
-from femprep.mesh.intersection import intersections, self_intersections
+from femprep.mesh.intersection import self_intersections
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]])
 ONE = np.array([[0, 1, 2]])
+
+
+def intersections(points_a, cells_a, points_b, cells_b):
+    """Pairs of a triangle of one surface and one of another that meet, as of one surface that holds both."""
+    cells = np.concatenate([cells_a, cells_b + len(points_a)])
+    pairs = self_intersections(np.concatenate([points_a, points_b]), cells)
+    across = pairs[(pairs[:, 0] < len(cells_a)) & (pairs[:, 1] >= len(cells_a))]
+    return across - [0, len(cells_a)]
 
 
 def meet(other) -> bool:

@@ -20,6 +20,7 @@ from femprep.errors import InputError
 from femprep.mesh.blas import one_blas_thread
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FloatArray, IntArray, VolumeMesh
+from femprep.model.blocks import chosen_rows, nodes_of
 
 _CHUNK: Final = 20_000
 
@@ -258,10 +259,6 @@ class LinearElements:
 
     def facet_nodes(self, *tags: int) -> IntArray:
         """Nodes (compact numbers) of all facets with one of the tags; empty where there are none."""
-        found, first = [], 0
-        for block in self.mesh.facets.values():
-            chosen = np.isin(self.mesh.facet_tag[first : first + len(block)], tags)
-            compact = self._compact[block[chosen].ravel()]
-            found.append(compact[compact >= 0])  # mid-side nodes have no compact number
-            first += len(block)
-        return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
+        chosen = chosen_rows(self.mesh.facets, np.isin(self.mesh.facet_tag, tags))
+        compact = np.unique(self._compact[nodes_of(chosen)])
+        return compact[compact >= 0]  # mid-side nodes have no compact number

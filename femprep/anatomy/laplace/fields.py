@@ -29,6 +29,7 @@ from femprep.anatomy.laplace.fem import LinearElements
 from femprep.anatomy.part import refuse_blood
 from femprep.errors import InputError
 from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
+from femprep.model.blocks import chosen_rows
 
 logger = logging.getLogger(__name__)
 
@@ -135,11 +136,9 @@ class WallFields:
         Half-way up, as from labels: the median, before and behind, over the middle half of the heights of the groove.
         The middle between them becomes the septal direction, unless axes were given.
         """
-        axes, first, centres = self.axes, 0, [np.empty((0, 3))]
+        axes, centres = self.axes, [np.empty((0, 3))]
         side = self.space.to_points(self.side)
-        for block in self.mesh.facets.values():
-            chosen = block[self.mesh.facet_tag[first : first + len(block)] == FACET_TAGS["epi"]]
-            first += len(block)
+        for chosen in chosen_rows(self.mesh.facets, self.mesh.facet_tag == FACET_TAGS["epi"]).values():
             mixed = (side[chosen] < 0).any(axis=1) & (side[chosen] > 0).any(axis=1)
             centres.append(self.mesh.points[chosen[mixed]].mean(axis=1))
         groove = np.concatenate(centres)

@@ -17,6 +17,7 @@ from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_comments
 from femprep.mesh.elements import match_facets
 from femprep.model import IntArray, VolumeMesh
+from femprep.model.blocks import block_rows
 from femprep.options import ExportOptions
 
 #: Element types; node order and face order (S1, S2...) are those of ``femprep.mesh.elements``.
@@ -49,11 +50,10 @@ def _parts(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield "** Tags: " + " ".join(f"{name}={tag}" for name, tag in {**regions, **facets}.items()) + "\n"
     yield "*NODE, NSET=NALL\n"
     yield rows(np.arange(1, len(mesh.points) + 1), mesh.points * units.per_mm)
-    first = 1
-    for kind, block in mesh.cells.items():
+    numbers = np.arange(1, mesh.n_cells + 1)
+    for kind, block, own in block_rows(mesh.cells):
         yield f"*ELEMENT, TYPE={ABAQUS_TYPES[kind]}, ELSET=EALL\n"
-        yield element_rows(np.arange(first, first + len(block)), block + 1)
-        first += len(block)
+        yield element_rows(numbers[own], block + 1)
     for name, tag in regions.items():
         yield f"*ELSET, ELSET={name}\n" + wrapped(np.flatnonzero(mesh.region == tag) + 1, 16)
         yield f"*NSET, NSET={name}\n" + wrapped(region_nodes(mesh, tag) + 1, 16)

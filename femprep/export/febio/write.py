@@ -16,6 +16,7 @@ from femprep.export.text import wrapped
 from femprep.export.units import UNITS, Units
 from femprep.export.verdict import verdict_lines
 from femprep.model import IntArray, VolumeMesh
+from femprep.model.blocks import block_rows, chosen_rows
 from femprep.options import ExportOptions
 
 #: FEBio's element and facet types; their node order is ours.
@@ -82,14 +83,13 @@ def _document(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
 
 
 def _parts(mesh: VolumeMesh) -> list[_Part]:
-    parts, first = [], 0
+    parts = []
     blocks: dict[str, list[tuple[str, IntArray, IntArray]]] = {}
-    for kind, block in mesh.cells.items():
+    for kind, block, rows in block_rows(mesh.cells):
         for name, tag in region_names(mesh).items():
-            row = np.flatnonzero(mesh.region[first : first + len(block)] == tag)
+            row = np.flatnonzero(mesh.region[rows] == tag)
             if row.size:
-                blocks.setdefault(name, []).append((kind, row + first, block[row]))
-        first += len(block)
+                blocks.setdefault(name, []).append((kind, row + rows.start, block[row]))
     for name, found in blocks.items():
         for kind, row, nodes in found:
             parts.append(_Part(name if len(found) == 1 else f"{name}_{FEBIO_TYPES[kind]}", kind, row, nodes))
@@ -122,11 +122,8 @@ def _mesh(mesh: VolumeMesh, parts: list[_Part], units: Units) -> Iterator[str]:
 def _surfaces(mesh: VolumeMesh) -> Iterator[str]:
     for name, tag in facet_names(mesh).items():
         yield f'<Surface name="{name}">\n'
-        count, first = 1, 0
-        for kind, block in mesh.facets.items():
-            chosen = block[mesh.facet_tag[first : first + len(block)] == tag]
-            yield _numbered(FEBIO_FACETS[kind], chosen + 1, count)
-            first, count = first + len(block), count + len(chosen)
+        for kind, nodes, rows in block_rows(chosen_rows(mesh.facets, mesh.facet_tag == tag)):
+            yield _numbered(FEBIO_FACETS[kind], nodes + 1, rows.start + 1)
         yield "</Surface>\n"
 
 

@@ -14,6 +14,7 @@ from femprep.export.text import rows
 from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_lines
 from femprep.model import IntArray, VolumeMesh
+from femprep.model.blocks import block_rows
 from femprep.options import ExportOptions
 
 #: Gmsh's element numbers, and the place in our node order of each of its mid-side nodes (Gmsh reference manual,
@@ -90,11 +91,10 @@ def _head(version: str, mesh: VolumeMesh, options: ExportOptions) -> Iterator[st
 def _parts(mesh: VolumeMesh) -> list[_Part]:
     parts, first = [], 0
     for dim, blocks, tags in ((3, mesh.cells, mesh.region), (2, mesh.facets, mesh.facet_tag)):
-        start = first
-        for kind, block in blocks.items():
-            row = np.arange(first, first + len(block))
-            parts.append(_Part(dim, kind, row, tags[row - start], block[:, list(GMSH_TYPES[kind][1])] + 1))
-            first += len(block)
+        number = first + np.arange(len(tags))
+        for kind, block, own in block_rows(blocks):
+            parts.append(_Part(dim, kind, number[own], tags[own], block[:, list(GMSH_TYPES[kind][1])] + 1))
+        first += len(tags)
     return parts
 
 

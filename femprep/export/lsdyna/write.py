@@ -17,6 +17,7 @@ from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_comments
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import IntArray, VolumeMesh
+from femprep.model.blocks import block_rows, chosen_rows
 from femprep.options import ExportOptions
 
 #: Which of our nodes fill the eight places of a linear solid: a wedge is a hexahedron with two edges drawn together,
@@ -69,17 +70,15 @@ def _deck(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield "*NODE\n$#   nid               x               y               z\n"
     yield "".join(f"{i:8d}{_wide(x)}{_wide(y)}{_wide(z)}\n" for i, (x, y, z) in enumerate(points.tolist(), start=1))
     part = np.empty(mesh.n_cells, dtype=np.int64)
-    first, count = 0, 0
-    for section, (kind, block) in enumerate(mesh.cells.items(), start=1):
+    count = 0
+    for section, (kind, _, own) in enumerate(block_rows(mesh.cells), start=1):
         yield f"*SECTION_SOLID\n{section:10d}{FORMULATIONS[kind]:10d}\n"
-        region = mesh.region[first : first + len(block)]
         for name, tag in region_names(mesh).items():
-            if np.any(region == tag):
+            if np.any(mesh.region[own] == tag):
                 count += 1
-                part[first : first + len(block)][region == tag] = count
+                part[own][mesh.region[own] == tag] = count
                 title = name if len(mesh.cells) == 1 else f"{name} {kind}"
                 yield f"*PART\n{title}\n{count:10d}{section:10d}{tag:10d}\n"
-        first += len(block)
     yield from _elements(mesh, part)
     sets = {tag: (name, np.flatnonzero(mesh.region == tag)) for name, tag in region_names(mesh).items()}
     sets |= {1000 + int(name[4:]): (name, rows) for name, rows in segments(mesh).items()}
@@ -93,34 +92,28 @@ def _deck(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
 
 def _elements(mesh: VolumeMesh, part: IntArray) -> Iterator[str]:
     found = directions(mesh)
-    first = 0
-    for kind, block in mesh.cells.items():
+    for kind, block, own in block_rows(mesh.cells):
         yield f"*ELEMENT_SOLID{'_ORTHO' if found else ''}\n"
-        numbers = np.arange(first + 1, first + len(block) + 1)
-        own = part[first : first + len(block)]
         nodes = block[:, list(PLACES[kind])] + 1
         # Ten nodes need a card of their own; up to eight stand behind the element's and the part's number.
         two = ELEMENTS[kind].quadratic
         lines = [
             f"{e:8d}{p:8d}{chr(10) if two else ''}{''.join(f'{n:8d}' for n in row)}\n"
-            for e, p, row in zip(numbers.tolist(), own.tolist(), nodes.tolist())
+            for e, p, row in zip(range(own.start + 1, own.stop + 1), part[own].tolist(), nodes.tolist())
         ]
         if found is not None:
-            fiber, sheet = (v[first : first + len(block)].tolist() for v in found)
+            fiber, sheet = (v[own].tolist() for v in found)
             lines = [
                 f"{line}{''.join(map(_wide, a))}\n{''.join(map(_wide, d))}\n" for line, a, d in zip(lines, fiber, sheet)
             ]
         yield "".join(lines)
-        first += len(block)
 
 
 def _segments(mesh: VolumeMesh, tag: int) -> str:
-    lines, first = [], 0
-    for kind, block in mesh.facets.items():
-        chosen = block[mesh.facet_tag[first : first + len(block)] == tag] + 1
+    lines = []
+    for kind, nodes in chosen_rows(mesh.facets, mesh.facet_tag == tag).items():
         places = [0, 1, 2, 2] if kind.startswith("triangle") else [0, 1, 2, 3]
-        lines += ["".join(f"{n:10d}" for n in row) + "\n" for row in chosen[:, places].tolist()]
-        first += len(block)
+        lines += ["".join(f"{n:10d}" for n in row) + "\n" for row in (nodes[:, places] + 1).tolist()]
     return "".join(lines)
 
 

@@ -15,6 +15,7 @@ from femprep.export.text import rows
 from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_comments
 from femprep.model import VolumeMesh
+from femprep.model.blocks import block_rows
 from femprep.options import ExportOptions
 
 #: Medit's sections; node order is ours.
@@ -55,11 +56,9 @@ def _mesh(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield f"\nDimension 3\n\nVertices\n{len(mesh.points)}\n"
     yield rows(mesh.points * units.per_mm, np.zeros(len(mesh.points), dtype=int), separator=" ", width=None)
     for blocks, tags in ((mesh.facets, mesh.facet_tag), (mesh.cells, mesh.region)):
-        first = 0
-        for kind, block in blocks.items():
+        for kind, block, own in block_rows(blocks):
             yield f"\n{MEDIT_SECTIONS[kind]}\n{len(block)}\n"
-            yield rows(block + 1, tags[first : first + len(block)], separator=" ")
-            first += len(block)
+            yield rows(block + 1, tags[own], separator=" ")
     yield "\nEnd\n"
 
 
@@ -67,9 +66,7 @@ def _solution(mesh: VolumeMesh, fields: tuple[np.ndarray, ...]) -> Iterator[str]
     # Number of fields, and of each its kind: 1 is a scalar, 2 a vector.
     kinds = f"{len(fields)} {' '.join(str(values.ndim) for values in fields)}"
     yield "MeshVersionFormatted 2\n\nDimension 3\n"
-    first = 0
-    for kind, block in mesh.cells.items():
+    for kind, block, own in block_rows(mesh.cells):
         yield f"\nSolAt{MEDIT_SECTIONS[kind]}\n{len(block)}\n{kinds}\n"
-        yield rows(*(values[first : first + len(block)] for values in fields), separator=" ", width=None)
-        first += len(block)
+        yield rows(*(values[own] for values in fields), separator=" ", width=None)
     yield "\nEnd\n"

@@ -16,6 +16,7 @@ from femprep.export.split import linear
 from femprep.export.text import rows
 from femprep.mesh.elements import FACET_CORNERS
 from femprep.model import FloatArray, VolumeMesh, is_blood
+from femprep.model.blocks import block_rows, chosen_rows
 from femprep.options import ExportOptions
 
 log = logging.getLogger(__name__)
@@ -49,12 +50,10 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
         file.write(f"{len(mesh.points)}\n" + rows(mesh.points * MICROMETRES, separator=" ", width=None))
     with (folder / f"{stem}.elem").open("w", encoding="ascii", newline="\n") as file:
         file.write(f"{mesh.n_cells}\n")
-        first = 0
-        for kind, block in mesh.cells.items():
+        for kind, block, own in block_rows(mesh.cells):
             name, order = CARP_TYPES[kind]
-            text = rows(block[:, list(order)], mesh.region[first : first + len(block)], separator=" ")
+            text = rows(block[:, list(order)], mesh.region[own], separator=" ")
             file.write("".join(f"{name} {line}\n" for line in text.splitlines()))
-            first += len(block)
     with (folder / f"{stem}.lon").open("w", encoding="ascii", newline="\n") as file:
         axes = _axes(mesh)
         file.write(f"{axes.shape[1] // 3}\n" + rows(axes, separator=" ", width=None))
@@ -83,10 +82,9 @@ def _axes(mesh: VolumeMesh) -> FloatArray:
 
 
 def _surface(mesh: VolumeMesh, tag: int) -> str:
-    lines, first = [], 0
-    for kind, block in mesh.facets.items():
+    lines = []
+    for kind, chosen in chosen_rows(mesh.facets, mesh.facet_tag == tag).items():
         corners = FACET_CORNERS[kind]
-        chosen = block[mesh.facet_tag[first : first + len(block)] == tag][:, list(INWARD[corners])]
-        lines += [f"{CARP_FACETS[corners]} {line}\n" for line in rows(chosen, separator=" ").splitlines()]
-        first += len(block)
+        text = rows(chosen[:, list(INWARD[corners])], separator=" ")
+        lines += [f"{CARP_FACETS[corners]} {line}\n" for line in text.splitlines()]
     return f"{len(lines)}\n" + "".join(lines)

@@ -16,6 +16,7 @@ from femprep.export.vtk_xml import add_arrays, add_record, save
 from femprep.export.vtu.write import bare_grid
 from femprep.mesh.elements import match_facets
 from femprep.model import VolumeMesh, verdict_of
+from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.verdict import VERDICT
 from femprep.options import ExportOptions
 
@@ -49,12 +50,9 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
 
 def _face(mesh: VolumeMesh, tag: int, element: np.ndarray) -> Any:
     chosen = mesh.facet_tag == tag
-    blocks, first = [], 0
-    for block in mesh.facets.values():
-        blocks.append(block[chosen[first : first + len(block)]])
-        first += len(block)
-    used = np.unique(np.concatenate([block.ravel() for block in blocks]))
-    out = polydata(mesh.points[used], [np.searchsorted(used, block) for block in blocks])
+    blocks = chosen_rows(mesh.facets, chosen)
+    used = nodes_of(blocks)
+    out = polydata(mesh.points[used], [np.searchsorted(used, block) for block in blocks.values()])
     add_arrays(out.GetPointData(), {"GlobalNodeID": used + 1}, "point data")
     ids = {"GlobalElementID": element[chosen] + 1, "ModelFaceID": mesh.facet_tag[chosen]}
     add_arrays(out.GetCellData(), ids, "cell data")

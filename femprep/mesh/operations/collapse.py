@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.mesh.compiled import compiled
+from femprep.mesh.energies.simplex import sides_and_normal
 from femprep.mesh.measures.triangles import areas
 from femprep.mesh.operations.flips import flip_edges
 from femprep.mesh.operations.tangential_smoothing import spread
@@ -119,7 +120,6 @@ def _worst(points: Any, normals: Any, cells: Any, starts: Any, fan: Any, keep: i
         return -1.0
     worst = 1.0
     common = 0
-    x = np.empty((3, 3))
     up = np.empty(3)
     for s in range(starts[drop], starts[drop + 1]):
         t = fan[s, 0]
@@ -138,19 +138,8 @@ def _worst(points: Any, normals: Any, cells: Any, starts: Any, fan: Any, keep: i
         if v == keep or w == keep:
             continue
         for k in range(3):
-            x[0, k] = points[keep, k]
-            x[1, k] = points[v, k]
-            x[2, k] = points[w, k]
             up[k] = normals[keep, k] + normals[v, k] + normals[w, k]
-        ax = x[1, 0] - x[0, 0]
-        ay = x[1, 1] - x[0, 1]
-        az = x[1, 2] - x[0, 2]
-        bx = x[2, 0] - x[0, 0]
-        by = x[2, 1] - x[0, 1]
-        bz = x[2, 2] - x[0, 2]
-        cx = ay * bz - az * by
-        cy = az * bx - ax * bz
-        cz = ax * by - ay * bx
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = sides_and_normal(points, keep, v, w)
         double = np.sqrt(cx * cx + cy * cy + cz * cz)
         steep = np.sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2])
         if not cx * up[0] + cy * up[1] + cz * up[2] > _UPRIGHT * double * steep:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from femprep.mesh.patches import PatchSurface
-from femprep.mesh.topology import edge_table
+from femprep.mesh.topology import edge_table, quarters
 from femprep.model import FloatArray, IntArray
 
 
@@ -29,8 +29,5 @@ def quartered(points: FloatArray, triangles: IntArray) -> tuple[FloatArray, Floa
     table = edge_table(triangles)
     middle = points[table.nodes].mean(axis=1)
     curved = PatchSurface(points, triangles).project(middle, table.nodes[:, 0])[0]
-    a, b, c = triangles.T
-    p, q, r = len(points) + table.of_cell.T
-    parts = [(a, p, r), (p, b, q), (r, q, c), (p, q, r)]
-    cells = np.concatenate([np.stack(part, axis=1) for part in parts])
+    cells = quarters(table, triangles, len(points))
     return np.concatenate([points, middle]), np.concatenate([points, curved]), cells

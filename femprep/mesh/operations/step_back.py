@@ -29,7 +29,12 @@ def apart(old: FloatArray, new: FloatArray, triangles: IntArray) -> FloatArray:
         if not len(crossing):
             return np.asarray(points)
         share[triangles[crossing]] *= shorter
-        for _ in range(_RINGS):
-            least = np.minimum(share[triangles].min(axis=1) + 1.0 / (_RINGS + 1), 1.0)
-            np.minimum.at(share, triangles, np.broadcast_to(least[:, None], triangles.shape))
+        hold_back(share, triangles, 1.0 / (_RINGS + 1))
     return old
+
+
+def hold_back(share: FloatArray, triangles: IntArray, rise: float) -> None:
+    """Let shares of vertices rise by no more than ``rise`` from ring to ring, over three rings, in place."""
+    for _ in range(_RINGS):
+        least = np.minimum(share[triangles].min(axis=1) + rise, 1.0)
+        np.minimum.at(share, triangles, np.broadcast_to(least[:, None], triangles.shape))

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from femprep.image.resample import slice_distance
 from femprep.model import FloatArray, IntArray
 
 #: Halvings of the interval in which a crossing lies.
@@ -28,14 +29,9 @@ def slice_distances(stack: npt.NDArray[np.bool_], spacing: tuple[float, float]) 
     (n, a, b) array
         mm, positive inside, NaN in slices without the object.
     """
-    from scipy.ndimage import distance_transform_edt
-
     distance = np.full(stack.shape, np.nan)
-    half = 0.5 * min(spacing)
     for number in np.flatnonzero(stack.any(axis=(1, 2))):
-        inside = distance_transform_edt(stack[number], sampling=spacing)
-        outside = distance_transform_edt(~stack[number], sampling=spacing)
-        distance[number] = np.where(stack[number], inside - half, half - outside)
+        distance[number] = slice_distance(stack[number], spacing)
     return distance
 
 

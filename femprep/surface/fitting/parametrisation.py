@@ -17,6 +17,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.mesh.banded import Banded
+from femprep.mesh.curvature import stiffness
 from femprep.mesh.energies.distortion import Ideal
 from femprep.mesh.energies.lbfgs import descend, on_sphere, smoother
 from femprep.mesh.measures.triangles import areas, corners
@@ -72,20 +73,12 @@ def conformal(points: FloatArray, cells: IntArray) -> FloatArray:
 
 def cotangent(points: FloatArray, cells: IntArray) -> Any:
     """Stiffness matrix of linear elements ``(n, n)``, with cotangents of obtuse corners as they are."""
-    from scipy.sparse import coo_array, diags_array
-
     p = corners(points, cells)
-    rows, columns, values = [], [], []
+    found = []
     for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        a, b = p[:, i] - p[:, k], p[:, j] - p[:, k]
-        cot = np.einsum("ij,ij->i", a, b) / np.maximum(np.linalg.norm(np.cross(a, b), axis=1), 1e-300)
-        rows += [cells[:, i], cells[:, j]]
-        columns += [cells[:, j], cells[:, i]]
-        values += [0.5 * cot] * 2
-    n = len(points)
-    off = coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(n, n)).tocsr()
-    return diags_array(np.asarray(off.sum(axis=1)).ravel()) - off
+        a, b = p[:, (k + 1) % 3] - p[:, k], p[:, (k + 2) % 3] - p[:, k]
+        found.append(np.einsum("ij,ij->i", a, b) / np.maximum(np.linalg.norm(np.cross(a, b), axis=1), 1e-300))
+    return stiffness(np.stack(found, axis=1), cells, len(points))
 
 
 def centred(directions: FloatArray, weight: FloatArray, cells: IntArray) -> FloatArray:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from femprep.mesh.patches import PatchSurface
-from femprep.mesh.topology import edge_table
+from femprep.mesh.topology import edge_table, quarters
 from femprep.model import Surface
 from femprep.surface.fitting.placed_parametrisation import PlacedShape
 
@@ -44,20 +44,14 @@ def denser(surface: Surface) -> Surface:
     """
     if surface.shape is None or surface.directions is None:
         return surface
-    triangles = surface.triangles
-    count = len(surface.points)
-    table = edge_table(triangles)
-    ends = table.nodes
-    middle = surface.directions[ends].mean(axis=1)
+    table = edge_table(surface.triangles)
+    middle = surface.directions[table.nodes].mean(axis=1)
     length = np.linalg.norm(middle, axis=1, keepdims=True)
     middle /= np.where(length > 0.0, length, 1.0)
-    ab, bc, ca = (count + table.of_cell[:, k] for k in range(3))
-    a, b, c = triangles.T
-    cells = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
     return replace(
         surface,
         points=np.concatenate([surface.points, surface.shape(middle)]),
-        cells=cells,
+        cells=quarters(table, surface.triangles, len(surface.points)),
         directions=np.concatenate([surface.directions, middle]),
         point_data={},
     )

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.mesh.measures.triangles import areas, triangle_quality
+from femprep.mesh.operations.step_back import hold_back
 from femprep.mesh.operations.stretch_subdivision import Resolved
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.topology import volume
@@ -173,10 +174,7 @@ def _follow(shape: HarmonicShape, state: _State, wanted: FloatArray, cells: IntA
         if not worse.any():
             break
         share[state.triangles[worse]] = 0.0
-        # Softly, over three rings.
-        for _ in range(3):
-            least = np.minimum(share[state.triangles].min(axis=1) + 1.0 / 3.0, 1.0)
-            np.minimum.at(share, state.triangles, np.broadcast_to(least[:, None], state.triangles.shape))
+        hold_back(share, state.triangles, 1.0 / 3.0)
         there = (1.0 - share)[:, None] * state.directions + share[:, None] * wanted
         there /= np.linalg.norm(there, axis=1, keepdims=True)
         following = _state(shape, there, cells)

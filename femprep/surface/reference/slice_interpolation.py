@@ -7,9 +7,9 @@ from types import MappingProxyType
 from typing import Final, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.image import Grid, LabelObject
+from femprep.image.resample import slice_distance
 from femprep.model import FloatArray, Surface
 from femprep.surface.reference._vtk import image_of, surface_of
 from femprep.surface.reference.taubin import ITERATIONS, PASS_BAND, smooth
@@ -78,7 +78,7 @@ def interpolated_distance(obj: LabelObject, between: Between = "cubic") -> tuple
     axis = obj.stack_axis
     in_plane = [float(s) for a, s in enumerate(obj.grid.spacing) if a != axis]
     stack = np.moveaxis(obj.mask, axis, 0)
-    phi = np.stack([_slice_distance(mask, in_plane) for mask in stack])
+    phi = np.stack([slice_distance(mask, in_plane) if mask.any() else np.zeros(mask.shape) for mask in stack])
     used = np.flatnonzero(stack.any(axis=(1, 2)))
     step = float(obj.grid.spacing[axis])
     # Beyond its ends the object has no contour: the end slice mirrored in sign, and one slice thickness further out
@@ -94,15 +94,3 @@ def interpolated_distance(obj: LabelObject, between: Between = "cubic") -> tuple
     spacing = np.array(obj.grid.spacing)
     spacing[axis] = min(in_plane)
     return np.ascontiguousarray(fine), Grid(fine.shape, spacing, obj.grid.origin, obj.grid.direction)
-
-
-def _slice_distance(mask: npt.NDArray[np.bool_], spacing: list[float]) -> FloatArray:
-    """Distance of pixel centres from the boundary between pixels, mm, positive inside; zero for an empty slice."""
-    from scipy.ndimage import distance_transform_edt
-
-    if not mask.any():
-        return np.zeros(mask.shape)
-    half = 0.5 * min(spacing)
-    inside = distance_transform_edt(mask, sampling=spacing)
-    outside = distance_transform_edt(~mask, sampling=spacing)
-    return np.asarray(np.where(mask, inside - half, half - outside))

@@ -15,6 +15,7 @@ from numba import prange
 from femprep.mesh.compiled import compiled
 from femprep.mesh.energies.simplex import INVERTED, add_slopes, determinant, shape
 from femprep.mesh.patches import settle
+from femprep.mesh.tangents import free_directions
 
 #: Longest move in one sweep, in edge lengths, and the shortest worth making.
 _LEAP = 0.5
@@ -54,45 +55,6 @@ def least_determinant(points: Any, simplices: Any) -> float:
         row = simplices[s]
         least = min(least, determinant(points, row[0], row[1], row[2], row[3]))
     return least
-
-
-@compiled(part=True)
-def _basis(normal: Any, on_surface: bool, plane: Any, flat: bool, basis: Any) -> int:
-    """Orthonormal directions a node may move in, into rows of ``basis``; returns how many."""
-    if not on_surface and not flat:
-        basis[:] = 0.0
-        for k in range(3):
-            basis[k, k] = 1.0
-        return 3
-    across = basis[2]
-    for k in range(3):
-        across[k] = normal[k] if on_surface else plane[k]
-    if on_surface and flat:
-        first = basis[0]
-        for k in range(3):
-            p = (k + 1) % 3
-            q = (k + 2) % 3
-            first[k] = across[p] * plane[q] - across[q] * plane[p]
-        length = np.sqrt(first[0] ** 2 + first[1] ** 2 + first[2] ** 2)
-        if length < 1e-9:
-            return 0
-        for k in range(3):
-            first[k] /= length
-        return 1
-    axis = 0
-    if abs(across[1]) < abs(across[axis]):
-        axis = 1
-    if abs(across[2]) < abs(across[axis]):
-        axis = 2
-    size = np.sqrt(across[(axis + 1) % 3] ** 2 + across[(axis + 2) % 3] ** 2)
-    basis[0, axis] = 0.0
-    basis[0, (axis + 1) % 3] = across[(axis + 2) % 3] / size
-    basis[0, (axis + 2) % 3] = -across[(axis + 1) % 3] / size
-    for k in range(3):
-        p = (k + 1) % 3
-        q = (k + 2) % 3
-        basis[1, k] = across[p] * basis[0, q] - across[q] * basis[0, p]
-    return 2
 
 
 @compiled(part=True)
@@ -185,7 +147,7 @@ def move_nodes(
     for i in range(len(moving)):
         v = moving[i]
         plane = planes[max(flat[i] - 1, 0)]
-        free = _basis(normals[i], side[i] > 0, plane, flat[i] > 0, basis)
+        free = free_directions(normals[i], side[i] > 0, plane, flat[i] > 0, basis)
         if free == 0:
             continue
         gradient[:] = 0.0

@@ -8,6 +8,7 @@ import numpy as np
 from numba import prange
 
 from femprep.mesh.compiled import compiled
+from femprep.mesh.energies.simplex import determinant
 from femprep.model import FloatArray, IntArray
 
 #: A corner and the three ends of its edges, by element type, so that their determinant is positive.
@@ -35,18 +36,6 @@ def _least(points: Any, cells: Any, corners: Any, out: Any) -> None:
     for e in prange(len(cells)):
         least = np.inf
         for k in range(len(corners)):
-            o = cells[e, corners[k, 0]]
-            p = cells[e, corners[k, 1]]
-            q = cells[e, corners[k, 2]]
-            r = cells[e, corners[k, 3]]
-            ax = points[p, 0] - points[o, 0]
-            ay = points[p, 1] - points[o, 1]
-            az = points[p, 2] - points[o, 2]
-            bx = points[q, 0] - points[o, 0]
-            by = points[q, 1] - points[o, 1]
-            bz = points[q, 2] - points[o, 2]
-            cx = points[r, 0] - points[o, 0]
-            cy = points[r, 1] - points[o, 1]
-            cz = points[r, 2] - points[o, 2]
-            least = min(least, ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx))
+            o, p, q, r = corners[k]
+            least = min(least, determinant(points, cells[e, o], cells[e, p], cells[e, q], cells[e, r]))
         out[e] = least

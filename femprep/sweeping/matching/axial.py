@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from femprep.errors import InputError
+from femprep.mesh.tangents import tangents
 from femprep.model import FloatArray, IntArray, Plane, Surface
 from femprep.model.functions import arctan2
 from femprep.model.products import inner, length, product, solve_definite, weighted
@@ -70,8 +71,7 @@ class Axial:
         across = toward - inner(toward, down) * down
         if length(across) < 1e-3 * max(length(toward), 1e-300):
             # Along the axis: any other will do.
-            across = np.eye(3)[np.argmin(np.abs(down))]
-            across = across - inner(across, down) * down
+            across = tangents(down[None])[0, 0]
         first = across / length(across)
         frame = np.stack([first, np.cross(down, first), down])
         centre, _ = section(endo, base)

@@ -17,6 +17,7 @@ from numba import prange
 from femprep.mesh.compiled import compiled
 from femprep.mesh.energies.simplex import INVERTED, add_slopes, shape
 from femprep.mesh.patches import settle
+from femprep.mesh.tangents import free_directions
 
 #: Longest move in one sweep, in edge lengths, and the shortest worth making.
 _LEAP = 0.5
@@ -140,33 +141,12 @@ def _move(
     """One damped Newton step of one vertex along its surface; returns how far it moved."""
     points, frames, coefficients, reach, ring = surface
     moving = inner if inside else outer
-    n = normals[vertex].copy()
     old = moving[vertex].copy()
-    one = np.empty(3)
-    two = np.empty(3)
-    if flat > 0:
-        plane = planes[flat - 1]
-        one[0] = n[1] * plane[2] - n[2] * plane[1]
-        one[1] = n[2] * plane[0] - n[0] * plane[2]
-        one[2] = n[0] * plane[1] - n[1] * plane[0]
-    else:
-        axis = 0
-        if abs(n[1]) < abs(n[axis]):
-            axis = 1
-        if abs(n[2]) < abs(n[axis]):
-            axis = 2
-        one[axis] = 0.0
-        one[(axis + 1) % 3] = n[(axis + 2) % 3]
-        one[(axis + 2) % 3] = -n[(axis + 1) % 3]
-    length = np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
-    if length < 1e-9:
+    basis = np.zeros((3, 3))
+    if free_directions(normals[vertex], True, planes[max(flat - 1, 0)], flat > 0, basis) == 0:
         return 0.0
-    for k in range(3):
-        one[k] /= length
-    two[0] = n[1] * one[2] - n[2] * one[1]
-    two[1] = n[2] * one[0] - n[0] * one[2]
-    two[2] = n[0] * one[1] - n[1] * one[0]
-
+    one = basis[0]
+    two = basis[1]
     gradient = np.empty(3)
     hessian = np.empty((3, 3))
     now = _slopes(inner, outer, depth, vertex, inside, mesh, judged, layers, delta, steep, gradient, hessian)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.triangles import normals
+from femprep.mesh.tangents import tangents
 from femprep.mesh.topology import edge_table
 from femprep.model import FACET_TAGS, BoolArray, FloatArray, IntArray, Plane, TagArray, Wall
 
@@ -100,7 +101,7 @@ class Constraints:
             places[nodes] = closest.points
             direction = group.direction[closest.triangle]
             if self.freedom[nodes[0]] == 2:
-                basis[nodes, :2] = _tangents(direction)
+                basis[nodes, :2] = tangents(direction)
             else:
                 basis[nodes, 0] = direction
         self.flatten(places, moved)
@@ -167,18 +168,10 @@ def constrain(count: int, facets: IntArray, tag: TagArray, wall: Wall) -> Constr
 def _flatten(basis: FloatArray, freedom: IntArray, nodes: IntArray, plane: Plane) -> None:
     """Take the plane's normal out of the directions of its points."""
     inner = nodes[freedom[nodes] == 2]
-    basis[inner, :2] = _tangents(plane.normal[None, :])
+    basis[inner, :2] = tangents(plane.normal[None, :])
     rim = nodes[freedom[nodes] == 1]
     along = basis[rim, 0] - (basis[rim, 0] @ plane.normal)[:, None] * plane.normal
     basis[rim, 0] = along / np.linalg.norm(along, axis=1, keepdims=True)
-
-
-def _tangents(normal: FloatArray) -> FloatArray:
-    """Two unit vectors at right angles to each normal and to each other, ``(m, 2, 3)``."""
-    least = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
-    first = np.cross(normal, least)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(normal, first)], axis=1)
 
 
 def _edges_between_tags(wall: Wall) -> dict[tuple[int, int], IntArray]:

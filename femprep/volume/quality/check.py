@@ -12,6 +12,8 @@ from femprep.mesh.measures.triangles import areas
 from femprep.mesh.measures.volume_elements import MEASURES, centroids, element_measures
 from femprep.mesh.topology import pieces
 from femprep.model import FloatArray, IntArray, VolumeMesh, is_blood, tag_name
+from femprep.model.blocks import chosen_rows, nodes_of
+from femprep.model.facets import split_facets
 from femprep.options import CheckOptions, choose, takes
 from femprep.volume.quality.judged import carried_failures, limits_for
 from femprep.volume.quality.limits import judge
@@ -224,22 +226,13 @@ def _smallest(values: FloatArray, count: int) -> IntArray:
 def _facet_records(mesh: VolumeMesh) -> dict[str, FacetRecord]:
     """Counts, areas, pieces and flatness of the facets of each tag."""
     records = {}
-    tags = np.split(mesh.facet_tag, np.cumsum([len(block) for block in mesh.facets.values()])[:-1])
     for tag in np.unique(mesh.facet_tag):
-        name = tag_name(int(tag))
-        triangles, nodes, count = [], [], 0
-        for (kind, block), own in zip(mesh.facets.items(), tags):
-            chosen = block[own == tag]
-            count += len(chosen)
-            nodes.append(chosen.ravel())
-            triangles.append(chosen[:, :3])
-            if FACET_CORNERS[kind] == 4:
-                triangles.append(chosen[:, [0, 2, 3]])
-        split, points = np.concatenate(triangles), np.unique(np.concatenate(nodes))
+        name, chosen = tag_name(int(tag)), chosen_rows(mesh.facets, mesh.facet_tag == tag)
+        split, points = split_facets(chosen), nodes_of(chosen)
         plane = mesh.planes.get(name)
         records[name] = FacetRecord(
             tag=int(tag),
-            facets=count,
+            facets=sum(map(len, chosen.values())),
             area=float(areas(mesh.points, split).sum()),
             pieces=int(pieces(split).max()) + 1,
             off_plane=None if plane is None else float(np.abs(plane.signed_distance(mesh.points[points])).max()),

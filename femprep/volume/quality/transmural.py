@@ -9,6 +9,7 @@ import numpy as np
 from femprep.mesh.compiled import compiled
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import IntArray, VolumeMesh, is_blood, tag_name
+from femprep.model.blocks import chosen_rows, nodes_of
 
 
 def elements_through_wall(mesh: VolumeMesh, edges: IntArray | None = None) -> IntArray:
@@ -59,11 +60,7 @@ def _spread(edges: IntArray, distance: IntArray) -> None:
 
 def _wall_edges(mesh: VolumeMesh) -> IntArray:
     """The edges of all elements but those of blood."""
-    blood, first, cells = is_blood(mesh.region), 0, {}
-    for name, block in mesh.cells.items():
-        cells[name] = block[~blood[first : first + len(block)]]
-        first += len(block)
-    return mesh_edges(cells)
+    return mesh_edges(chosen_rows(mesh.cells, ~is_blood(mesh.region)))
 
 
 def mesh_edges(cells: Mapping[str, IntArray]) -> IntArray:
@@ -78,9 +75,5 @@ def mesh_edges(cells: Mapping[str, IntArray]) -> IntArray:
 def _nodes(mesh: VolumeMesh, wanted: Callable[[str], bool]) -> IntArray:
     """Corner nodes of the facets whose tag's name is wanted."""
     chosen = [int(t) for t in np.unique(mesh.facet_tag) if wanted(tag_name(int(t)))]
-    parts, first = [np.empty(0, dtype=np.int64)], 0
-    for kind, block in mesh.facets.items():
-        tag = mesh.facet_tag[first : first + len(block)]
-        parts.append(block[np.isin(tag, chosen), : FACET_CORNERS[kind]].ravel())
-        first += len(block)
-    return np.unique(np.concatenate(parts))
+    blocks = chosen_rows(mesh.facets, np.isin(mesh.facet_tag, chosen))
+    return nodes_of({kind: block[:, : FACET_CORNERS[kind]] for kind, block in blocks.items()})

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from femprep.mesh.compiled import compiled
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, element_faces, row_numbers, set_numbers
 from femprep.model import IntArray, VolumeMesh, is_blood
+from femprep.model.blocks import block_rows
 from femprep.volume.quality.report import Validity
 
 
@@ -104,10 +105,9 @@ def _rings(blocks: Mapping[str, IntArray], corners: int) -> IntArray:
         kind, block = next(iter(blocks.items()))
         if FACET_CORNERS[kind] == corners:
             return block[:, :corners]
-    rings, first = np.full((sum(map(len, blocks.values())), corners), -1, dtype=np.int64), 0
-    for kind, block in blocks.items():
-        rings[first : first + len(block), : FACET_CORNERS[kind]] = block[:, : FACET_CORNERS[kind]]
-        first += len(block)
+    rings = np.full((sum(map(len, blocks.values())), corners), -1, dtype=np.int64)
+    for kind, block, rows in block_rows(blocks):
+        rings[rows, : FACET_CORNERS[kind]] = block[:, : FACET_CORNERS[kind]]
     return rings
 
 

@@ -7,9 +7,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.mesh.topology import border_loops
 from femprep.model import FACET_TAGS, BloodPools, IntArray, Plane, Wall, endo_tags, tag_name
-from femprep.model.products import product
-from femprep.wall.joining.planar import fill_rings
-from femprep.wall.joining.solid import plane_frame
+from femprep.wall.joining.planar import flat_cap
 
 #: How far a rim may lie off the plane its cap is in, mm.
 _FLAT = 1e-6
@@ -50,10 +48,7 @@ def fill_cavities(wall: Wall) -> BloodPools:
         parts, planes = [own], []
         for loop in border_loops(own):
             plane_name, plane = _plane_of(wall, loop, name)
-            frame = plane_frame(plane)[:2]
-            at, cap = fill_rings([product(wall.points[loop] - plane.point, frame.T)])
-            added = product(at[len(loop) :], frame) + plane.point
-            added -= plane.signed_distance(added)[:, None] * plane.normal
+            added, cap = flat_cap([wall.points[loop]], plane)
             number = np.concatenate([loop, count + np.arange(len(added))])
             points.append(added)
             count += len(added)

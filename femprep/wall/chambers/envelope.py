@@ -21,7 +21,7 @@ from femprep.image.object import PADDING, LabelObject, make_object
 from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import normals, vertex_normals
-from femprep.mesh.topology import edge_table
+from femprep.mesh.topology import edge_table, neighbour_mean
 from femprep.model import FloatArray, Notice, Surface, noted
 from femprep.model.products import product
 from femprep.options import WallOptions
@@ -221,14 +221,10 @@ class Envelope:
         """
         triangles = surface.triangles
         edges = edge_table(triangles).nodes
-        count = np.bincount(edges.ravel(), minlength=len(surface.points))[:, None]
         points = self.project(surface.points, 3)
         for _ in range(_ROUNDS):
-            total = np.zeros_like(points)
-            np.add.at(total, edges[:, 0], points[edges[:, 1]])
-            np.add.at(total, edges[:, 1], points[edges[:, 0]])
             normal = vertex_normals(points, triangles)
-            step = total / count - points
+            step = neighbour_mean(points, edges) - points
             step -= np.einsum("ij,ij->i", step, normal)[:, None] * normal
             points = self.project(points + _RELAX * step, 1)
         points = self._settled(self.project(points), vertex_normals(points, triangles))

@@ -12,7 +12,7 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.mesh.measures.triangles import triangle_quality
-from femprep.mesh.topology import border_edges, edge_table
+from femprep.mesh.topology import border_edges, edge_table, loops_of
 from femprep.model import FloatArray, IntArray, Plane, Surface
 from femprep.wall.clipping.clipped_surface import Sheet, reach
 from femprep.wall.clipping.sampled import SampledMap
@@ -197,22 +197,12 @@ def rim_loops(sheet: Sheet, number: int) -> list[IntArray]:
     """
     open_ = border_edges(sheet.triangles)
     open_ = open_[(sheet.on_plane[open_] == number).all(axis=1)]
-    following = {int(a): int(b) for a, b in open_}
-    if len(following) != len(open_):
-        twice = np.flatnonzero(np.bincount(open_[:, 0], minlength=len(sheet.points)) > 1)
+    twice = np.flatnonzero(np.bincount(open_[:, 0], minlength=len(sheet.points)) > 1)
+    if len(twice):
         raise InputError(
             f"the rim of surface {sheet.name!r} touches itself at {_place(sheet.points[twice[0]])}; move the plane"
         )
-    loops = []
-    while following:
-        start, vertex = next(iter(following.items()))
-        loop = [start]
-        del following[start]
-        while vertex != start:
-            loop.append(vertex)
-            vertex = following.pop(vertex)
-        loops.append(np.array(loop))
-    return loops
+    return loops_of(open_)
 
 
 def _place(point: FloatArray) -> str:

@@ -14,8 +14,8 @@ import numpy as np
 from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
-from femprep.mesh.topology import edge_table, fold_angles
-from femprep.model import BoolArray, FloatArray, Notice, noted
+from femprep.mesh.topology import edge_table, fold_angles, neighbour_mean
+from femprep.model import BoolArray, Notice, noted
 from femprep.wall.clipping.clipped_surface import Sheet
 from femprep.wall.clipping.improve import improve
 from femprep.wall.clipping.sampled import SampledMap
@@ -88,10 +88,5 @@ def _offending(sheet: Sheet) -> BoolArray:
 def _smooth(sheet: Sheet, active: BoolArray) -> None:
     """Sweeps that move active vertices half-way to the mean of their neighbours."""
     edges = edge_table(sheet.triangles).nodes
-    count = np.bincount(edges.ravel(), minlength=len(sheet.points))[:, None]
     for _ in range(_SWEEPS):
-        total: FloatArray = np.zeros_like(sheet.points)
-        np.add.at(total, edges[:, 0], sheet.points[edges[:, 1]])
-        np.add.at(total, edges[:, 1], sheet.points[edges[:, 0]])
-        middle = total / np.maximum(count, 1)
-        sheet.points[active] += 0.5 * (middle - sheet.points)[active]
+        sheet.points[active] += 0.5 * (neighbour_mean(sheet.points, edges) - sheet.points)[active]

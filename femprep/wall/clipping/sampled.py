@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from femprep.mesh.tangents import tangents
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import solve_definite
 
@@ -40,7 +41,7 @@ class SampledMap:
         self.directions = np.asarray(directions, dtype=np.float64)
         self.points = np.asarray(points, dtype=np.float64)
         self._tree = cKDTree(self.directions)
-        self._frame = tangent_frames(self.directions)
+        self._frame = tangents(self.directions)
         fitted = min(_FITTED, len(self.points) - 1)
         near = self._nearest(self.directions, fitted + 1)[1][:, 1:]
         local = self._local(np.arange(len(self.points))[:, None], self.directions[near])
@@ -103,14 +104,6 @@ class SampledMap:
         along_x = c[:, 0] + 2.0 * x * c[:, 2] + y * c[:, 3]
         along_y = c[:, 1] + x * c[:, 3] + 2.0 * y * c[:, 4]
         return np.stack([along_x, along_y], axis=1), near, local
-
-
-def tangent_frames(directions: FloatArray) -> FloatArray:
-    """Two unit vectors across each direction, ``(n, 2, 3)``, right-handed with it."""
-    axis = np.eye(3)[np.argmin(np.abs(directions), axis=1)]
-    first = np.cross(directions, axis)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(directions, first)], axis=1)
 
 
 def _quadratic_terms(local: FloatArray) -> FloatArray:

@@ -11,9 +11,8 @@ import numpy as np
 
 from femprep.errors import InputError, OptionError, StageError
 from femprep.mesh.measures.triangles import triangle_quality
-from femprep.mesh.topology import volume
+from femprep.mesh.topology import closed_by_fans, volume
 from femprep.model import FACET_TAGS, IntArray, Plane, Surface, TagArray, Wall
-from femprep.model.products import product
 from femprep.options import WallOptions, choose, takes
 from femprep.wall.clipping.clip import clip, rim_loops
 from femprep.wall.clipping.clipped_surface import Sheet
@@ -22,8 +21,8 @@ from femprep.wall.clipping.mend import mend
 from femprep.wall.clipping.rim import refine_rims
 from femprep.wall.clipping.thickness import push_apart, pushed, require_nested, summary
 from femprep.wall.joining.checks import check_sheet, check_surface, check_wall
-from femprep.wall.joining.planar import fill_rings
-from femprep.wall.joining.solid import join, plane_frame
+from femprep.wall.joining.planar import flat_cap
+from femprep.wall.joining.solid import join
 
 logger = logging.getLogger(__name__)
 
@@ -226,13 +225,9 @@ def _with_caps(sheets: list[Sheet], triangles: IntArray, tag: TagArray, planes: 
     count = int(starts[-1])
     cells, tags = [triangles], [tag]
     for number, (name, plane) in enumerate(planes.items()):
-        frame = plane_frame(plane)
         rims = [(k, loop) for k, sheet in enumerate(sheets) for loop in rim_loops(sheet, number)]
-        at, cap = fill_rings([product(sheets[k].points[rim] - plane.point, frame[:2].T) for k, rim in rims])
-        vertex = np.concatenate([rim + starts[k] for k, rim in rims])
-        added = product(at[len(vertex) :], frame[:2]) + plane.point
-        added -= plane.signed_distance(added)[:, None] * plane.normal
-        vertex = np.concatenate([vertex, count + np.arange(len(added))])
+        added, cap = flat_cap([sheets[k].points[rim] for k, rim in rims], plane)
+        vertex = np.concatenate([*(rim + starts[k] for k, rim in rims), count + np.arange(len(added))])
         points.append(added)
         count += len(added)
         cells.append(vertex[cap])
@@ -275,10 +270,4 @@ def _volumes(sheets: list[Sheet], wall: Wall) -> dict[str, float]:
 
 def sheet_volume(sheet: Sheet) -> float:
     """Volume between a sheet and the planes it is clipped by, mm3."""
-    points, cells = [sheet.points], [sheet.triangles]
-    for number in range(len(sheet.planes)):
-        for loop in rim_loops(sheet, number):
-            centre = len(sheet.points) + len(points) - 1
-            points.append(sheet.points[loop].mean(axis=0, keepdims=True))
-            cells.append(np.stack([np.roll(loop, -1), loop, np.full(len(loop), centre)], axis=1))
-    return volume(np.concatenate(points), np.concatenate(cells))
+    return volume(*closed_by_fans(sheet.points, sheet.triangles))

@@ -12,9 +12,9 @@ from itertools import pairwise
 import numpy as np
 
 from femprep.errors import StageError
-from femprep.model import BoolArray, FloatArray, IntArray
-from femprep.model.products import inner
-from femprep.wall.joining.solid import triangulate_rings
+from femprep.model import BoolArray, FloatArray, IntArray, Plane
+from femprep.model.products import inner, product
+from femprep.wall.joining.solid import plane_frame, triangulate_rings
 
 #: Added points keep this share of the local spacing from the rings and from each other.
 _FROM_RING, _APART = 0.62, 0.8
@@ -60,6 +60,14 @@ def fill_rings(rings: Sequence[FloatArray]) -> tuple[FloatArray, IntArray]:
         where = mesh.points[missing[0][0]]
         raise StageError(f"rings of the rim cross near {np.round(where, 2).tolist()} (mm in the plane)")
     return np.array(mesh.points), triangles
+
+
+def flat_cap(rings: Sequence[FloatArray], plane: Plane) -> tuple[FloatArray, IntArray]:
+    """Fill rings of points ``(k, 3)`` in a plane: points added in it, and triangles over all, the rings' first."""
+    frame = plane_frame(plane)[:2]
+    at, cap = fill_rings([product(ring - plane.point, frame.T) for ring in rings])
+    added = product(at[sum(map(len, rings)) :], frame) + plane.point
+    return added - plane.signed_distance(added)[:, None] * plane.normal, cap
 
 
 def _area(ring: FloatArray) -> float:

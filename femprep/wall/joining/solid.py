@@ -14,8 +14,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from femprep.errors import InputError, StageError
+from femprep.mesh.tangents import tangents
 from femprep.model import FACET_TAGS, FloatArray, IntArray, Plane, Wall
-from femprep.model.products import length, product
+from femprep.model.products import product
 from femprep.wall.clipping.clip import rim_loops
 from femprep.wall.clipping.clipped_surface import Sheet
 
@@ -34,10 +35,7 @@ def triangulate_rings(points: FloatArray, loops: Sequence[IntArray]) -> IntArray
 
 def plane_frame(plane: Plane) -> FloatArray:
     """Rotation ``(3, 3)`` whose rows are two directions of a plane and its normal, right-handed."""
-    axis = np.eye(3)[int(np.argmin(np.abs(plane.normal)))]
-    first = np.cross(axis, plane.normal)
-    first /= length(first)
-    return np.stack([first, np.cross(plane.normal, first), plane.normal])
+    return np.concatenate([-tangents(plane.normal[None])[0], plane.normal[None]])
 
 
 def join(epi: Sheet, endo: Mapping[str, Sheet]) -> tuple[IntArray, IntArray]:

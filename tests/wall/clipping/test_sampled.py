@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from wall_shapes import Ellipsoid
 
+from femprep.mesh.tangents import tangents
 from femprep.template import charge_template
-from femprep.wall.clipping.sampled import SampledMap, tangent_frames
+from femprep.wall.clipping.sampled import SampledMap
 
 
 def bumpy(directions) -> np.ndarray:
@@ -60,5 +61,5 @@ def test_a_step_across_the_surface_goes_nowhere():
 @given(st.lists(st.floats(-1, 1), min_size=3, max_size=3).filter(lambda v: np.linalg.norm(v) > 0.1))
 def test_frames_are_right_handed(vector):
     d = np.array([vector]) / np.linalg.norm(vector)
-    frame = tangent_frames(d)[0]
+    frame = tangents(d)[0]
     assert np.linalg.det(np.stack([frame[0], frame[1], d[0]])) == pytest.approx(1.0)
