@@ -7,6 +7,7 @@ import io
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
@@ -53,9 +54,9 @@ def read_mesh(path: str | Path) -> VolumeMesh:
     path = Path(path)
     if not path.exists():
         raise FileError(f"mesh file {str(path)!r} does not exist")
-    read = _folder if path.is_dir() else _READERS.get(path.suffix.lower(), _meshio)
+    reader = "svmultiphysics" if path.is_dir() else _READERS.get(path.suffix.lower(), _meshio)
     try:
-        mesh = read(path)
+        mesh = import_module(f"femprep.export.{reader}.read").read(path) if isinstance(reader, str) else reader(path)
         _require_finite(mesh)
         if path.suffix.lower() in _COMMENTED and (verdict := verdict_in(path)):
             mesh = replace(mesh, info={**mesh.info, VERDICT: verdict})
@@ -98,12 +99,6 @@ def _legacy_vtk(path: Path) -> VolumeMesh:
             raise error from None
 
 
-def _abaqus(path: Path) -> VolumeMesh:
-    from femprep.export.abaqus.read import read
-
-    return read(path)
-
-
 def _xdmf(path: Path) -> VolumeMesh:
     from femprep.export.xdmf.read import read_own
 
@@ -115,30 +110,6 @@ def _med(path: Path) -> VolumeMesh:
     from femprep.export.med.read import read
 
     return read(path, meshio_mesh(path))
-
-
-def _febio(path: Path) -> VolumeMesh:
-    from femprep.export.febio.read import read
-
-    return read(path)
-
-
-def _lsdyna(path: Path) -> VolumeMesh:
-    from femprep.export.lsdyna.read import read
-
-    return read(path)
-
-
-def _opencarp(path: Path) -> VolumeMesh:
-    from femprep.export.opencarp.read import read
-
-    return read(path)
-
-
-def _folder(path: Path) -> VolumeMesh:
-    from femprep.export.svmultiphysics.read import read
-
-    return read(path)
 
 
 def _medit(path: Path) -> VolumeMesh:
@@ -190,15 +161,16 @@ def meshio_mesh(path: Path) -> Any:
 #: Endings of text files with comments, in which a mesh's verdict stands.
 _COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")
 
-_READERS: Final[dict[str, Callable[[Path], VolumeMesh]]] = {
+#: By the ending of a file: the folder of this room whose ``read`` reads it, or what is to be done.
+_READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
+    ".inp": "abaqus",
+    ".feb": "febio",
+    ".k": "lsdyna",
+    ".key": "lsdyna",
+    ".pts": "opencarp",
+    ".elem": "opencarp",
     ".vtu": _vtk,
     ".vtk": _legacy_vtk,
-    ".inp": _abaqus,
-    ".feb": _febio,
-    ".k": _lsdyna,
-    ".key": _lsdyna,
-    ".pts": _opencarp,
-    ".elem": _opencarp,
     ".xdmf": _xdmf,
     ".med": _med,
     ".msh": _with_unit,

@@ -136,9 +136,8 @@ def write_facets(mesh: VolumeMesh, path: str | Path) -> Path:
     'facets.vtp'
     """
     from femprep.export.polydata import facets_polydata
-    from femprep.export.vtk_xml import save
 
-    return _one(path, lambda target: save(facets_polydata(mesh), target))
+    return _save(facets_polydata(mesh), path)
 
 
 def write_wall(wall: Wall, path: str | Path) -> Path:
@@ -155,9 +154,8 @@ def write_wall(wall: Wall, path: str | Path) -> Path:
     'wall.vtp'
     """
     from femprep.export.polydata import wall_polydata
-    from femprep.export.vtk_xml import save
 
-    return _one(path, lambda target: save(wall_polydata(wall), target))
+    return _save(wall_polydata(wall), path)
 
 
 def write_surface(surface: Surface, path: str | Path) -> Path:
@@ -176,13 +174,14 @@ def write_surface(surface: Surface, path: str | Path) -> Path:
     'lv.stl'
     """
     from femprep.export.polydata import surface_polydata
+
+    return _save(surface_polydata(surface), path)
+
+
+def _save(polygons: Any, path: str | Path) -> Path:
     from femprep.export.vtk_xml import save
 
-    return _one(path, lambda target: save(surface_polydata(surface), target))
-
-
-def _one(path: str | Path, write: Any) -> Path:
     path = Path(path).absolute()
     with whole_files(path.parent) as (partial, _):
-        write(partial / path.name)
+        save(polygons, partial / path.name)
     return path

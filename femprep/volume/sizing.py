@@ -86,20 +86,11 @@ def sizing_field(wall: Wall, options: VolumeOptions, sizing: Sizing | None = Non
     FileError
         The file cannot be read or holds no edge lengths.
     """
-    if sizing is None and options.sizing is not None:
-        sizing = read_sizing(Path(options.sizing))
-    if sizing is None and options.elements_through_wall is None:
+    if sizing is None and options.sizing is None and options.elements_through_wall is None:
         return None
     grid = _Grid(wall)
     inside, near, foot = grid.onto(wall)
-    values = np.full(len(foot), np.inf)
-    if sizing is not None:
-        values = _lengths(sizing, foot)
-    if options.elements_through_wall is not None:
-        values = np.minimum(values, THROUGH * thickness_at(wall, foot) / options.elements_through_wall)
-    if options.largest_edge is not None:
-        values = np.minimum(values, options.largest_edge)
-    values = grid.graded(values, options.gradation)
+    values = grid.graded(_asked(foot, lambda: thickness_at(wall, foot), options, sizing), options.gradation)
     return SizingField(
         grid.points,
         grid.tets,
@@ -120,16 +111,22 @@ def lengths_at(
     InputError, FileError
         As :func:`sizing_field`.
     """
+    values = _asked(points, lambda: thickness, options, sizing)
+    elements = float((1.0 / values**3).mean()) * volume
+    none = np.empty((0, 4), dtype=np.int64)
+    return SizingField(points, none, values, float(values.min()), float(values.max()), elements)
+
+
+def _asked(
+    points: FloatArray, thickness: Callable[[], FloatArray | float], options: VolumeOptions, sizing: Sizing | None
+) -> FloatArray:
+    """The smallest of all edge lengths asked for at points where the wall is so thick."""
     if sizing is None and options.sizing is not None:
         sizing = read_sizing(Path(options.sizing))
     values = np.full(len(points), np.inf) if sizing is None else _lengths(sizing, points)
     if options.elements_through_wall is not None:
-        values = np.minimum(values, THROUGH * thickness / options.elements_through_wall)
-    if options.largest_edge is not None:
-        values = np.minimum(values, options.largest_edge)
-    elements = float((1.0 / values**3).mean()) * volume
-    none = np.empty((0, 4), dtype=np.int64)
-    return SizingField(points, none, values, float(values.min()), float(values.max()), elements)
+        values = np.minimum(values, THROUGH * thickness() / options.elements_through_wall)
+    return values if options.largest_edge is None else np.minimum(values, options.largest_edge)
 
 
 def thickness_at(wall: Wall, points: FloatArray) -> FloatArray:

@@ -1,0 +1,49 @@
+"""Every attempt of a surface fit is told, by name and status; one of them is taken."""
+
+from __future__ import annotations
+
+from dataclasses import FrozenInstanceError
+
+import numpy as np
+import pytest
+
+from femprep.image import Grid, make_object
+from femprep.report.manifest import plain
+from femprep.surface import fit_surface
+from femprep.surface.fitting import smooth
+from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, WAYS, Acceptance, Attempt
+
+
+def ball():
+    at = 2.0 * (np.indices((24, 24, 24)) - 11.5)
+    mask = np.linalg.norm(at, axis=0) < 18.0
+    return make_object(mask, Grid(mask.shape, np.full(3, 2.0), np.zeros(3), np.eye(3)), "lv")
+
+
+def test_a_ball_takes_the_first_way() -> None:
+    (told,) = fit_surface(ball(), vertices=300).info["attempts"]
+    found = Attempt(**told)
+    assert (found.beginning, found.way, found.status) == (BEGINNINGS[0].name, WAYS[0].name, "taken")
+    assert found.least_quality >= ACCEPTANCE.fair
+    assert found.mean_quality >= ACCEPTANCE.mean
+    assert found.distance_pixels <= ACCEPTANCE.distance
+    assert plain(told) == told  # fit for run.json
+
+
+def test_all_ways_are_told_where_none_is_good_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(smooth, "ACCEPTANCE", Acceptance(distance=1e-6, fair=2.0))
+    told = [Attempt(**each) for each in fit_surface(ball(), vertices=300).info["attempts"]]
+    drawn = [way.name for way in WAYS if not way.known]
+    assert [(one.beginning, one.way) for one in told] == [
+        *((BEGINNINGS[0].name, way.name) for way in WAYS),
+        *((BEGINNINGS[1].name, name) for name in drawn),
+    ]
+    assert [one.status for one in told].count("taken") == 1
+    # Of the maps on one surface the one with the best triangles alone is measured against the labels.
+    assert sum(one.distance_pixels is not None for one in told) == 2 * len(BEGINNINGS)
+    assert min(told, key=lambda one: one.distance_pixels or np.inf).status in {"taken", "sound"}
+
+
+def test_the_table_is_frozen() -> None:
+    with pytest.raises(FrozenInstanceError):
+        WAYS[0].finer = 1.0  # type: ignore[misc]
