@@ -58,7 +58,7 @@ class Notice(Record):
             mm LPS.
         """
         at = None if place is None else tuple(round(float(x), 3) + 0.0 for x in place)
-        shown = "" if at is None else "({:.1f}, {:.1f}, {:.1f})".format(*at)
+        shown = "" if at is None else spot(at)
         if at is not None and "{place}" not in words:
             words += ", near {place}"
         what = words.replace("{amount}", _in_words(amount, unit)).replace("{place}", shown)
@@ -85,3 +85,8 @@ def noted(info: Mapping[str, Any], *notices: Notice) -> dict[str, Any]:
     if not notices:
         return dict(info)
     return {**info, NOTICES: [*info.get(NOTICES, ()), *records(*notices)]}
+
+
+def spot(point: Sequence[float] | Any) -> str:
+    """A point as words have it."""
+    return "({:.1f}, {:.1f}, {:.1f})".format(*point)

@@ -23,9 +23,9 @@ from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import normals, vertex_normals
 from femprep.mesh.topology import edge_table, neighbour_mean
 from femprep.model import FloatArray, Notice, Surface, noted
+from femprep.model.notice import spot
 from femprep.model.products import product
 from femprep.options import WallOptions
-from femprep.wall.joining.checks import place
 
 logger = logging.getLogger(__name__)
 
@@ -271,7 +271,7 @@ def thin_wall(bodies: Sequence[Part], name: str, cavity: Surface, options: WallO
     worst = int(depth.argmin())
     if options.policy == "strict":
         raise InputError(
-            f"the wall of {name!r} is {depth[worst]:.2f} mm thick near {place(cavity.points[worst])}, below "
+            f"the wall of {name!r} is {depth[worst]:.2f} mm thick near {spot(cavity.points[worst])}, below "
             f"minimum_thickness = {options.minimum_thickness:g} mm; mend the labels or use policy 'repair'"
         )
     logger.warning("the wall of %s is thickened at %.0f %% of its vertices", name, 100 * thin.mean())

@@ -14,8 +14,8 @@ from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.triangles import vertex_normals
 from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, Notice, Surface, noted
+from femprep.model.notice import spot
 from femprep.wall.clipping.thickness import spread
-from femprep.wall.joining.checks import place
 
 logger = logging.getLogger(__name__)
 
@@ -89,7 +89,7 @@ def _give_way(
     reached = least - float(_lacking(points, surface, finder, least)[0].max())
     if reached < 0.9 * least or moved > most:
         raise InputError(
-            f"the cavities {names[0]!r} and {names[1]!r} are {before:.2f} mm apart near {place(worst)} (negative: they "
+            f"the cavities {names[0]!r} and {names[1]!r} are {before:.2f} mm apart near {spot(worst)} (negative: they "
             f"overlap); pushing them apart by {moved:.1f} mm leaves {reached:.2f} mm, but minimum_thickness = "
             f"{least:g} mm is asked within maximum_push = {most:g} mm; mend the labels or change these"
         )

@@ -19,8 +19,8 @@ from femprep.errors import InputError
 from femprep.mesh.closest import ClosestFinder
 from femprep.model import FACET_TAGS, FloatArray, Notice, Plane, Wall, noted
 from femprep.model.functions import sine_cosine
+from femprep.model.notice import spot
 from femprep.model.products import length
-from femprep.wall.joining.checks import place
 from femprep.wall.joining.solid import drill, plane_frame
 
 if TYPE_CHECKING:
@@ -235,7 +235,7 @@ def check_openings(seg: Segmentation, openings: list[Opening]) -> None:
         )
         if not (within.any() and beyond[int(np.argmax(within)) :].any()):
             raise InputError(
-                f"the {opening.name} opening given at {place(opening.plane.point)} leads from no voxel of "
+                f"the {opening.name} opening given at {spot(opening.plane.point)} leads from no voxel of "
                 f"{opening.cavity!r} to {'the outside' if opening.beyond is None else repr(opening.beyond)} within "
                 f"{_REACH:g} mm along its normal; give centre and normal, out of the chamber, in mm LPS"
             )
@@ -285,7 +285,7 @@ def open_wall(wall: Wall, openings: list[Opening]) -> Wall:
             "opening_radius_mm": round(opening.radius, 3),
         }
         if ends is None:
-            line = f"the {opening.name} opening near {place(opening.plane.point)} is not cut: {_BLOCKED}"
+            line = f"the {opening.name} opening near {spot(opening.plane.point)} is not cut: {_BLOCKED}"
             if opening.plane.source == "given":
                 raise InputError(line)
             logger.warning(line)

@@ -14,6 +14,7 @@ from femprep.errors import InputError
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import border_edges, edge_table, loops_of
 from femprep.model import FloatArray, IntArray, Plane, Surface
+from femprep.model.notice import spot
 from femprep.wall.clipping.clipped_surface import Sheet, reach
 from femprep.wall.clipping.sampled import SampledMap
 
@@ -74,7 +75,7 @@ def _cut(sheet: Sheet, number: int, name: str, plane: Plane) -> None:
     _compress(sheet)
     loops = rim_loops(sheet, number)
     if len(loops) != 1:
-        where = ", ".join(_place(sheet.points[loop].mean(axis=0)) for loop in loops)
+        where = ", ".join(spot(sheet.points[loop].mean(axis=0)) for loop in loops)
         raise InputError(
             f"the {name} plane cuts surface {sheet.name!r} in {len(loops)} loops, centred at {where}; "
             "expected 1: move the plane"
@@ -126,7 +127,7 @@ def _split(sheet: Sheet, number: int, plane: Plane, away: FloatArray) -> FloatAr
     crossing = edges[away[edges[:, 0]] * away[edges[:, 1]] < 0]
     if (sheet.on_plane[crossing] >= 0).any():
         where = sheet.points[crossing[(sheet.on_plane[crossing] >= 0).any(axis=1)][0, 0]]
-        raise InputError(f"two planes meet on surface {sheet.name!r} at {_place(where)}; move one of them")
+        raise InputError(f"two planes meet on surface {sheet.name!r} at {spot(where)}; move one of them")
     share = (np.abs(away[crossing[:, 0]]) / np.abs(away[crossing]).sum(axis=1))[:, None]
     ends = sheet.directions[crossing]
     start = (1.0 - share) * ends[:, 0] + share * ends[:, 1]
@@ -200,10 +201,6 @@ def rim_loops(sheet: Sheet, number: int) -> list[IntArray]:
     twice = np.flatnonzero(np.bincount(open_[:, 0], minlength=len(sheet.points)) > 1)
     if len(twice):
         raise InputError(
-            f"the rim of surface {sheet.name!r} touches itself at {_place(sheet.points[twice[0]])}; move the plane"
+            f"the rim of surface {sheet.name!r} touches itself at {spot(sheet.points[twice[0]])}; move the plane"
         )
     return loops_of(open_)
-
-
-def _place(point: FloatArray) -> str:
-    return "({:.1f}, {:.1f}, {:.1f})".format(*point)

@@ -18,6 +18,7 @@ from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.triangles import vertex_normals
 from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray, Notice, noted
+from femprep.model.notice import spot
 from femprep.model.products import product
 from femprep.wall.clipping.clipped_surface import Sheet
 from femprep.wall.clipping.sampled import SampledMap
@@ -100,7 +101,7 @@ def require_nested(epi: Sheet, endo: Sheet, share: float = 0.2) -> None:
         raise InputError(
             f"surface {endo.name!r} does not lie inside surface {epi.name!r}: "
             f"{100 * outside.mean():.0f} % of its vertices are outside, by {-thickness[worst]:.1f} mm at "
-            f"{_place(endo.points[worst])}; check which labels are cavity and which are wall"
+            f"{spot(endo.points[worst])}; check which labels are cavity and which are wall"
         )
 
 
@@ -146,7 +147,7 @@ def push_apart(epi: Sheet, endo: Sheet, limit: float, most: float) -> dict[str, 
     reached = measure(epi, endo).least
     if reached < limit - 1e-9 or moved.max() > most:
         raise InputError(
-            f"the wall is {before.least:.2f} mm thick near {_place(place)}, beside {endo.name!r}; pushing the "
+            f"the wall is {before.least:.2f} mm thick near {spot(place)}, beside {endo.name!r}; pushing the "
             f"epicardium outwards by {moved.max():.1f} mm leaves {reached:.2f} mm, but minimum_thickness = {limit:g} "
             f"mm is asked within maximum_push = {most:g} mm; mend the labels or change these"
         )
@@ -202,10 +203,6 @@ def spread(push: FloatArray, edges: IntArray) -> FloatArray:
         total += np.bincount(edges[:, 1], weights=result[edges[:, 0]], minlength=len(push))
         result = np.maximum(push, 0.9 * total / np.maximum(count, 1))
     return result
-
-
-def _place(point: FloatArray) -> str:
-    return "({:.1f}, {:.1f}, {:.1f})".format(*point)
 
 
 def _within_planes(sheet: Sheet, displacement: FloatArray) -> FloatArray:

@@ -8,18 +8,14 @@ from femprep.errors import InputError, StageError
 from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import edge_table, is_consistently_wound, pieces, pinched_vertices
-from femprep.model import FloatArray, Surface, Wall, tag_name
+from femprep.model import Surface, Wall, tag_name
+from femprep.model.notice import spot
 from femprep.wall.clipping.clipped_surface import Sheet
 
 #: Least quality Q of a wall's triangles.
 LEAST_QUALITY = 0.2
 #: How far a vertex may lie off its plane, mm.
 FLAT = 1e-9
-
-
-def place(point: FloatArray) -> str:
-    """Coordinates for a message."""
-    return "({:.1f}, {:.1f}, {:.1f})".format(*point)
 
 
 def check_surface(surface: Surface) -> None:
@@ -39,11 +35,11 @@ def check_surface(surface: Surface) -> None:
     odd = np.flatnonzero(table.count != 2)
     if len(odd):
         at = surface.points[table.nodes[odd[0]]].mean(axis=0)
-        raise InputError(f"{what} is not closed: {len(odd)} edges without two triangles, the first at {place(at)}")
+        raise InputError(f"{what} is not closed: {len(odd)} edges without two triangles, the first at {spot(at)}")
     if not is_consistently_wound(surface.cells):
         bad = np.flatnonzero(table.forward != 1)
         at = surface.points[table.nodes[bad[0]]].mean(axis=0)
-        raise InputError(f"{what} is not wound consistently: {len(bad)} edges, the first at {place(at)}")
+        raise InputError(f"{what} is not wound consistently: {len(bad)} edges, the first at {spot(at)}")
     count = len(np.unique(pieces(surface.cells)))
     if count != 1:
         raise InputError(f"{what} is in {count} pieces, expected 1")
@@ -62,14 +58,14 @@ def check_sheet(sheet: Sheet) -> None:
     if len(pairs):
         at = sheet.points[sheet.triangles[pairs[0, 0]]].mean(axis=0)
         raise InputError(
-            f"surface {sheet.name!r} crosses itself: {len(pairs)} pairs of triangles, the first at {place(at)}; "
+            f"surface {sheet.name!r} crosses itself: {len(pairs)} pairs of triangles, the first at {spot(at)}; "
             "fit it with fewer control points or mend the labels there"
         )
     piece = pieces(sheet.triangles)
     if piece.max() > 0:
         at = sheet.points[sheet.triangles[piece == 1]].mean(axis=(0, 1))
         raise InputError(
-            f"the planes cut surface {sheet.name!r} into {piece.max() + 1} pieces, one at {place(at)}; move the plane"
+            f"the planes cut surface {sheet.name!r} into {piece.max() + 1} pieces, one at {spot(at)}; move the plane"
         )
 
 
@@ -92,7 +88,7 @@ def check_wall(wall: Wall, shells: int = 1) -> None:
 
     def refuse(what: str, cell: int) -> None:
         tag = tag_name(int(wall.facet_tag[cell]))
-        raise StageError(f"the wall {what} at {place(points[triangles[cell]].mean(axis=0))} ({tag})")
+        raise StageError(f"the wall {what} at {spot(points[triangles[cell]].mean(axis=0))} ({tag})")
 
     table = edge_table(triangles)
     odd = np.flatnonzero(table.count != 2)
