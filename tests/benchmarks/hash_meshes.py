@@ -89,7 +89,7 @@ def heart(name: str, seg: Any, anatomy: str, vertices: int) -> Iterator[tuple[st
             for file in sorted(Path(folder).rglob("*")):
                 if file.is_file() and file.name not in _TIMED:
                     content = np.frombuffer(file.read_bytes(), dtype=np.uint8)
-                    yield f"{name} file {file.name}", {"points": content, "cells": np.empty(0)}
+                    yield f"{name} file {file.relative_to(folder)}", {"points": content, "cells": np.empty(0)}
 
 
 def swept(seg: Any, endo: Any, epi: Any, base: Any) -> Any:
