@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +15,20 @@ from femprep.mesh.topology import edge_table
 from femprep.model import FACET_TAGS, BoolArray, FloatArray, IntArray, Plane, TagArray, Wall
 
 
+class Group(Protocol):
+    """Points that belong to one surface, or to one edge between two surfaces."""
+
+    @property
+    def nodes(self) -> IntArray:
+        """Their numbers, ``(k,)``."""
+
+    def closest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Where points ``(q, 3)`` of the group belong, and the surface's unit normal or the edge's direction there."""
+
+
 @dataclass(frozen=True)
-class Group:
-    """Points that belong to one surface, or to one edge between two surfaces.
+class FacetGroup:
+    """A group of a surface of triangles.
 
     Attributes
     ----------
@@ -31,6 +43,11 @@ class Group:
     nodes: IntArray
     finder: ClosestFinder
     direction: FloatArray
+
+    def closest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """As :meth:`Group.closest`."""
+        found = self.finder(points)
+        return found.points, self.direction[found.triangle]
 
 
 @dataclass(frozen=True)
@@ -96,11 +113,9 @@ class Constraints:
             nodes = group.nodes[moved[group.nodes]]
             if len(nodes) == 0:
                 continue
-            closest = group.finder(points[nodes])
-            places[nodes] = closest.points
-            direction = group.direction[closest.triangle]
+            places[nodes], direction = group.closest(points[nodes])
             if self.freedom[nodes[0]] == 2:
-                basis[nodes, :2] = _tangents(direction)
+                basis[nodes, :2] = tangents(direction)
             else:
                 basis[nodes, 0] = direction
         self.flatten(places, moved)
@@ -152,13 +167,13 @@ def constrain(count: int, facets: IntArray, tag: TagArray, wall: Wall) -> Constr
         names = tuple(int(t) for t in tags[key])
         if len(names) == 1:
             triangles = wall.triangles[wall.facet_tag == names[0]]
-            groups.append(Group(nodes, ClosestFinder(wall.points, triangles), normals(wall.points, triangles)))
+            groups.append(FacetGroup(nodes, ClosestFinder(wall.points, triangles), normals(wall.points, triangles)))
         elif names in sides:
             edges = sides[names]
             along = wall.points[edges[:, 1]] - wall.points[edges[:, 0]]
             along /= np.linalg.norm(along, axis=1, keepdims=True)
             # An edge is a triangle without area: the closest point of one is that of the other.
-            groups.append(Group(nodes, ClosestFinder(wall.points, edges[:, [0, 1, 1]]), along))
+            groups.append(FacetGroup(nodes, ClosestFinder(wall.points, edges[:, [0, 1, 1]]), along))
         else:  # two surfaces that do not meet on the wall
             freedom[nodes] = 0
     return Constraints(freedom, wall.planes, plane_points, tuple(groups))
@@ -167,13 +182,13 @@ def constrain(count: int, facets: IntArray, tag: TagArray, wall: Wall) -> Constr
 def _flatten(basis: FloatArray, freedom: IntArray, nodes: IntArray, plane: Plane) -> None:
     """Take the plane's normal out of the directions of its points."""
     inner = nodes[freedom[nodes] == 2]
-    basis[inner, :2] = _tangents(plane.normal[None, :])
+    basis[inner, :2] = tangents(plane.normal[None, :])
     rim = nodes[freedom[nodes] == 1]
     along = basis[rim, 0] - (basis[rim, 0] @ plane.normal)[:, None] * plane.normal
     basis[rim, 0] = along / np.linalg.norm(along, axis=1, keepdims=True)
 
 
-def _tangents(normal: FloatArray) -> FloatArray:
+def tangents(normal: FloatArray) -> FloatArray:
     """Two unit vectors at right angles to each normal and to each other, ``(m, 2, 3)``."""
     least = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
     first = np.cross(normal, least)
