@@ -15,12 +15,14 @@ from typing import Final
 import numpy as np
 
 from femprep.mesh.measures.volume_elements import element_measures, element_volumes
+from femprep.mesh.patches import PatchSurface
 from femprep.mesh.unique_rows import bucketed, sort_each
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh, Wall
 from femprep.volume.optimise import optimise
 from femprep.volume.optimise.constraints import constrain
 from femprep.volume.quality.check import check
 from femprep.volume.quality.percentiles import percentiles
+from femprep.volume.refine import refine
 from femprep.volume.tagging import tag_facets
 
 _log = logging.getLogger(__name__)
@@ -54,6 +56,9 @@ def rehearse(elements: float = 0.0) -> Iterator[None]:
     yield
     # Every element counts as poor, so that the search runs too.
     moved = optimise(_POINTS, _CELLS, constrain(4, _FACETS, tag, wall), poor=2.0).points
+    yield
+    refine(mesh)
+    PatchSurface(_POINTS, _FACETS).project(moved)
     yield
     element_measures(moved, _CELLS, "tetra")
     yield

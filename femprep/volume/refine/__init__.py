@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from femprep.volume.refine.refinement import Level, Refinement, refine
+from femprep.volume.refine.refinement import PARENT, Level, Refinement, refine
 
-__all__ = ["Level", "Refinement", "refine"]
+__all__ = ["PARENT", "Level", "Refinement", "refine"]
