@@ -19,8 +19,8 @@ from femprep.model import FloatArray
 from femprep.options import Options
 from femprep.surface.fit import check_fit
 from femprep.sweeping.matching.resolution import check_columns, corners_of
-from femprep.volume.sizing import lengths_at
 from femprep.volume.refine.plan import levels_for
+from femprep.volume.sizing import lengths_at
 from femprep.volume.validate import check_amount, check_sizing
 from femprep.wall.anatomies import Layout
 

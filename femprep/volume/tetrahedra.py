@@ -52,8 +52,9 @@ def tetrahedralize(
     fTetWild [1]_ meshes the wall in a child process. Then every boundary facet gets its tag from the wall, points of
     base and apex facets are put onto their planes, other boundary points back onto the wall, and the worst elements
     are improved. Where the wall bears elements twice as long as asked for, or four times, fTetWild makes those, and
-    each is cut into eight, its new boundary nodes on the smooth surfaces (:func:`refine`). The result is checked; a run that fails, or misses the quality asked for, is repeated with other
-    parameters. fTetWild is not deterministic: two runs give different meshes.
+    each is cut into eight, its new boundary nodes on the smooth surfaces (:func:`refine`). The result is checked; a run
+    that fails, or misses the quality asked for, is repeated with other parameters, at last without refinement.
+    fTetWild is not deterministic: two runs give different meshes.
 
     Parameters
     ----------

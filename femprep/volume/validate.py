@@ -122,8 +122,10 @@ def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0, lev
     return check_amount(size * wall.volume, mean_thickness(wall), options, levels=levels)
 
 
-def check_amount(volume: float, thickness: float, options: VolumeOptions, slack: float = 1.0, levels: int = 0) -> Estimate:
-    """The same for a volume to be filled, mm3, and the mean thickness of its wall, mm, known within a factor ``slack``.
+def check_amount(
+    volume: float, thickness: float, options: VolumeOptions, slack: float = 1.0, levels: int = 0
+) -> Estimate:
+    """The same for a volume to be filled, mm3, and the mean thickness of its wall, mm, known within a factor.
 
     Raises
     ------

@@ -92,7 +92,8 @@ class Constraints:
         places = points.copy()
         basis = np.tile(np.eye(3), (len(points), 1, 1))
         self.renew(points, np.ones(len(points), dtype=np.bool_), places, basis)
-        held = np.unique(np.concatenate([*(group.nodes for group in self.groups), *self.plane_points.values()]))
+        none = np.empty(0, dtype=np.int64)  # nothing may be held
+        held = np.unique(np.concatenate([none, *(group.nodes for group in self.groups), *self.plane_points.values()]))
         return held, places, basis
 
     def renew(self, points: FloatArray, moved: BoolArray, places: FloatArray, basis: FloatArray) -> None:

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.mesh.elements import boundary_faces, element_faces, set_numbers
+from femprep.mesh.elements import ELEMENTS, boundary_faces, element_faces, set_numbers
 from femprep.mesh.measures.volume_elements import element_measures
 from femprep.mesh.patches import PatchSurface
 from femprep.model import FloatArray, IntArray, Plane, TagArray
@@ -51,7 +51,10 @@ def moved_onto(
     moves[nodes[far]] = True
     near = {name: block[moves[block].any(axis=1)] for name, block in cells.items()}
     near = {name: block for name, block in near.items() if len(block)}
-    least = {name: np.minimum(_quality(points, block, name), LEAST if name == "tetra" else _SOUND) for name, block in near.items()}
+    least = {
+        name: np.minimum(_quality(points, block, name), LEAST if name == "tetra" else _SOUND)
+        for name, block in near.items()
+    }
     share = np.ones(len(points))
     moved = target
     rounds = 0
@@ -70,9 +73,10 @@ def moved_onto(
         moved[some] = points[some] + share[some, None] * (target[some] - points[some])
 
 
-def constraints_of(count: int, on: Membership, sheets: Sheets) -> Constraints:
+def constraints_of(count: int, cells: IntArray, on: Membership, sheets: Sheets) -> Constraints:
     """What holds the nodes of a mesh: its smooth sheets, planes and rims; all other boundary nodes stay."""
-    freedom = np.full(count, 3, dtype=np.int64)
+    freedom = np.zeros(count, dtype=np.int64)
+    freedom[cells] = 3  # not those that no element has
     freedom[on.nodes] = 0
     plain = ~on.other
     on_smooth = plain & (on.smooth >= 0) & (on.flat == -1)
@@ -123,18 +127,18 @@ class SmoothGroup:
         return places, np.divide(along, size, out=np.zeros_like(along), where=size > 0.0)
 
 
-def untagged_faces(cells: Mapping[str, IntArray], region: TagArray, facets: Mapping[str, IntArray]) -> IntArray:
-    """Boundary faces of tetrahedra, and faces between regions, that are no facets: ``(k, 3)``."""
-    corners = {name: block[:, :4] for name, block in cells.items()}
-    ((_, tets),) = corners.items()
-    found = [boundary_faces({"tetra": tets})["triangle"].nodes]
+def untagged_faces(name: str, block: IntArray, region: TagArray, facets: Mapping[str, IntArray]) -> IntArray:
+    """Boundary faces of tetrahedra, and faces between regions, that are no facets: all their nodes, ``(k, 3 or 6)``."""
+    kind = "triangle6" if ELEMENTS[name].quadratic else "triangle"
+    found = [boundary_faces({name: block})[kind].nodes]
     regions = np.unique(region)
     if len(regions) > 1:
-        shared = np.zeros((int(tets.max()) + 1, len(regions)), dtype=np.bool_)
-        shared[tets, np.searchsorted(regions, region)[:, None]] = True
-        near = np.flatnonzero((shared.sum(axis=1) > 1)[tets].sum(axis=1) >= 3)
-        faces = element_faces({"tetra": tets[near]})["triangle"]
-        number = set_numbers(faces.nodes)
+        corners = block[:, :4]
+        shared = np.zeros((int(corners.max()) + 1, len(regions)), dtype=np.bool_)
+        shared[corners, np.searchsorted(regions, region)[:, None]] = True
+        near = np.flatnonzero((shared.sum(axis=1) > 1)[corners].sum(axis=1) >= 3)
+        faces = element_faces({name: block[near]})[kind]
+        number = set_numbers(faces.nodes[:, :3])
         own = region[near[faces.element]]
         least = np.full(int(number.max(initial=-1)) + 1, np.iinfo(np.int32).max)
         most = np.full(len(least), -1)
@@ -142,12 +146,12 @@ def untagged_faces(cells: Mapping[str, IntArray], region: TagArray, facets: Mapp
         np.maximum.at(most, number, own)
         rows = np.flatnonzero((least < most)[number])
         found.append(faces.nodes[rows[np.unique(number[rows], return_index=True)[1]]])
-    faces_found = np.concatenate(found)
-    tagged = np.concatenate([np.empty((0, 3), dtype=np.int64), *(block[:, :3] for block in facets.values())])
-    number = set_numbers(tagged, faces_found)
+    every = np.concatenate(found)
+    tagged = np.concatenate([np.empty((0, 3), dtype=np.int64), *(nodes[:, :3] for nodes in facets.values())])
+    number = set_numbers(tagged, every[:, :3])
     known = np.zeros(int(number.max(initial=-1)) + 1, dtype=np.bool_)
     known[number[: len(tagged)]] = True
-    return np.asarray(faces_found[~known[number[len(tagged) :]]])
+    return np.asarray(every[~known[number[len(tagged) :]]])
 
 
 def _quality(points: FloatArray, block: IntArray, name: str) -> FloatArray:

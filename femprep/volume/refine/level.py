@@ -50,7 +50,10 @@ def number_nodes(points: FloatArray, cells: Mapping[str, IntArray], facets: Mapp
     count = len(points)
     if not quadratic:
         pairs = {name: [block[:, pair] for pair in ELEMENTS[name].edges] for name, block in cells.items()}
-        sides = {kind: [block[:, [i, (i + 1) % block.shape[1]]] for i in range(block.shape[1])] for kind, block in facets.items()}
+        sides = {
+            kind: [block[:, [i, (i + 1) % block.shape[1]]] for i in range(block.shape[1])]
+            for kind, block in facets.items()
+        }
         ends, found, on_facets = _shared(pairs, sides, "an edge")
         for name, columns in found.items():
             lattice[name].append(count + columns)
@@ -143,7 +146,9 @@ def _shared(
         found = {}
         for name, parts in table.items():
             length = len(parts[0]) * len(parts) if parts else 0
-            found[name] = number[start : start + length].reshape(-1, len(parts)) if parts else np.empty((0, 0), np.int64)
+            found[name] = (
+                number[start : start + length].reshape(-1, len(parts)) if parts else np.empty((0, 0), np.int64)
+            )
             start += length
         return found
 

@@ -13,13 +13,11 @@ import scipy.sparse as sp
 from femprep.errors import InputError, OptionError
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.measures.sample_points import family
-from femprep.mesh.quadratic import add_middles, number_edges
 from femprep.model import FloatArray, IntArray, Notice, TagArray, VolumeMesh, Wall, noted
-from femprep.volume.optimise import POOR, optimise
-from femprep.volume.refine.boundary import constraints_of, moved_onto, untagged_faces
-from femprep.volume.refine.fields import carried
-from femprep.volume.refine.level import cut_cells, cut_facets, number_nodes
-from femprep.volume.refine.sheets import Membership, Sheets, find_sheets, membership, placed
+from femprep.volume.optimise import POOR
+from femprep.volume.refine.boundary import untagged_faces
+from femprep.volume.refine.sheets import Sheets, find_sheets
+from femprep.volume.refine.step import State, step
 from femprep.volume.refine.transfer import prolongation, restriction
 
 #: More levels at once than this are a slip: eight times as many elements each.
@@ -209,18 +207,23 @@ def _refined(
         raise OptionError(f"levels is {levels!r}, expected a whole number from 1 to {MOST_LEVELS}")
     if mesh.n_cells == 0:
         raise InputError("the mesh has no elements; there is nothing to refine")
+    if len({ELEMENTS[name].quadratic for name in mesh.cells}) > 1:
+        raise InputError(f"the mesh mixes linear and quadratic elements ({', '.join(mesh.cells)}); give it one order")
     sheets = find_sheets(mesh, wall)
     improve = optimised and all(family(name) == "tetra" for name in mesh.cells)
-    held = untagged_faces(mesh.cells, mesh.region, mesh.facets) if improve else np.empty((0, 3), dtype=np.int64)
+    held = np.empty((0, 3), dtype=np.int64)
+    if improve:
+        ((name, block),) = mesh.cells.items()
+        held = untagged_faces(name, block, mesh.region, mesh.facets)
     given = mesh.with_data(cell={PARENT: np.arange(mesh.n_cells, dtype=np.int64)})
-    state = _State(given, sheets.of_facet, held)
+    state = State(given, sheets.of_facet, held)
     found: list[Level] = []
     records: list[dict[str, Any]] = []
     # Each level has eight times the work of the one before.
     work = np.cumsum([8.0**k for k in range(levels)]) / sum(8.0**k for k in range(levels))
     for number in range(levels):
         coarse = state.mesh
-        state, ways, record = _step(state, sheets, bool(number == 0 and wall is not None), improve, poor)
+        state, ways, record = step(state, sheets, bool(number == 0 and wall is not None), improve, poor)
         records.append(record)
         if number == levels - 1:
             state.mesh = _told(state.mesh, records, sheets, wall)
@@ -228,103 +231,6 @@ def _refined(
         if progress is not None:
             progress("refine", float(work[number]))
     return found
-
-
-@dataclass
-class _State:
-    """A mesh between two levels: the sheet of each facet, and faces that hold their nodes though they are no facets."""
-
-    mesh: VolumeMesh
-    of_facet: IntArray
-    held: IntArray
-
-
-def _step(
-    state: _State, sheets: Sheets, corners: bool, improve: bool, poor: float
-) -> tuple[_State, dict[str, TagArray], dict[str, Any]]:
-    """One level: cut, put onto the sheets, improve; the corners there were are put onto the sheets too where asked."""
-    mesh = state.mesh
-    facets = _with_held(mesh.facets, state.held)
-    numbered = number_nodes(mesh.points, mesh.cells, facets)
-    fine_facets, fine_held, of_facet = _cut_facets(numbered.facets, mesh, state)
-    on = membership(_with_held(fine_facets, fine_held), _with_held_sheets(fine_facets, of_facet, fine_held), sheets)
-    first = 0 if corners else len(mesh.points)
-    rows = on.nodes >= first
-    places = placed(numbered.middles[on.nodes], on, sheets, rows)
-    target = numbered.middles.copy()
-    target[on.nodes] = places
-    cells, ways = cut_cells(target, numbered.lattice)
-    points, short = moved_onto(numbered.middles, on.nodes, places, cells)
-    record: dict[str, Any] = {"elements": sum(map(len, cells.values())), "held_back": short}
-    if improve:
-        points, told = _improved(points, cells["tetra"], on, sheets, poor)
-        record.update(told)
-    fine = VolumeMesh(
-        points,
-        cells,
-        np.repeat(mesh.region, 8),
-        fine_facets,
-        np.repeat(mesh.facet_tag, 4),
-        cell_data={name: np.repeat(values, 8, axis=0) for name, values in mesh.cell_data.items()},
-        facet_data={name: np.repeat(values, 4, axis=0) for name, values in mesh.facet_data.items()},
-        planes=mesh.planes,
-        info=mesh.info,
-    )
-    if any(ELEMENTS[name].quadratic for name in mesh.cells):
-        fine = _curved(fine, on, sheets, of_facet)
-    fine = carried(mesh, fine, ways)
-    return _State(fine, of_facet, fine_held), ways, record
-
-
-def _improved(
-    points: FloatArray, tets: IntArray, on: Membership, sheets: Sheets, poor: float
-) -> tuple[FloatArray, dict[str, Any]]:
-    outcome = optimise(points, tets, constraints_of(len(points), on, sheets), poor=poor)
-    return outcome.points, {
-        "sweeps": outcome.sweeps,
-        "poor_elements_before": outcome.poor_before,
-        "poor_elements_after": outcome.poor_after,
-        "greatest_distance_from_surface_mm": outcome.off_wall,
-    }
-
-
-def _curved(mesh: VolumeMesh, on: Membership, sheets: Sheets, of_facet: IntArray) -> VolumeMesh:
-    """A mesh of linear elements with mid-side nodes, those of the boundary on its sheets."""
-    edges = number_edges(mesh)
-    middle = 0.5 * (mesh.points[edges.ends[:, 0]] + mesh.points[edges.ends[:, 1]])
-    sides = {kind: edges.find(nodes, np.roll(nodes, -1, axis=1)) for kind, nodes in mesh.facets.items()}
-    at = membership(sides, of_facet, sheets)
-    curved = middle.copy()
-    curved[at.nodes] = placed(middle[at.nodes], at, sheets, np.ones(len(at.nodes), dtype=np.bool_))
-    return add_middles(mesh, edges, curved)[0]
-
-
-def _with_held(facets: Any, held: IntArray) -> dict[str, IntArray]:
-    """Facets by type, with those that only hold their nodes after the triangles."""
-    out = dict(facets)
-    if len(held):
-        kind = next((name for name in out if name.startswith("triangle")), "triangle")
-        tagged = out.get(kind, np.empty((0, held.shape[1]), dtype=np.int64))
-        out[kind] = np.concatenate([tagged, held])
-    return out
-
-
-def _with_held_sheets(facets: Any, of_facet: IntArray, held: IntArray) -> IntArray:
-    return np.concatenate([of_facet, np.full(len(held), -1)])
-
-
-def _cut_facets(
-    rings: dict[str, IntArray], mesh: VolumeMesh, state: _State
-) -> tuple[dict[str, IntArray], IntArray, IntArray]:
-    """The facets' children, those of the faces that hold their nodes, and the sheets of the first."""
-    fine = cut_facets(rings)
-    held = np.empty((0, 3), dtype=np.int64)
-    if len(state.held):
-        tagged = len(fine["triangle"]) - 4 * len(state.held)
-        held, fine["triangle"] = fine["triangle"][tagged:], fine["triangle"][:tagged]
-    if not any(mesh.facets.values().__len__() and len(b) for b in mesh.facets.values()):
-        fine = {}
-    return fine, held, np.repeat(state.of_facet, 4)
 
 
 def _told(mesh: VolumeMesh, records: list[dict[str, Any]], sheets: Sheets, wall: Wall | None) -> VolumeMesh:
@@ -343,8 +249,8 @@ def _told(mesh: VolumeMesh, records: list[dict[str, Any]], sheets: Sheets, wall:
         notices.append(Notice.of("assumed", words))
     short = sum(record["held_back"] for record in records)
     if short:
-        words = f"{short} boundary nodes were put only part of the way onto their surface, so that no element is spoiled"
+        words = (
+            f"{short} boundary nodes were put only part of the way onto their surface, so that no element is spoiled"
+        )
         notices.append(Notice.of("moved", words))
     return replace(mesh, info=noted(info, *notices))
-
-

@@ -136,7 +136,7 @@ def membership(facets: dict[str, IntArray], of_facet: IntArray, sheets: Sheets) 
         in_planes = member[:, columns]
         two = in_planes.sum(axis=1) == 2
         second[two] = np.array(columns)[len(columns) - 1 - np.argmax(in_planes[two][:, ::-1], axis=1)]
-    return Membership(nodes, smooth, flat, member[:, rest].any(axis=1), second)
+    return Membership(nodes, smooth, flat, np.asarray(member[:, rest].any(axis=1)), second)
 
 
 def placed(points: FloatArray, on: Membership, sheets: Sheets, rows: BoolArray) -> FloatArray:
@@ -178,7 +178,7 @@ def flatten(points: FloatArray, rows: IntArray, plane: Plane, onto: BoolArray | 
 
 
 def _planes_of(on: Membership, rows: IntArray, number: int) -> BoolArray:
-    return (on.flat[rows] == number) | (on.second[rows] == number)
+    return np.asarray((on.flat[rows] == number) | (on.second[rows] == number))
 
 
 def _only(member: BoolArray, columns: list[int]) -> IntArray:
@@ -211,7 +211,7 @@ def _triangles(mesh: VolumeMesh, own: BoolArray) -> tuple[IntArray, IntArray]:
 
 
 def _plane(mesh: VolumeMesh, tag: int, points: FloatArray) -> Plane | None:
-    """The plane of some points: the mesh's own of that name, or the one that fits them; None where they are not flat."""
+    """The plane of some points: the mesh's own of that name, or the one that fits them; None where there is none."""
     limit = _FLAT * float(np.ptp(points, axis=0).max())
     own = mesh.planes.get(tag_name(tag))
     if own is not None and float(np.abs(own.signed_distance(points)).max()) <= limit:
@@ -230,10 +230,8 @@ def _plane(mesh: VolumeMesh, tag: int, points: FloatArray) -> Plane | None:
 def _same(planes: dict[int, Plane], plane: Plane) -> int | None:
     for number, other in planes.items():
         if other is plane or (
-            abs(float(other.normal @ plane.normal)) > 1.0 - 1e-12 and abs(float(other.signed_distance(plane.point[None])[0])) < 1e-9
+            abs(float(other.normal @ plane.normal)) > 1.0 - 1e-12
+            and abs(float(other.signed_distance(plane.point[None])[0])) < 1e-9
         ):
             return number
     return None
-
-
-

@@ -81,9 +81,7 @@ def _halved(lattice: FloatArray, shape: str) -> IntArray:
     """Children of a wedge or hexahedron: halves of the parent, moved to each of the places that halves have."""
     number = {tuple(np.round(at, 6)): i for i, at in enumerate(lattice.tolist())}
     corner = lattice[: ELEMENTS[shape].corners]
-    places = []
-    for start in corner:
-        places.append([number[tuple(np.round((start + other) / 2, 6))] for other in corner])
+    places = [[number[tuple(np.round((start + other) / 2, 6))] for other in corner] for start in corner]
     if shape == "hexahedron":
         return np.array(places)
     # The middle triangle of a wedge faces the other way and lies at no corner: it is turned in the plane, not moved.
