@@ -24,7 +24,7 @@ _SOUND: Final = 0.25
 
 def moved_onto(
     points: FloatArray, nodes: IntArray, places: FloatArray, cells: Mapping[str, IntArray]
-) -> tuple[FloatArray, int]:
+) -> tuple[FloatArray, int, float]:
     """Points with some nodes at their places, or on the way there where an element would become poor, or poorer.
 
     Parameters
@@ -43,6 +43,8 @@ def moved_onto(
     points : (n, 3) array
     held : int
         How many nodes got less than all the way.
+    gap : float
+        How far from its place the farthest of them stayed, mm.
     """
     target = points.copy()
     target[nodes] = places
@@ -64,7 +66,7 @@ def moved_onto(
             bad[block[_quality(moved, block, name) < least[name]].ravel()] = True
         bad &= moves & (share > 0.0)
         if not bad.any():
-            return moved, int((share < 1.0).sum())
+            return moved, int((share < 1.0).sum()), float(np.linalg.norm(target - moved, axis=1).max(initial=0.0))
         rounds += 1
         share[bad] = 0.5 * share[bad]
         share[bad & (share < 0.5**_HALVINGS)] = 0.0

@@ -24,6 +24,8 @@ from femprep.volume.refine.transfer import prolongation, restriction
 MOST_LEVELS: Final = 6
 #: Name of the cell data that tells the element of the mesh given that each element is a part of.
 PARENT: Final = "parent"
+#: Distances from the surface below this are not worth a word, mm.
+_GAP: Final = 0.01
 
 Progress = Callable[[str, float], None]
 
@@ -247,10 +249,8 @@ def _told(mesh: VolumeMesh, records: list[dict[str, Any]], sheets: Sheets, wall:
     if sheets.kept:
         words = f"facets tagged {', '.join(sheets.kept)} are neither flat nor a known surface: they keep their shape"
         notices.append(Notice.of("assumed", words))
-    short = sum(record["held_back"] for record in records)
-    if short:
-        words = (
-            f"{short} boundary nodes were put only part of the way onto their surface, so that no element is spoiled"
-        )
-        notices.append(Notice.of("moved", words))
+    gap = records[-1]["greatest_distance_from_surface_mm"]
+    if gap >= _GAP:
+        words = "that no element is spoiled, some boundary nodes were left up to {amount} off their smooth surface"
+        notices.append(Notice.of("moved", words, amount=gap, unit="mm"))
     return replace(mesh, info=noted(info, *notices))

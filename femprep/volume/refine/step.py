@@ -41,8 +41,9 @@ def step(
     target = numbered.middles.copy()
     target[on.nodes] = places
     cells, ways = cut_cells(target, numbered.lattice)
-    points, short = moved_onto(numbered.middles, on.nodes, places, cells)
+    points, short, gap = moved_onto(numbered.middles, on.nodes, places, cells)
     record: dict[str, Any] = {"elements": sum(map(len, cells.values())), "held_back": short}
+    record["greatest_distance_from_surface_mm"] = gap
     if improve:
         points, told = _improved(points, cells["tetra"], on, sheets, poor)
         record.update(told)
