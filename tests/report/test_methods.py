@@ -75,7 +75,17 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, Any], list[str]
             "Hu et al. 2020",
             "manifold3d",
         ],
-        ["layers", "right ventricle", "valves", "Fibres", "assumed", "mirror", "harmonic field", "pushed", "cut into eight"],
+        [
+            "layers",
+            "right ventricle",
+            "valves",
+            "Fibres",
+            "assumed",
+            "mirror",
+            "harmonic field",
+            "pushed",
+            "cut into eight",
+        ],
     ),
     "lv, refined": (
         *({}, {"apex": OPEN_APEX}, {"refinement": {"levels": 1}}),
