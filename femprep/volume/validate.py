@@ -14,6 +14,7 @@ from femprep.mesh.measures.triangles import areas, edge_lengths
 from femprep.mesh.topology import edge_table, pieces, pinched_vertices, volume
 from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
+from femprep.volume.refine.plan import levels_for, thin_thickness
 from femprep.volume.sizing import SizingField
 
 #: Tetrahedra per edge length cubed of wall volume; 9.6 to 10.6 were measured, more where the wall is thin.
@@ -100,7 +101,7 @@ def _estimate(elements: float, levels: int = 0) -> Estimate:
     return Estimate(int(min(elements, 1e18)), (BASE_BYTES + used) / 1e9, seconds)
 
 
-def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0, levels: int = 0) -> Estimate:
+def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0, levels: int | None = None) -> Estimate:
     """Check that elements of the edge length asked for fit into the wall and, with what else is filled, into memory.
 
     Parameters
@@ -109,8 +110,8 @@ def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0, lev
     options : VolumeOptions
     size : float
         Volume of all that is filled over the wall's.
-    levels : int
-        How often a coarser mesh is refined.
+    levels : int, optional
+        How often a coarser mesh is refined; as often as the wall bears where not given.
 
     Raises
     ------
@@ -119,6 +120,7 @@ def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0, lev
     ResourceError
         The mesh would need more memory than the limit.
     """
+    levels = levels_for(options, thin_thickness(wall)) if levels is None else levels
     return check_amount(size * wall.volume, mean_thickness(wall), options, levels=levels)
 
 
