@@ -102,10 +102,11 @@ def _refined(mesh: VolumeMesh, filling: Filling, options: VolumeOptions, levels:
     # The endocardium of a wall with blood has elements on both sides.
     tags = [t for t in smooth if not (filling.cavities and t in endo_tags())]
     mesh, flat = without_flat(mesh, tags, _poor(options))
-    mesh = replace(mesh, info={**mesh.info, "flat_elements_removed": flat})
     fine = refine(mesh, levels, wall=filling.sheets, optimised=options.optimise, poor=_poor(options))
     # Of the coarse mesh nothing is kept that the parents' numbers could point into.
-    return replace(fine, cell_data={name: values for name, values in fine.cell_data.items() if name != PARENT})
+    fine = replace(fine, cell_data={name: values for name, values in fine.cell_data.items() if name != PARENT})
+    fine, few = without_flat(fine, tags, _poor(options))
+    return replace(fine, info={**fine.info, "flat_elements_removed": flat + few})
 
 
 def _poor(options: VolumeOptions) -> float:

@@ -45,6 +45,23 @@ def test_a_flat_tetrahedron_on_one_surface_goes():
     assert sorted(found.facet_tag.tolist()) == [ENDO] * 2 + [EPI] * 4
 
 
+def test_a_flat_pyramid_goes_with_its_top():
+    """One element on another, three of its faces on the surface: the top is a node of nothing else."""
+    points = np.array([[1, 0, 0], [-0.5, 0.9, 0], [-0.5, -0.9, 0], [0, 0, 0.1], [0, 0, -1.2]], dtype=float)
+    cells = np.array([[0, 1, 2, 3], [0, 2, 1, 4]])
+    nodes = boundary_faces({"tetra": cells})["triangle"].nodes
+    tag = np.where((nodes == 4).any(axis=1), EPI, ENDO)
+    mesh = VolumeMesh(points, {"tetra": cells}, np.full(2, REGION_TAGS["lv"]), {"triangle": nodes}, tag)
+    found, count = without_flat(mesh, [ENDO, EPI], POOR)
+    assert count == 1
+    np.testing.assert_array_equal(found.points, points[[0, 1, 2, 4]])
+    assert is_manifold(found.facets["triangle"])
+    assert element_volumes(found.points, found.cells["tetra"], "tetra") == pytest.approx(
+        element_volumes(points, cells[1:], "tetra")
+    )
+    assert sorted(found.facet_tag.tolist()) == [ENDO] + [EPI] * 3
+
+
 @pytest.mark.parametrize("why", ["sound", "two tags", "not smooth"])
 def test_others_stay(why):
     mesh = capped(1.0 if why == "sound" else 0.2)
