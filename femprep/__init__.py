@@ -85,6 +85,8 @@ _HOMES = {
     "boundary_points": "femprep.image",
     "BoundaryPoints": "femprep.image",
     "tetrahedralize": "femprep.volume",
+    "refine": "femprep.volume.refine",
+    "Refinement": "femprep.volume.refine",
     "check": "femprep.volume",
     "QualityReport": "femprep.volume",
     "match_surfaces": "femprep.sweeping.matching.match",

@@ -19,6 +19,7 @@ from femprep.model import FloatArray
 from femprep.options import Options
 from femprep.surface.fit import check_fit
 from femprep.sweeping.matching.resolution import check_columns, corners_of
+from femprep.volume.refine.plan import levels_for
 from femprep.volume.sizing import lengths_at
 from femprep.volume.validate import check_amount, check_sizing
 from femprep.wall.anatomies import Layout
@@ -158,7 +159,8 @@ def _check_amount(seg: Segmentation, layout: Layout, options: Options) -> None:
     blood = sum(obj.volume for name, obj in layout.objects.items() if not name.endswith("epi"))
     volume = tissue + (blood if options.blood_pool else 0.0)
     if options.volume.sizing is None and options.volume.elements_through_wall is None:
-        check_amount(volume, thickness, options.volume, _SLACK)
+        # The thinnest part of the wall, which decides, is not known yet: as many levels as its mean bears.
+        check_amount(volume, thickness, options.volume, _SLACK, levels_for(options.volume, thickness))
         return
     inside = np.argwhere(seg.mask("myo"))
     where = seg.grid.to_world(inside[:: max(1, len(inside) // _MOST_VOXELS)])

@@ -18,6 +18,7 @@ from femprep.errors import OptionError, did_you_mean
 COMMANDS: Final = {
     "mesh": "Mesh the myocardial wall of a segmented image.",
     "surface": "Fit closed, smooth surfaces of a chosen number of vertices.",
+    "refine": "Cut every element of a mesh into eight, nested, with new nodes on smooth surfaces.",
     "check": "Judge a mesh: element quality, orientation, boundary, tags.",
     "convert": "Write a mesh in another format.",
     "bullseye": "Draw a field of a mesh as a bull's eye of the 17 AHA segments.",

@@ -87,6 +87,7 @@ def mesh(
     mesher: Annotated[str | None, option(VolumeOptions, "mesher", panel=VOLUME)] = None,
     quality: Annotated[str | None, option(VolumeOptions, "quality", panel=VOLUME)] = None,
     edge_length: Annotated[float | None, option(VolumeOptions, "edge_length", panel=VOLUME)] = None,
+    refinement: Annotated[str | None, option(VolumeOptions, "refinement", panel=VOLUME)] = None,
     elements_through_wall: Annotated[
         int | None, option(VolumeOptions, "elements_through_wall", panel=VOLUME, default="from the edge length")
     ] = None,
@@ -157,6 +158,7 @@ def mesh(
         volume__mesher=mesher,
         volume__quality=quality,
         volume__edge_length=edge_length,
+        volume__refinement=refinement,
         volume__elements_through_wall=elements_through_wall,
         volume__sizing=sizing,
         **({f"sweep__{name}": same.get(name) for name in same} or {"sweep__element": element, "sweep__layers": layers}),

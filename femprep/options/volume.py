@@ -64,6 +64,11 @@ class VolumeOptions(StageOptions):
     edge_length: float = Field(
         2.5, gt=0, description="Edge length of the elements, mm; the largest one where it varies."
     )
+    refinement: Literal["auto", "none"] = Field(
+        "none",
+        description="Whether the mesher makes the mesh itself (none), or one as coarse as the wall bears, whose "
+        "elements are then cut into eight until they are as small as asked for (auto).",
+    )
     elements_through_wall: int | None = Field(
         None,
         ge=1,

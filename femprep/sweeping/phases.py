@@ -36,6 +36,8 @@ def template_of(mesh: VolumeMesh) -> dict[str, int | str]:
     info = mesh.info
     if info.get("mesher") != "sweep":
         raise InputError("the mesh given as a template was not swept; give a mesh.vtu made with --mesher sweep")
+    if "refinement" in info:
+        raise InputError("the mesh given as a template was refined after its sweep; give the mesh.vtu it was made from")
     numbers = {name: int(info[name]) for name in ("columns", "rows", "layers")}
     ((kind, _),) = mesh.cells.items()
     order = 1 if kind in ("tetra", "wedge", "hexahedron") else 2

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -11,11 +11,13 @@ from femprep.errors import StageError
 from femprep.mesh.measures.volume_elements import element_measures, element_volumes
 from femprep.mesh.topology import edge_table, euler_characteristic, pieces, pinched_vertices
 from femprep.mesh.tree import curve_order
-from femprep.model import REGION_TAGS, FloatArray, IntArray, TagArray, VolumeMesh, Wall
+from femprep.model import REGION_TAGS, FloatArray, IntArray, TagArray, VolumeMesh, Wall, endo_tags, tag_name
 from femprep.options import VolumeOptions
 from femprep.volume.blood import Filling, TaggedFacets, check_cavities, find_facets
 from femprep.volume.optimise import REGULAR_SINE, optimise
 from femprep.volume.optimise.constraints import Constraints, constrain
+from femprep.volume.refine import PARENT, refine
+from femprep.volume.refine.peel import without_flat
 from femprep.volume.tagging import tag_facets
 from femprep.volume.tetwild.attempts import MISSED, Attempt
 from femprep.volume.tetwild.guard import Run
@@ -72,22 +74,43 @@ def finish(run: Run, filling: Filling, options: VolumeOptions, attempt: Attempt)
     if filling.cavities:
         check_cavities(given, cells, region, filling, 2.0 * _VOLUME_LIMIT)
     points, record = _improved(given, cells, constraints, options)
-    measures = element_measures(points, cells, "tetra")
-    _check_positive(points, cells, measures["volume"])
+    _check_positive(points, cells, element_volumes(points, cells, "tetra"))
     step = np.linalg.norm(points - given, axis=1)
     info = {
         "envelope_mm": attempt.envelope,
         "stop_energy": attempt.stop_energy,
-        **_filled(measures["volume"], region, filling),
         "moved_points": int((step > 0).sum()),
         "greatest_move_mm": float(step.max()),
         **record,
     }
     tag = filling.tags(merged, facets, region)
-    mesh = VolumeMesh(points, {"tetra": cells}, region, {"triangle": facets.nodes}, tag, info=info)
+    planes = {**filling.wall.planes, **filling.caps}
+    mesh = VolumeMesh(points, {"tetra": cells}, region, {"triangle": facets.nodes}, tag, planes=planes, info=info)
+    if attempt.levels:
+        mesh = _refined(mesh, filling, options, attempt.levels)
+    measures = element_measures(mesh.points, mesh.cells["tetra"], "tetra")
+    mesh = replace(mesh, info={**mesh.info, **_filled(measures["volume"], mesh.region, filling)})
     smallest, mean = float(measures["minimum_dihedral"].min()), float(measures["mean_ratio"].mean())
     reached = smallest >= options.targets.minimum_dihedral and mean >= options.targets.mean_ratio
     return Candidate(mesh, smallest, mean, reached)
+
+
+def _refined(mesh: VolumeMesh, filling: Filling, options: VolumeOptions, levels: int) -> VolumeMesh:
+    """The mesh refined to the edge length asked for, its boundary on the smooth surfaces of the wall."""
+    smooth = [t for t in np.unique(mesh.facet_tag).tolist() if tag_name(t).startswith(("endo", "epi"))]
+    # The endocardium of a wall with blood has elements on both sides.
+    tags = [t for t in smooth if not (filling.cavities and t in endo_tags())]
+    mesh, flat = without_flat(mesh, tags, _poor(options))
+    fine = refine(mesh, levels, wall=filling.sheets, optimised=options.optimise, poor=_poor(options))
+    # Of the coarse mesh nothing is kept that the parents' numbers could point into.
+    fine = replace(fine, cell_data={name: values for name, values in fine.cell_data.items() if name != PARENT})
+    fine, few = without_flat(fine, tags, _poor(options))
+    return replace(fine, info={**fine.info, "flat_elements_removed": flat + few})
+
+
+def _poor(options: VolumeOptions) -> float:
+    """Quality below which an element is improved."""
+    return float(np.sin(np.radians(options.targets.poor_angle)) / REGULAR_SINE)
 
 
 def _used(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
@@ -159,8 +182,7 @@ def _improved(
         flat = points.copy()
         constraints.flatten(flat)
         return flat, {}
-    poor = float(np.sin(np.radians(options.targets.poor_angle)) / REGULAR_SINE)
-    outcome = optimise(points, cells, constraints, poor=poor)
+    outcome = optimise(points, cells, constraints, poor=_poor(options))
     return outcome.points, {
         "sweeps": outcome.sweeps,
         "poor_elements_before": outcome.poor_before,

@@ -16,6 +16,7 @@ from femprep.options import VolumeOptions, choose, takes
 from femprep.volume.blood import Filling
 from femprep.volume.finish import Candidate, finish
 from femprep.volume.quality.transmural import elements_through_wall
+from femprep.volume.refine.plan import levels_for, thin_thickness
 from femprep.volume.sizing import Sizing, SizingField, sizing_field
 from femprep.volume.smooth import quadratic_tetrahedra
 from femprep.volume.tetwild.attempts import Attempt, attempts
@@ -46,8 +47,10 @@ def tetrahedralize(
 
     fTetWild [1]_ meshes the wall in a child process. Then every boundary facet gets its tag from the wall, points of
     base and apex facets are put onto their planes, other boundary points back onto the wall, and the worst elements
-    are improved. The result is checked; a run that fails, or misses the quality asked for, is repeated with other
-    parameters. fTetWild is not deterministic: two runs give different meshes.
+    are improved. With ``refinement="auto"``, where the wall bears elements twice as long as asked for, or four times,
+    fTetWild makes those, and each is cut into eight, its new boundary nodes on the smooth surfaces (:func:`refine`).
+    The result is checked; a run that fails, or misses the quality asked for, is repeated with other parameters, at last
+    without refinement. fTetWild is not deterministic: two runs give different meshes.
 
     Parameters
     ----------
@@ -103,14 +106,15 @@ def tetrahedralize(
     filling = Filling(wall, blood)
     field = sizing_field(wall, settings, sizing)
     size = filling.outer.volume / wall.volume
-    need = check_edge_length(wall, settings, size) if field is None else check_sizing(field, settings, size)
+    levels = levels_for(settings, thin_thickness(wall)) if field is None else 0
+    need = check_edge_length(wall, settings, size, levels) if field is None else check_sizing(field, settings, size)
     if need.seconds > settings.time_limit:
         _log.warning(
             "about %.2g elements will take about %.0f s, longer than the time limit of %g s",
             *(need.elements, need.seconds, settings.time_limit),
         )
     report = progress or (lambda stage, fraction: None)
-    best, record = _best_of_runs(filling, settings, field, need, report)
+    best, record = _best_of_runs(filling, settings, field, need, levels, report)
     report("volume", 1.0)
     info = {
         "mesher": f"fTetWild through pytetwild {_version('pytetwild')}",
@@ -122,14 +126,19 @@ def tetrahedralize(
         "quality_reached": best.reached,
     }
     info = noted({**info, **best.mesh.info}, *_notices(record, best.reached))
-    mesh = replace(best.mesh, planes={**wall.planes, **filling.caps}, info=info)
+    mesh = replace(best.mesh, info=info)
     if settings.elements_through_wall is not None:
         mesh = replace(mesh, info=_through(mesh, settings.elements_through_wall))
     return quadratic_tetrahedra(mesh, wall) if settings.order == 2 else mesh
 
 
 def _best_of_runs(
-    filling: Filling, options: VolumeOptions, field: SizingField | None, need: Estimate, report: Progress
+    filling: Filling,
+    options: VolumeOptions,
+    field: SizingField | None,
+    need: Estimate,
+    levels: int,
+    report: Progress,
 ) -> tuple[Candidate, list[dict[str, Any]]]:
     """The best mesh of as many runs as it takes, and a record of each.
 
@@ -142,8 +151,10 @@ def _best_of_runs(
     best: Candidate | None = None
     shortest = options.edge_length if field is None else max(field.finest, 0.4 * field.coarsest)
     thickness = 2.0 * filling.wall.volume / float(areas(filling.wall.points, filling.wall.triangles).sum())
-    for attempt in attempts(options, lambda: record[-1]["outcome"], shortest, thickness):
+    for attempt in attempts(options, lambda: record[-1]["outcome"], shortest, thickness, levels):
         entry: dict[str, Any] = {"envelope_mm": attempt.envelope, "stop_energy": attempt.stop_energy}
+        if levels:
+            entry["refined_levels"] = attempt.levels
         record.append(entry)
         try:
             run = _mesh(filling, options, attempt, field, need, report)
@@ -184,7 +195,7 @@ def _mesh(
         points,
         triangles,
         {
-            "edge_length_abs": float(options.edge_length if field is None else field.coarsest),
+            "edge_length_abs": float(2.0**attempt.levels * options.edge_length if field is None else field.coarsest),
             "epsilon": float(attempt.envelope / diagonal),
             "stop_energy": float(attempt.stop_energy),
             "num_threads": 1,

@@ -14,6 +14,7 @@ from femprep.mesh.measures.triangles import areas, edge_lengths
 from femprep.mesh.topology import edge_table, pieces, pinched_vertices, volume
 from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
+from femprep.volume.refine.plan import levels_for, thin_thickness
 from femprep.volume.sizing import SizingField
 
 #: Tetrahedra per edge length cubed of wall volume; 9.6 to 10.6 were measured, more where the wall is thin.
@@ -23,6 +24,9 @@ BASE_BYTES: Final = 0.15e9
 BYTES_PER_TET: Final = 2.3e3
 #: Seconds of fTetWild per tetrahedron (0.3 to 0.5 ms were measured).
 SECONDS_PER_TET: Final = 4.5e-4
+#: The same of a tetrahedron that a coarser one was cut into, with all that follows to the end of the run.
+BYTES_PER_CHILD: Final = 1.2e3
+SECONDS_PER_CHILD: Final = 1.0e-5
 
 #: Facets of a wall may lie this far from the plane they are named after, mm.
 PLANE_TOLERANCE: Final = 1e-6
@@ -89,12 +93,15 @@ def estimate(wall: Wall, edge_length: float, size: float = 1.0) -> Estimate:
     return _estimate(TETS_PER_CUBE * size * wall.volume / edge_length**3)
 
 
-def _estimate(elements: float) -> Estimate:
-    """Memory and time for a number of tetrahedra."""
-    return Estimate(int(min(elements, 1e18)), (BASE_BYTES + BYTES_PER_TET * elements) / 1e9, SECONDS_PER_TET * elements)
+def _estimate(elements: float, levels: int = 0) -> Estimate:
+    """Memory and time for a number of tetrahedra, made by refining coarser ones so many times."""
+    coarse = elements / 8.0**levels
+    used = max(BYTES_PER_TET * coarse, BYTES_PER_CHILD * elements if levels else 0.0)
+    seconds = SECONDS_PER_TET * coarse + (SECONDS_PER_CHILD * elements if levels else 0.0)
+    return Estimate(int(min(elements, 1e18)), (BASE_BYTES + used) / 1e9, seconds)
 
 
-def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0) -> Estimate:
+def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0, levels: int | None = None) -> Estimate:
     """Check that elements of the edge length asked for fit into the wall and, with what else is filled, into memory.
 
     Parameters
@@ -103,6 +110,8 @@ def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0) -> 
     options : VolumeOptions
     size : float
         Volume of all that is filled over the wall's.
+    levels : int, optional
+        How often a coarser mesh is refined; as often as the wall bears where not given.
 
     Raises
     ------
@@ -111,11 +120,14 @@ def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0) -> 
     ResourceError
         The mesh would need more memory than the limit.
     """
-    return check_amount(size * wall.volume, mean_thickness(wall), options)
+    levels = levels_for(options, thin_thickness(wall)) if levels is None else levels
+    return check_amount(size * wall.volume, mean_thickness(wall), options, levels=levels)
 
 
-def check_amount(volume: float, thickness: float, options: VolumeOptions, slack: float = 1.0) -> Estimate:
-    """The same for a volume to be filled, mm3, and the mean thickness of its wall, mm, known within a factor ``slack``.
+def check_amount(
+    volume: float, thickness: float, options: VolumeOptions, slack: float = 1.0, levels: int = 0
+) -> Estimate:
+    """The same for a volume to be filled, mm3, and the mean thickness of its wall, mm, known within a factor.
 
     Raises
     ------
@@ -127,10 +139,10 @@ def check_amount(volume: float, thickness: float, options: VolumeOptions, slack:
             f"option 'edge_length' is {options.edge_length:g} mm, but the wall is only {thickness:.3g} mm thick on "
             f"average; choose at most {thickness:.2g}, better {thickness / 3:.2g} for three elements through the wall"
         )
-    need = _estimate(TETS_PER_CUBE * volume / options.edge_length**3)
+    need = _estimate(TETS_PER_CUBE * volume / options.edge_length**3, levels)
     if need.gigabytes > slack * options.memory_limit:
         room = max(options.memory_limit * 1e9 - BASE_BYTES, 0.02e9)
-        least = (TETS_PER_CUBE * volume * BYTES_PER_TET / room) ** (1 / 3)
+        least = (TETS_PER_CUBE * volume * (BYTES_PER_CHILD if levels else BYTES_PER_TET) / room) ** (1 / 3)
         raise ResourceError(
             f"an edge length of {options.edge_length:g} mm makes about {need.elements:.2g} elements and needs about "
             f"{need.gigabytes:.3g} GB, more than the {options.memory_limit:g} GB of option memory_limit; "

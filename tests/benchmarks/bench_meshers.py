@@ -70,7 +70,7 @@ def by_sweep(element: str) -> Callable[..., Cells]:
 
 def by_tetwild(quality: str) -> Callable[..., Cells]:
     def mesh(endo: Surface, epi: Surface, base: Plane, wall: Wall, edge: float) -> Cells:
-        made = tetrahedralize(wall, edge_length=edge, quality=quality)
+        made = tetrahedralize(wall, edge_length=edge, quality=quality, refinement="none")
         runs = made.info["attempts"]
         child = {"seconds": sum(run.get("processor_seconds", 0.0) for run in runs),
                  "peak": max(float(run.get("peak_bytes") or 0.0) for run in runs)}  # fmt: skip

@@ -75,7 +75,22 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, Any], list[str]
             "Hu et al. 2020",
             "manifold3d",
         ],
-        ["layers", "right ventricle", "valves", "Fibres", "assumed", "mirror", "harmonic field", "pushed"],
+        [
+            "layers",
+            "right ventricle",
+            "valves",
+            "Fibres",
+            "assumed",
+            "mirror",
+            "harmonic field",
+            "pushed",
+            "cut into eight",
+        ],
+    ),
+    "lv, refined": (
+        *({}, {"apex": OPEN_APEX}, {"refinement": {"levels": 1}}),
+        ["tetrahedra of 5 mm by fTetWild", "cut into eight once", "Bey 1995", "to edges of 2.5 mm"],
+        ["times"],
     ),
     "lv, closed by the labels": (
         {},

@@ -107,6 +107,12 @@ def reference_nodes(name: str) -> FloatArray:
     return np.concatenate([corners, [(corners[a] + corners[b]) / 2 for a, b in kind.edges]])
 
 
+def shape_values(name: str, point: npt.ArrayLike) -> FloatArray:
+    """The shape functions at one point of the reference element, ``(nodes,)``."""
+    monomials = np.prod(np.asarray(point, dtype=float)[None, :] ** _exponents(name), axis=1)
+    return np.asarray(_coefficients(name).T @ monomials)
+
+
 def shape_gradients(name: str, point: npt.ArrayLike) -> FloatArray:
     """Derivatives of the shape functions by the reference coordinates at one point, ``(nodes, 3)``.
 

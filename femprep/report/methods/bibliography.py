@@ -147,6 +147,16 @@ REFERENCES: Final = MappingProxyType(
             volume="39",
             number="4",
         ),
+        "bey1995": _article(
+            "Bey 1995",
+            "Bey, J.",
+            "Tetrahedral Grid Refinement",
+            "Computing",
+            1995,
+            "10.1007/BF02238487",
+            volume="55",
+            pages="355--378",
+        ),
         "freitag1997": _article(
             "Freitag and Ollivier-Gooch 1997",
             "Freitag, Lori A. and Ollivier-Gooch, Carl",

@@ -51,11 +51,20 @@ def _tetrahedra(manifest: RunManifest) -> list[str]:
         size = f"whose edge length follows the wall's thickness, for {through} of them through it{most}"
     else:
         size = f"of {options.edge_length:g} mm"
+    levels = manifest.details.get("volume", {}).get("refinement", {}).get("levels", 0)
+    if levels:
+        size = f"of {options.edge_length * 2**levels:g} mm"
     text = (
         "The surfaces were joined to a closed wall by Boolean operations (manifold3d "
         f"{versions.get('manifold3d', '')}), which was filled with tetrahedra {size} by fTetWild [@hu2020] through "
         f"pytetwild {versions.get('pytetwild', '')}"
     )
+    if levels:
+        text += (
+            f"; each was cut into eight {'once' if levels == 1 else f'{levels} times'}, along the shortest diagonal "
+            f"[@bey1995], to edges of {options.edge_length:g} mm, with new boundary nodes on smooth surfaces "
+            "through the wall's vertices"
+        )
     text += "; nodes were then moved to improve the worst ones [@freitag1997]." if options.optimise else "."
     found = [text]
     if options.order == 2:

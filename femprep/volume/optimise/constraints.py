@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -15,9 +16,20 @@ from femprep.mesh.topology import edge_table
 from femprep.model import FACET_TAGS, BoolArray, FloatArray, IntArray, Plane, TagArray, Wall
 
 
+class Group(Protocol):
+    """Points that belong to one surface, or to one edge between two surfaces."""
+
+    @property
+    def nodes(self) -> IntArray:
+        """Their numbers, ``(k,)``."""
+
+    def closest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Where points ``(q, 3)`` of the group belong, and the surface's unit normal or the edge's direction there."""
+
+
 @dataclass(frozen=True)
-class Group:
-    """Points that belong to one surface, or to one edge between two surfaces.
+class FacetGroup:
+    """A group of a surface of triangles.
 
     Attributes
     ----------
@@ -32,6 +44,11 @@ class Group:
     nodes: IntArray
     finder: ClosestFinder
     direction: FloatArray
+
+    def closest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """As :meth:`Group.closest`."""
+        found = self.finder(points)
+        return found.points, self.direction[found.triangle]
 
 
 @dataclass(frozen=True)
@@ -76,7 +93,8 @@ class Constraints:
         places = points.copy()
         basis = np.tile(np.eye(3), (len(points), 1, 1))
         self.renew(points, np.ones(len(points), dtype=np.bool_), places, basis)
-        held = np.unique(np.concatenate([*(group.nodes for group in self.groups), *self.plane_points.values()]))
+        none = np.empty(0, dtype=np.int64)  # nothing may be held
+        held = np.unique(np.concatenate([none, *(group.nodes for group in self.groups), *self.plane_points.values()]))
         return held, places, basis
 
     def renew(self, points: FloatArray, moved: BoolArray, places: FloatArray, basis: FloatArray) -> None:
@@ -97,9 +115,7 @@ class Constraints:
             nodes = group.nodes[moved[group.nodes]]
             if len(nodes) == 0:
                 continue
-            closest = group.finder(points[nodes])
-            places[nodes] = closest.points
-            direction = group.direction[closest.triangle]
+            places[nodes], direction = group.closest(points[nodes])
             if self.freedom[nodes[0]] == 2:
                 basis[nodes, :2] = tangents(direction)
             else:
@@ -153,13 +169,13 @@ def constrain(count: int, facets: IntArray, tag: TagArray, wall: Wall) -> Constr
         names = tuple(int(t) for t in tags[key])
         if len(names) == 1:
             triangles = wall.triangles[wall.facet_tag == names[0]]
-            groups.append(Group(nodes, ClosestFinder(wall.points, triangles), normals(wall.points, triangles)))
+            groups.append(FacetGroup(nodes, ClosestFinder(wall.points, triangles), normals(wall.points, triangles)))
         elif names in sides:
             edges = sides[names]
             along = wall.points[edges[:, 1]] - wall.points[edges[:, 0]]
             along /= np.linalg.norm(along, axis=1, keepdims=True)
             # An edge is a triangle without area: the closest point of one is that of the other.
-            groups.append(Group(nodes, ClosestFinder(wall.points, edges[:, [0, 1, 1]]), along))
+            groups.append(FacetGroup(nodes, ClosestFinder(wall.points, edges[:, [0, 1, 1]]), along))
         else:  # two surfaces that do not meet on the wall
             freedom[nodes] = 0
     return Constraints(freedom, wall.planes, plane_points, tuple(groups))

@@ -18,20 +18,32 @@ _LOWEST_ENERGY: Final = 6.0
 #: the lowest stop energy (edges of 6 mm, wall of 9 mm: 0.855 with an energy of 10 or 8, 0.873 with 6).
 _COARSE: Final = 0.5
 _BOUND: Final = 0.85
+#: Of a mesh that is refined: its envelope in edge lengths and its stop energy, which optimisation makes good.
+_COARSE_ENVELOPE: Final = 0.1
+_COARSE_ENERGY: Final = 50.0
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """Parameters of one run: envelope in mm and stop energy."""
+    """Parameters of one run: envelope in mm, stop energy, and how often its mesh is refined."""
 
     envelope: float
     stop_energy: float
+    levels: int = 0
 
 
 def attempts(
-    options: VolumeOptions, outcome: Callable[[], str], edge_length: float | None = None, thickness: float = np.inf
+    options: VolumeOptions,
+    outcome: Callable[[], str],
+    edge_length: float | None = None,
+    thickness: float = np.inf,
+    levels: int = 0,
 ) -> Iterator[Attempt]:
     """Parameters of the runs: those asked for, then others, by the outcome of the run before.
+
+    Where a coarser mesh is to be refined ``levels`` times, its envelope is wide and its stop energy high; if that
+    fails, both are as for a mesh of its edge length; and then the mesher makes the mesh itself. So many runs in all as
+    there would be without it, or one more.
 
     After a time limit everything is looser. Where the quality was missed the stop energy is the lowest: a little less
     gains little, and a tighter envelope would only keep more of the wall's small triangles; what it misses no run
@@ -45,8 +57,16 @@ def attempts(
     energy = targets.stop_energy
     if options.stop_energy is None and edge > _COARSE * thickness and targets.mean_ratio >= _BOUND:
         energy = min(energy, _LOWEST_ENERGY)
+    retries = targets.retries
+    if levels:
+        coarse = edge * 2.0**levels
+        wide = options.envelope or _COARSE_ENVELOPE * coarse
+        yield Attempt(wide, options.stop_energy or max(targets.stop_energy, _COARSE_ENERGY), levels)
+        if retries > 1:
+            yield Attempt(min(wide, targets.envelope * coarse), targets.stop_energy, levels)
+        retries = max(retries - 2, 0)
     yield Attempt(envelope, energy)
-    for _ in range(targets.retries):
+    for _ in range(retries):
         if "time_limit" in outcome():
             envelope, energy = 1.5 * envelope, 2.0 * energy
         elif MISSED in outcome():

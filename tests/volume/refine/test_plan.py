@@ -1,0 +1,61 @@
+"""How coarse the mesher works, and the runs that follow from it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from analytic_walls import ellipsoid_wall
+
+from femprep.options import VolumeOptions
+from femprep.volume.refine.plan import LONGEST, levels_for, thin_thickness
+from femprep.volume.tetwild.attempts import MISSED, attempts
+from femprep.volume.validate import check_amount
+
+
+@pytest.mark.parametrize(
+    ("options", "thickness", "levels"),
+    [
+        ({"edge_length": 2.5}, 9.0, 1),
+        ({"edge_length": 1.5}, 9.0, 2),
+        ({"edge_length": 0.4}, 9.0, 4),
+        ({"edge_length": 3.3}, 9.0, 0),
+        ({"edge_length": LONGEST / 2}, 30.0, 1),
+        ({"edge_length": 2.5}, 4.0, 0),
+        ({"edge_length": 1.0}, 2.0, 1),
+        ({"edge_length": 2.5, "refinement": "none"}, 9.0, 0),
+        ({"elements_through_wall": 4}, 9.0, 0),
+        ({"sizing": "wanted.vtu", "edge_length": 2.5}, 9.0, 0),
+    ],
+)
+def test_the_mesher_works_as_coarsely_as_the_wall_bears(options, thickness, levels):
+    assert levels_for(VolumeOptions(**{"refinement": "auto", **options}), thickness) == levels
+
+
+def test_thickness_that_most_of_a_wall_has():
+    """Between these ellipsoids the wall is 9 mm thick at the equator and the apex, and a little less between."""
+    assert thin_thickness(ellipsoid_wall(rings=24)) == pytest.approx(8.7, abs=0.35)
+    thin = ellipsoid_wall((22.0, 22.0, 42.0), (24.0, 24.0, 44.0), rings=24)
+    assert thin_thickness(thin) == pytest.approx(1.95, abs=0.1)
+
+
+def test_a_refined_mesh_is_tried_twice_then_the_mesher_makes_it_itself():
+    outcomes = []
+    options = VolumeOptions(edge_length=2.0)
+    found = []
+    for attempt in attempts(options, lambda: outcomes[-1], levels=1):
+        found.append((attempt.levels, attempt.envelope, attempt.stop_energy))
+        outcomes.append(MISSED)
+    assert found == [(1, 0.4, 50.0), (1, pytest.approx(0.2), 10.0), (0, pytest.approx(0.1), 10.0)]
+    given = VolumeOptions(edge_length=2.0, envelope=0.3, stop_energy=8.0, retries=0)
+    first = next(attempts(given, lambda: MISSED, levels=2))
+    assert (first.levels, first.envelope, first.stop_energy) == (2, 0.3, 8.0)
+    assert all(attempt.levels == 0 for attempt in attempts(options, lambda: MISSED))
+
+
+def test_refinement_needs_less_memory_and_time_than_the_mesher():
+    options = VolumeOptions(edge_length=1.0, memory_limit=100.0)
+    direct, refined = (check_amount(1e5, 9.0, options, levels=levels) for levels in (0, 2))
+    assert refined.elements == direct.elements
+    assert refined.gigabytes < 0.6 * direct.gigabytes
+    assert refined.seconds < 0.1 * direct.seconds
+    assert np.isfinite(refined.seconds)
