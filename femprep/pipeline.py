@@ -22,6 +22,7 @@ from femprep.anatomy import (
 from femprep.errors import FemprepError
 from femprep.export.content import content_of, refusals
 from femprep.image import Segmentation, align_slices
+from femprep.image.size import require_heart_size
 from femprep.model import VolumeMesh, Wall, noted, with_verdict
 from femprep.options import FibreOptions, Options, choose, takes
 from femprep.preflight import check_labels, check_options
@@ -38,7 +39,7 @@ from femprep.volume.quality.judged import carry
 from femprep.volume.quality.limits import judge_wall_volume
 from femprep.volume.ventricles import label_chambers, label_ventricles
 from femprep.wall import build_wall, fill_cavities, open_wall
-from femprep.wall.anatomies import ANATOMIES, Layout, Parts, lay_out
+from femprep.wall.anatomies import ANATOMIES, Layout, Parts, lay_out, structures_of
 from femprep.wall.joining.build import apex_info
 
 Progress = Callable[[str, float], None]
@@ -126,6 +127,7 @@ def mesh_segmentation(
 def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmentation, Layout, VentricularAxes | None]:
     """All that labels and options tell, and every refusal that follows from it, before anything takes long."""
     check_options(options)
+    require_heart_size(seg, structures_of(seg, options.anatomy).values())
     seg = _prepared(flip(seg) if options.flip else seg, options, stages)
     layout = lay_out(seg, options, stages)
     with stages("preflight"):
@@ -231,6 +233,7 @@ def fit_surfaces(
     """
     options = options or Options()
     stages = Stages(progress)
+    require_heart_size(seg, objects.values())
     seg = _prepared(seg, options, stages)
     with stages("objects"):
         found = {name: seg.object(*parts, name=name, options=options.image) for name, parts in objects.items()}

@@ -16,6 +16,7 @@ from femprep.errors import FemprepError, FileError, InputError, MissingDependenc
 from femprep.export.foreign import from_meshio
 from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_in
+from femprep.mesh.entities import refuse_entities
 from femprep.model import VolumeMesh
 from femprep.model.verdict import VERDICT
 
@@ -55,6 +56,8 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         raise FileError(f"mesh file {str(path)!r} does not exist")
     read = _folder if path.is_dir() else _READERS.get(path.suffix.lower(), _meshio)
     try:
+        if path.suffix.lower() in _XML:
+            refuse_entities(path)
         mesh = read(path)
         _require_finite(mesh)
         if path.suffix.lower() in _COMMENTED and (verdict := verdict_in(path)):
@@ -189,6 +192,9 @@ def meshio_mesh(path: Path) -> Any:
 
 #: Endings of text files with comments, in which a mesh's verdict stands.
 _COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")
+
+#: Endings of files that are, or begin as, XML.
+_XML: Final = (".vtu", ".feb", ".xdmf", ".xmf", ".xml", ".pvtu", ".vtp", ".vti")
 
 _READERS: Final[dict[str, Callable[[Path], VolumeMesh]]] = {
     ".vtu": _vtk,
