@@ -58,6 +58,6 @@ def _require(mask: BoolArray, grid: Grid, name: str) -> None:
     if max(sides) > min(LONGEST, FLATTEST * min(sides)):
         shown = " x ".join(f"{side:.3g}" for side in sides)
         raise InputError(
-            f"{name!r} fills a box of {shown} mm by voxels of {said} mm, which is no heart's; voxel sizes have to be in "
-            "mm and in the order of the stored axes: mend the header, or give them with --spacing"
+            f"{name!r} fills a box of {shown} mm by voxels of {said} mm, which is no heart's; voxel sizes have to be "
+            "in mm and in the order of the stored axes: mend the header, or give them with --spacing"
         )

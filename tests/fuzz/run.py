@@ -26,8 +26,14 @@ from fuzz.sources import Sources  # noqa: E402
 
 #: Of each round of cases, so many are of each kind.
 SHARES = {
-    **{"labels": 4, "header": 3, "bytes": 3, "affine": 1, "options": 3, "toml": 2},
-    **{"mesh file": 5, "surface file": 2},
+    "labels": 4,
+    "header": 3,
+    "bytes": 3,
+    "affine": 1,
+    "options": 3,
+    "toml": 2,
+    "mesh file": 5,
+    "surface file": 2,
 }
 _STATUS = {0: "made, passed", 1: "made, a check failed", 2: "refused", 3: "a stage failed"}
 
