@@ -50,27 +50,9 @@ def numbered(count: int, kinds: Iterable[str]) -> Iterator[tuple[str, int]]:
 
 def load() -> None:
     """Load what commands need, for forks to have it; nothing is run here: threads do not outlive a fork."""
-    for name in (
-        "cli._app",
-        "cli.mesh",
-        "cli._summary",
-        "pipeline",
-        "report.output",
-        "report.rehearsal",
-        "export",
-        "volume",
-    ):
-        import_module(f"femprep.{name}")
-    for name in (
-        "SimpleITK",
-        "pyvista",
-        "meshio",
-        "h5py",
-        "trimesh",
-        "manifold3d",
-        "scipy.spatial",
-        "scipy.sparse.linalg",
-    ):
+    own = ("cli._app", "cli.mesh", "cli._summary", "pipeline", "report.output", "export", "volume")
+    others = ("SimpleITK", "pyvista", "meshio", "h5py", "trimesh", "manifold3d", "scipy.spatial", "scipy.sparse.linalg")
+    for name in (*(f"femprep.{name}" for name in own), *others):
         import_module(name)
 
 

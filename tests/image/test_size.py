@@ -59,7 +59,7 @@ def test_surfaces_alone(factor: float) -> None:
 
 def test_one_voxel_size_of_another_unit() -> None:
     seg = scaled(lv_ellipsoid().segmentation((4.0, 4.0, 8.0)), (1.0, 1.0, 50.0))
-    with pytest.raises(fp.InputError, match="fills a box of 48 x 48 x 4e.03 mm.*which is no heart's"):
+    with pytest.raises(fp.InputError, match=r"fills a box of 48 x 48 x 4e\+03 mm.*which is no heart's"):
         fp.fit_surfaces(seg, {"lv": ("lv",)})
 
 
@@ -79,5 +79,5 @@ def test_hearts_of_a_mouse_and_of_an_elephant_pass(spacing: tuple[float, ...], m
 
 def test_resampling_says_what_it_would_take() -> None:
     obj = lv_ellipsoid().segmentation((4.0, 4.0, 8.0)).object("lv")
-    with pytest.raises(fp.ResourceError, match="would take .* voxels of 0.01 mm, more than"):
+    with pytest.raises(fp.ResourceError, match=r"would take .* voxels of 0.01 mm, more than"):
         isotropic(obj, 0.01)
