@@ -33,7 +33,7 @@ from femprep.surface.fit import check_fit
 from femprep.sweeping import boundary_wall, sweep
 from femprep.sweeping.matching.match import match_surfaces
 from femprep.volume import check, tetrahedralize
-from femprep.volume.quality.advice import what_helps
+from femprep.volume.quality.advice import advised, what_helps
 from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.volume.quality.judged import carry
 from femprep.volume.quality.limits import judge_wall_volume
@@ -105,9 +105,10 @@ def mesh_segmentation(
     _log.debug("options: %s", options)
     stages = Stages(progress)
     seg, layout, axes = begin(seg, options, stages)
-    parts = ANATOMIES[options.anatomy](seg, layout, options, stages)
-    fill = _swept if options.volume.mesher == "sweep" else _tetrahedra
-    wall, mesh = fill(parts, options, stages)
+    with advised(seg, options):
+        parts = ANATOMIES[options.anatomy](seg, layout, options, stages)
+        fill = _swept if options.volume.mesher == "sweep" else _tetrahedra
+        wall, mesh = fill(parts, options, stages)
     wall = replace(wall, info=noted(wall.info, *parts.notices))
     if axes is not None:
         with stages("anatomy"):
