@@ -141,8 +141,8 @@ def _check_gaps(seg: Segmentation) -> None:
             empty = f"slice {low} holds" if low == high else f"slices {low} to {high} hold"
             raise InputError(
                 f"{'+'.join(names)!r} is in 2 pieces of {parts[0]} and {parts[1]} voxels: {empty} nothing of it, "
-                f"between slices that do (axis {'ijk'[table.axis]}, {table.index[0]} to {table.index[-1]}); label what is "
-                "missing, or take the labels of one piece away"
+                f"between slices that do (axis {'ijk'[table.axis]}, {table.index[0]} to {table.index[-1]}); "
+                "label what is missing, or take the labels of one piece away"
             )
 
 
