@@ -202,7 +202,9 @@ def _read(file: Path) -> tuple[npt.NDArray[Any], FloatArray, FloatArray, FloatAr
                 reader.SetExtractSize(size[:3] + [0] * (len(size) - 3))
                 notes.append(f"the image has {len(size)} dimensions with a single frame; that frame was taken")
             image = reader.Execute()
-            header = {key: reader.GetMetaData(key) for key in reader.GetMetaDataKeys()}
+            # Other formats have no such fields, and ITK stumbles over keys that are no text.
+            keys = reader.GetMetaDataKeys() if format_of(file) == "NiftiImageIO" else ()
+            header = {key: reader.GetMetaData(key) for key in keys if key.isascii()}
     except RuntimeError as error:
         if "orthonormal" in str(error):
             raise _skewed(file) from None

@@ -69,13 +69,17 @@ def _read(random: Random, path: Path, sources: Sources) -> tuple[list[str], str,
     return ["compare", ball, ball, "--json", "--slices", str(path)], "", False
 
 
-def _labels_for_options(random: Random, seg: Segmentation) -> np.ndarray:
-    """The map, or most often one whose base is not to be found: refused when all options have been read."""
-    array = np.array(seg.labels)
-    if random.random() >= _MESHED:
+def _map_for_options(random: Random, seg: Segmentation, path: Path) -> bool:
+    """Write the map, or most often one whose base is not to be found: refused when all options have been read.
+
+    Whether it may be meshed.
+    """
+    array, whole = np.array(seg.labels), bool(random.random() < _MESHED)
+    if not whole:
         array[array == seg.structures["myo"][0]] = 0
         array[0, 0, 0] = seg.structures["myo"][0]
-    return array
+    _write(path, array, seg.grid.spacing)
+    return whole
 
 
 def labels(random: Random, sources: Sources, folder: Path) -> tuple[str, list[str], str, bool]:
@@ -199,7 +203,7 @@ _WORDS = (
 def options(random: Random, sources: Sources, folder: Path) -> tuple[str, list[str], str, bool]:
     anatomy = str(choose(random, HEARTS)) if random.random() < 0.2 else "lv"
     seg, path = sources.maps[anatomy], folder / "map.nii.gz"
-    _write(path, _labels_for_options(random, seg), seg.grid.spacing)
+    whole = _map_for_options(random, seg, path)
     given = []
     for _ in range(int(random.integers(1, 4))):
         name = str(choose(random, _OPTIONS))
@@ -207,12 +211,12 @@ def options(random: Random, sources: Sources, folder: Path) -> tuple[str, list[s
         given += [name, *(str(choose(random, NUMBERS + _WORDS)) for _ in range(count))]
     base = _mesh(path, anatomy, *(_SWEEP if anatomy == "lv" else _FILLED))
     out = given[len(given) - given[::-1].index("-o")] if "-o" in given else "out"
-    return " ".join(word[:30] for word in given), [*base, *given], out, True
+    return " ".join(word[:30] for word in given), [*base, *given], out, whole
 
 
 def toml(random: Random, sources: Sources, folder: Path) -> tuple[str, list[str], str, bool]:
     seg, path, config = sources.maps["lv"], folder / "map.nii.gz", folder / "options.toml"
-    _write(path, _labels_for_options(random, seg), seg.grid.spacing)
+    whole = _map_for_options(random, seg, path)
     text, done = CONFIGURATION, []
     for _ in range(int(random.integers(1, 4))):
         text, what = text_of(random, text)
@@ -225,7 +229,7 @@ def toml(random: Random, sources: Sources, folder: Path) -> tuple[str, list[str]
         data += b"x = " + b"[" * 3000
         done.append("3000 brackets")
     config.write_bytes(data)
-    return "; ".join(done), ["mesh", str(path), "-o", "out", "--config", str(config), "--quiet"], "out", True
+    return "; ".join(done), ["mesh", str(path), "-o", "out", "--config", str(config), "--quiet"], "out", whole
 
 
 def mesh_file(random: Random, sources: Sources, folder: Path) -> tuple[str, list[str], str, bool]:

@@ -14,6 +14,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from importlib import import_module
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -38,11 +39,11 @@ SHARES = {
 _STATUS = {0: "made, passed", 1: "made, a check failed", 2: "refused", 3: "a stage failed"}
 
 
-def numbered(count: int, kinds: Iterable[str]) -> Iterator[tuple[str, int]]:
-    """Kinds and numbers of the first cases, the kinds by their shares."""
+def numbered(kinds: Iterable[str]) -> Iterator[tuple[str, int]]:
+    """Kinds and numbers of cases without end, the kinds by their shares."""
     order = [kind for kind in kinds for _ in range(SHARES[kind])]
     seen: Counter[str] = Counter()
-    for index in range(count):
+    for index in count():
         kind = order[index * 7 % len(order)] if len(order) % 7 else order[index % len(order)]
         yield kind, seen[kind]
         seen[kind] += 1
@@ -78,6 +79,7 @@ def main() -> None:
     parser.add_argument("--only", type=int, nargs="*", help="numbers of cases of the kinds")
     parser.add_argument("--records", type=Path, default=Path("cases.jsonl"))
     parser.add_argument("--table", type=Path)
+    parser.add_argument("--read-only", action="store_true", help="leave out cases that may come to be meshed")
     parser.add_argument("--keep", type=Path, help="folder in which cases that fall short are kept")
     given = parser.parse_args()
     known = [json.loads(line) for line in given.records.read_text().splitlines()] if given.records.exists() else []
@@ -87,14 +89,20 @@ def main() -> None:
         folder = Path(name)
         sources = Sources(folder / "sources")
         load()
-        wanted = numbered(given.cases, given.kinds)
+        wanted = numbered(given.kinds)
         if given.only:
             wanted = ((kind, number) for kind in given.kinds for number in given.only)
         for kind, number in wanted:
+            if len(outcomes) >= given.cases and not given.only:
+                break
             if (kind, number) in done and not given.only:
                 continue
             place = fresh((given.keep.absolute() if given.keep else folder) / f"{kind.split()[0]}-{number}")
-            outcome = run(make_case(kind, given.seed, number, sources, place), place)
+            case = make_case(kind, given.seed, number, sources, place)
+            if given.read_only and case.meshes:
+                fresh(place).rmdir()
+                continue
+            outcome = run(case, place)
             if not given.keep or (not outcome.fault and not given.only):
                 fresh(place).rmdir()
             outcomes.append(outcome)
