@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import errno
 import gc
 import logging
 import os
@@ -17,6 +18,9 @@ from femprep.errors import DiskFullError, FemprepError, cannot_write, did_you_me
 
 #: Exit status after Ctrl-C, as shells have it.
 INTERRUPTED = 130
+#: What the system says of a name that the user gave, wherever it is met; and how much of one is shown.
+_BAD_NAMES = frozenset({errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR, errno.EISDIR, errno.EACCES, errno.EPERM})
+_LONGEST_NAME = 100
 #: Numbers of three options in glibc's ``malloc.h``.
 _TRIM_THRESHOLD, _MMAP_THRESHOLD, _ARENA_MAX = -1, -3, -8
 #: New objects after which Python looks for cycles: libraries that are loaded make ever so many, and nearly no cycles.
@@ -76,6 +80,10 @@ def _said(error: BaseException, arguments: list[str]) -> int:
         full = cannot_write("what was to be written", error, "write to another disk")
         if isinstance(full, DiskFullError):
             return _line(str(full), full.exit_status)
+        if error.errno in _BAD_NAMES and error.filename is not None:
+            name = repr(str(error.filename))
+            shown = name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}..."
+            return _line(f"{shown} cannot be used: {error.strerror}; give another file or folder", 2)
     if isinstance(error, MemoryError):
         said = f" ({error})" if str(error) else ""
         return _line(f"memory ran out{said}; choose larger voxels or a larger edge length, or a larger machine", 3)

@@ -135,3 +135,15 @@ def test_output_that_cannot_be_printed(tmp_path: Path) -> None:
     assert ended.returncode == 3
     assert ended.stderr.count("\n") == 1
     assert "no room" in ended.stderr
+
+
+@pytest.mark.parametrize("option", ["--template", "--sizing", "--config", "--out"])
+def test_names_that_the_system_refuses(
+    option: str, heart: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    arguments = ["mesh", str(heart), "-o", "out", "--preset", "acdc", option, "a" * 5000]
+    assert main(arguments) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == [heart.name]
