@@ -22,6 +22,7 @@ from femprep.anatomy import (
 from femprep.errors import FemprepError
 from femprep.export.content import content_of, refusals
 from femprep.image import Segmentation, align_slices
+from femprep.image.size import require_heart_size
 from femprep.model import Progress, VolumeMesh, Wall, noted, with_verdict
 from femprep.options import FibreOptions, Options, choose, takes
 from femprep.preflight import check_labels, check_options
@@ -32,13 +33,13 @@ from femprep.surface.fit import check_fit
 from femprep.sweeping import boundary_wall, sweep
 from femprep.sweeping.matching.match import match_surfaces
 from femprep.volume import check, tetrahedralize
-from femprep.volume.quality.advice import what_helps
+from femprep.volume.quality.advice import advised, what_helps
 from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.volume.quality.judged import carry
 from femprep.volume.quality.limits import judge_wall_volume
 from femprep.volume.ventricles import label_chambers, label_ventricles
 from femprep.wall import build_wall, fill_cavities, open_wall
-from femprep.wall.anatomies import ANATOMIES, Layout, Parts, lay_out
+from femprep.wall.anatomies import ANATOMIES, Layout, Parts, lay_out, structures_of
 from femprep.wall.joining.build import apex_info
 
 _log = logging.getLogger(__name__)
@@ -103,9 +104,10 @@ def mesh_segmentation(
     _log.debug("options: %s", options)
     stages = Stages(progress)
     seg, layout, axes = begin(seg, options, stages)
-    parts = ANATOMIES[options.anatomy](seg, layout, options, stages)
-    fill = _swept if options.volume.mesher == "sweep" else _tetrahedra
-    wall, mesh = fill(parts, options, stages)
+    with advised(seg, options):
+        parts = ANATOMIES[options.anatomy](seg, layout, options, stages)
+        fill = _swept if options.volume.mesher == "sweep" else _tetrahedra
+        wall, mesh = fill(parts, options, stages)
     wall = replace(wall, info=noted(wall.info, *parts.notices))
     if axes is not None:
         with stages("anatomy"):
@@ -125,6 +127,7 @@ def mesh_segmentation(
 def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmentation, Layout, VentricularAxes | None]:
     """All that labels and options tell, and every refusal that follows from it, before anything takes long."""
     check_options(options)
+    require_heart_size(seg, structures_of(seg, options.anatomy).values())
     seg = _prepared(flip(seg) if options.flip else seg, options, stages)
     layout = lay_out(seg, options, stages)
     with stages("preflight"):
@@ -230,6 +233,7 @@ def fit_surfaces(
     """
     options = options or Options()
     stages = Stages(progress)
+    require_heart_size(seg, objects.values())
     seg = _prepared(seg, options, stages)
     with stages("objects"):
         found = {name: seg.object(*parts, name=name, options=options.image) for name, parts in objects.items()}

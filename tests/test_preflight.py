@@ -247,3 +247,29 @@ def test_a_mesh_whose_fibres_fail_is_written_without(ventricle, tmp_path: Path, 
     assert "aha" not in fp.read_mesh(out / "mesh.vtu").cell_data
     assert main(["check", str(out / "mesh.vtu"), "--quiet"]) == 1
     assert main(["check", str(out / "mesh.msh"), "--quiet"]) == 1
+
+
+@pytest.mark.parametrize("emptied", [[5], [5, 6]])
+@pytest.mark.parametrize("mesher", ["tetwild", "sweep"])
+def test_empty_slices_in_the_middle_of_the_stack(refusal: Refusal, ventricle, emptied: list[int], mesher: str) -> None:
+    labels = np.array(ventricle.labels)
+    labels[:, :, emptied] = 0
+    seg = fp.Segmentation(labels, ventricle.grid, ventricle.structures)
+    line = refusal(seg, InputError, volume={"mesher": mesher})
+    said = "slice 5 holds nothing" if len(emptied) == 1 else "slices 5 to 6 hold nothing"
+    assert "is in 2 pieces of" in line
+    assert said in line
+    assert "label what is missing" in line
+    assert "plane" not in line
+
+
+def test_a_speck_beyond_an_empty_slice_is_left_out(ventricle, monkeypatch) -> None:
+    labels = np.array(ventricle.labels)
+    cavity = np.argwhere(labels == 3)
+    last = int(cavity[:, 2].min())
+    labels[:, :, last] = 0
+    labels[tuple(cavity[cavity[:, 2] == last][0])] = 3
+    labels[:, :, last + 1] = 0
+    monkeypatch.setattr("femprep.pipeline.ANATOMIES", {"lv": lambda *_: 1 / 0})
+    with pytest.raises(ZeroDivisionError):
+        fp.mesh_segmentation(fp.Segmentation(labels, ventricle.grid, ventricle.structures))

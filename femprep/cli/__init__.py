@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import atexit
+import errno
 import gc
 import logging
+import os
 import signal
 import sys
+from contextlib import suppress
 from difflib import get_close_matches
 from types import FrameType
 from typing import Any
@@ -15,6 +18,9 @@ from femprep.errors import DiskFullError, FemprepError, cannot_write, did_you_me
 
 #: Exit status after Ctrl-C, as shells have it.
 INTERRUPTED = 130
+#: What the system says of a name that the user gave, wherever it is met; and how much of one is shown.
+_BAD_NAMES = frozenset({errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR, errno.EISDIR, errno.EACCES, errno.EPERM})
+_LONGEST_NAME = 100
 #: Numbers of three options in glibc's ``malloc.h``.
 _TRIM_THRESHOLD, _MMAP_THRESHOLD, _ARENA_MAX = -1, -3, -8
 #: New objects after which Python looks for cycles: libraries that are loaded make ever so many, and nearly no cycles.
@@ -30,51 +36,91 @@ def main(arguments: list[str] | None = None) -> int:
         0 done; 1 done but a check failed; 2 the input or the options are wrong; 3 a stage failed; 130 interrupted.
     """
     gc.set_threshold(_NEW_OBJECTS)
-    from femprep.cli._app import app
-    from femprep.cli._logging import stop_logging
+    from femprep.cli._logging import keep_warnings, stop_logging
 
     signal.signal(signal.SIGTERM, _terminate)
     _keep_memory()
     # The system takes all memory back at the end: Python need not look through it for cycles first.
     atexit.register(gc.freeze)
     try:
-        status = int(app(args=arguments, prog_name="femprep", standalone_mode=False) or 0)
-        return _interrupted() if status == INTERRUPTED else status
-    except FemprepError as error:
-        logging.getLogger(__name__).debug("what went wrong", exc_info=True)
-        print(f"femprep: error: {' '.join(str(error).split())}", file=sys.stderr)  # noqa: T201
-        return error.exit_status
+        with keep_warnings():
+            return _run(arguments)
     except KeyboardInterrupt:
         return _interrupted()
     except BrokenPipeError:
+        _drop_output()
         return 0
-    except OSError as error:  # what is wrong with a file has been said; a disk may be full anywhere
-        full = cannot_write("what was to be written", error, "write to another disk")
-        if not isinstance(full, DiskFullError):
-            raise
-        print(f"femprep: error: {full}", file=sys.stderr)  # noqa: T201
-        return full.exit_status
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # libraries leave by themselves, too
         logging.getLogger(__name__).debug("what went wrong", exc_info=True)
-        return _usage(error)
+        return _said(error, sys.argv[1:] if arguments is None else arguments)
     finally:
         stop_logging()
 
 
-def _usage(error: Exception) -> int:
-    """Exit status of an error of the command line's own grammar; anything else is a bug and goes on up."""
+def _run(arguments: list[str] | None) -> int:
+    """The command's own status; what it prints is out when this returns."""
+    from femprep.cli._app import app
+
+    status = int(app(args=arguments, prog_name="femprep", standalone_mode=False) or 0)
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        _drop_output()
+        raise cannot_write("what is printed", error, "send it elsewhere") from None
+    return _interrupted() if status == INTERRUPTED else status
+
+
+def _said(error: BaseException, arguments: list[str]) -> int:
+    """Say in one line what went wrong; the exit status it means."""
+    if isinstance(error, FemprepError):
+        return _line(str(error), error.exit_status)
+    if isinstance(error, OSError):  # what is wrong with a file has been said; a disk may be full anywhere
+        full = cannot_write("what was to be written", error, "write to another disk")
+        if isinstance(full, DiskFullError):
+            return _line(str(full), full.exit_status)
+        if error.errno in _BAD_NAMES and error.filename is not None:
+            name = repr(str(error.filename))
+            shown = name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}..."
+            return _line(f"{shown} cannot be used: {error.strerror}; give another file or folder", 2)
+    if isinstance(error, MemoryError):
+        said = f" ({error})" if str(error) else ""
+        return _line(f"memory ran out{said}; choose larger voxels or a larger edge length, or a larger machine", 3)
     if type(error).__name__ == "Abort":
         return _interrupted()
-    show, status = getattr(error, "show", None), int(getattr(error, "exit_code", 2))
-    if show is None:
-        raise error
+    if hasattr(error, "show"):
+        return _usage(error)
+    from femprep.cli._crash import write_crash
+
+    path = write_crash(error, arguments)
+    where = f"send us {str(path)!r}, which says where" if path else "what is known of it could not be written anywhere"
+    return _line(f"{type(error).__name__}: {error}: nobody foresaw this, and nothing was written; {where}", 3)
+
+
+def _line(words: str, status: int) -> int:
+    """One line on standard error, whatever is in the words: a file may be named by control characters."""
+    shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in " ".join(words.split()))
+    with suppress(OSError, ValueError):  # standard error may be closed
+        print(f"femprep: error: {shown}", file=sys.stderr)  # noqa: T201
+    return status
+
+
+def _drop_output() -> None:
+    """Whoever read the output has gone: let Python's own end not stumble over what is still to be sent."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _usage(error: Any) -> int:
+    """Exit status of an error of the command line's own grammar."""
+    status = int(getattr(error, "exit_code", 2))
     if type(error).__name__ == "NoArgsIsHelpError":  # which shows the help
-        show()
+        error.show()
         return status
     context: Any = getattr(error, "ctx", None)
     command = "femprep" if context is None else context.command_path
-    print(f"femprep: error: {_grammar(error)}; see {command} --help", file=sys.stderr)  # noqa: T201
-    return status
+    return _line(f"{_grammar(error)}; see {command} --help", 2)
 
 
 def _grammar(error: Any) -> str:

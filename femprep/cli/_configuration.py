@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -108,7 +109,7 @@ def parse_objects(items: Sequence[str] | None, labels: dict[str, tuple[int, ...]
         found = {name: (name,) for name in labels if name not in WALLS}
         if {"lv", "myo"} <= set(labels):
             found["epi"] = ("lv", "myo")
-        return found
+        return _files(found)
     for item in items:
         name, equals, parts = item.partition("=")
         structures = tuple(part.strip() for part in (parts if equals else name).split("+"))
@@ -119,4 +120,14 @@ def parse_objects(items: Sequence[str] | None, labels: dict[str, tuple[int, ...]
                 f"{', '.join(labels) or 'those given'}; name it with --structure NAME=LABEL"
             )
         found[name.strip()] = structures
-    return found
+    return _files(found)
+
+
+def _files(objects: dict[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+    """The same, if their names may be those of files: a configuration of somebody else's names no folder of yours."""
+    for name in objects:
+        if not re.fullmatch(r"\w[\w .+-]{0,99}", name):
+            raise OptionError(
+                f"{name!r} cannot be the name of an object, which is that of its file; use letters, digits, '_' and '-'"
+            )
+    return objects

@@ -5,6 +5,9 @@ from __future__ import annotations
 import logging
 import platform
 import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -49,6 +52,18 @@ def _file(path: Path | None) -> Path | None:
     _log.debug("femprep %s, Python %s, %s", __version__, platform.python_version(), platform.platform())
     _log.debug("command: %s", " ".join(sys.argv[1:]))
     return path
+
+
+@contextmanager
+def keep_warnings() -> Iterator[None]:
+    """Send Python's warnings to the log instead of the screen: what concerns the user is said in a line of ours."""
+    with warnings.catch_warnings():
+        warnings.showwarning = _log_warning  # type: ignore[assignment]
+        yield
+
+
+def _log_warning(message: Warning | str, category: type[Warning], filename: str, lineno: int, *_: object) -> None:
+    _log.debug("%s:%d: %s: %s", filename, lineno, category.__name__, message)
 
 
 def _add(handler: logging.Handler) -> None:

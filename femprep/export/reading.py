@@ -17,6 +17,7 @@ from femprep.errors import FemprepError, FileError, InputError, MissingDependenc
 from femprep.export.foreign import from_meshio
 from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_in
+from femprep.mesh.entities import refuse_entities
 from femprep.model import VolumeMesh
 from femprep.model.verdict import VERDICT
 
@@ -56,6 +57,8 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         raise FileError(f"mesh file {str(path)!r} does not exist")
     reader = "svmultiphysics" if path.is_dir() else _READERS.get(path.suffix.lower(), _meshio)
     try:
+        if path.suffix.lower() in _XML:
+            refuse_entities(path)
         mesh = import_module(f"femprep.export.{reader}.read").read(path) if isinstance(reader, str) else reader(path)
         _require_finite(mesh)
         if path.suffix.lower() in _COMMENTED and (verdict := verdict_in(path)):
@@ -160,6 +163,9 @@ def meshio_mesh(path: Path) -> Any:
 
 #: Endings of text files with comments, in which a mesh's verdict stands.
 _COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")
+
+#: Endings of files that are, or begin as, XML.
+_XML: Final = (".vtu", ".feb", ".xdmf", ".xmf", ".xml", ".pvtu", ".vtp", ".vti")
 
 #: By the ending of a file: the folder of this room whose ``read`` reads it, or what is to be done.
 _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {

@@ -1,4 +1,4 @@
-"""VTK data sets to and from XML files, with numpy arrays as their data. The only file that imports VTK's readers."""
+"""VTK data sets to and from XML files, with numpy arrays as their data."""
 
 from __future__ import annotations
 
@@ -115,44 +115,3 @@ def save(dataset: Any, path: Path) -> None:
     if not writer.Write():
         raise FileError(f"{str(path)!r} could not be put into words by VTK")
     path.write_text(writer.GetOutputString(), encoding="ascii", newline="\n")
-
-
-def load(path: Path) -> Any:
-    """Read a VTK data set from a ``.vtu``, ``.vtp`` or legacy ``.vtk`` file.
-
-    Raises
-    ------
-    FileError
-        The file is damaged or holds another kind of data.
-    """
-    from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
-    from vtkmodules.vtkIOLegacy import vtkDataSetReader
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
-
-    kinds: dict[str, Any] = {
-        ".vtu": vtkXMLUnstructuredGridReader,
-        ".vtp": vtkXMLPolyDataReader,
-        ".vtk": vtkDataSetReader,
-    }
-    reader = kinds[path.suffix.lower()]()
-    if path.suffix.lower() == ".vtk":
-        reader.ReadAllScalarsOn()
-        reader.ReadAllVectorsOn()
-        reader.ReadAllFieldsOn()
-    # VTK reports a damaged file to its output window alone and returns an empty data set.
-    window, before = vtkStringOutputWindow(), vtkOutputWindow.GetInstance()
-    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
-    vtkOutputWindow.SetInstance(window)
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    try:
-        reader.SetFileName(str(path))
-        reader.Update()
-        dataset = reader.GetOutput()
-    finally:
-        vtkLogger.SetStderrVerbosity(verbosity)
-        vtkOutputWindow.SetInstance(before)
-    said = window.GetOutput()
-    if "ERR" in said or dataset is None:
-        reason = next((line.split("):", 1)[-1].strip() for line in said.splitlines() if "):" in line), "unreadable")
-        raise FileError(f"{str(path)!r} is damaged: {reason}")
-    return dataset

@@ -26,6 +26,9 @@ FORMATS = {
     ".mhd": "MetaImageIO",
 }
 
+#: Bytes that may follow the voxels of a NIfTI file: what is compressed can grow a thousandfold.
+_BEHIND = 1 << 26
+
 _REMEDY = "copy or convert the file again"
 
 
@@ -77,12 +80,13 @@ def _require_whole_nifti(path: Path) -> None:
     try:
         with gzip.open(path, "rb") if compressed else open(path, "rb") as stream:
             head = stream.read(352)
-            length = len(head)
-            while block := stream.read(1 << 20):
+            length, expected = len(head), _nifti_bytes(head)
+            while (block := stream.read(1 << 20)) and expected is not None:
                 length += len(block)
+                if length > expected + _BEHIND:
+                    raise FileError(f"{path}: holds more than the {expected} bytes its header tells of; {_REMEDY}")
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
         raise FileError(f"{path}: damaged or cut short ({error}); {_REMEDY}") from None
-    expected = _nifti_bytes(head)
     if expected is None:
         raise FileError(f"{path}: not a NIfTI file, or its header is damaged")
     if length < expected:

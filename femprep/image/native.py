@@ -1,4 +1,4 @@
-"""What native code writes to the process's standard error, caught and handed over as lines."""
+"""What the system tells of this process: what native code writes to standard error, and how much memory there is."""
 
 from __future__ import annotations
 
@@ -39,3 +39,15 @@ def captured_stderr() -> Iterator[list[str]]:
             os.close(saved)
             store.seek(0)
             said.extend(line.strip() for line in store.read().decode(errors="replace").splitlines() if line.strip())
+
+
+def memory() -> int | None:
+    """Memory that this process may have: the machine's, or its limit of address space; None where it is not told."""
+    try:
+        there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, OSError, ValueError):  # Windows
+        return None
+    import resource
+
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    return there if limit == resource.RLIM_INFINITY else min(there, limit)

@@ -6,6 +6,7 @@ The only file that imports SimpleITK, and late.
 from __future__ import annotations
 
 import logging
+import math
 import os
 import shutil
 import tempfile
@@ -17,17 +18,19 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from femprep.errors import DiskFullError, FileError, InputError, OptionError, cannot_write
+from femprep.errors import DiskFullError, FileError, InputError, OptionError, ResourceError, cannot_write
 from femprep.image.affine import choose_spacing, spacing_warning
 from femprep.image.files import format_of, require_whole
 from femprep.image.grid import Grid
-from femprep.image.native import captured_stderr
+from femprep.image.native import captured_stderr, memory
 from femprep.image.segmentation import Segmentation, count_labels
 from femprep.model import FloatArray, Notice, records
 from femprep.options import PRESETS, ImageOptions, choose, takes
 
 log = logging.getLogger(__name__)
 
+#: Memory that reading a label map and taking its objects apart needs, bytes per voxel, at the least.
+_BYTES_PER_VOXEL: Final = 4
 #: A disk with less room than this is full, bytes.
 _FULL: Final = 2**16
 
@@ -194,11 +197,14 @@ def _read(file: Path) -> tuple[npt.NDArray[Any], FloatArray, FloatArray, FloatAr
             reader.ReadImageInformation()
             size = list(reader.GetSize())
             _require_volume(file, size, reader.GetNumberOfComponents(), reader.GetPixelID() in _complex(sitk))
+            _require_memory(file, size[:3])
             if len(size) > 3:
                 reader.SetExtractSize(size[:3] + [0] * (len(size) - 3))
                 notes.append(f"the image has {len(size)} dimensions with a single frame; that frame was taken")
             image = reader.Execute()
-            header = {key: reader.GetMetaData(key) for key in reader.GetMetaDataKeys()}
+            # Other formats have no such fields, and ITK stumbles over keys that are no text.
+            keys = reader.GetMetaDataKeys() if format_of(file) == "NiftiImageIO" else ()
+            header = {key: reader.GetMetaData(key) for key in keys if key.isascii()}
     except RuntimeError as error:
         if "orthonormal" in str(error):
             raise _skewed(file) from None
@@ -251,6 +257,17 @@ def _require_volume(file: Path, size: list[int], components: int, complex_values
     if any(n > 1 for n in size[3:]):
         raise InputError(
             f"{file}: is a {len(size)}-D image ({shown}), expected 3-D; write one frame to a file of its own"
+        )
+
+
+def _require_memory(file: Path, size: list[int]) -> None:
+    """Refuse what does not fit into the memory of the machine, before it is asked for."""
+    need, there = _BYTES_PER_VOXEL * math.prod(size), memory()
+    if there is not None and need > there:
+        shown = " x ".join(map(str, size))
+        raise ResourceError(
+            f"{file}: its {shown} voxels need about {need / 1e9:.3g} GB, and there are {there / 1e9:.3g} GB; crop or "
+            "resample the image"
         )
 
 

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from femprep.errors import OptionError
+from femprep.errors import OptionError, ResourceError
 from femprep.image.grid import Grid
 from femprep.image.object import PADDING, LabelObject, bounding_box
 from femprep.image.topology import label_pieces
 from femprep.model import BoolArray, FloatArray
+
+#: Voxels of a resampled object at most: some gigabytes of distances.
+MOST_VOXELS: Final = 100_000_000
 
 
 def isotropic(obj: LabelObject, spacing: float | None = None) -> LabelObject:
@@ -38,6 +43,8 @@ def isotropic(obj: LabelObject, spacing: float | None = None) -> LabelObject:
     ------
     OptionError
         The new voxel size is not positive.
+    ResourceError
+        There would be more than a hundred million voxels.
 
     References
     ----------
@@ -48,6 +55,13 @@ def isotropic(obj: LabelObject, spacing: float | None = None) -> LabelObject:
         raise OptionError(f"spacing is {spacing!r} mm, expected a positive number")
     axis = obj.stack_axis
     first, last = bounding_box(obj.mask)
+    sides = [(last[a] - first[a] + 1) * float(obj.grid.spacing[a]) for a in range(3)]
+    if (count := math.prod(side / size + 2.0 for side in sides)) > MOST_VOXELS:
+        shown = " x ".join(f"{side:.3g}" for side in sides)
+        raise ResourceError(
+            f"object {obj.name!r} of {shown} mm would take {count:.2g} voxels of {size:.3g} mm, more than "
+            f"{MOST_VOXELS:.0g}; check the voxel sizes of the file, or give them with --spacing"
+        )
     centres = [_centres(first[a], last[a], float(obj.grid.spacing[a]), size) for a in range(3)]
     mask, method = _by_shape(obj, axis, (first[axis], last[axis]), centres), "shape"
     if len(label_pieces(mask)[1]) != len(label_pieces(obj.mask)[1]):

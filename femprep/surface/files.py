@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from femprep.errors import FileError, InputError
 from femprep.mesh.topology import is_closed, is_consistently_wound
+from femprep.mesh.vtk_reading import load
 from femprep.model import FloatArray, IntArray, Surface
 
 _VTK = (".vtp", ".vtk")
@@ -68,12 +68,7 @@ def read_surface(path: str | Path) -> Surface:
 def _from_vtk(path: Path) -> Surface:
     import pyvista
 
-    said = pyvista.VtkErrorCatcher(emit_warnings=False)
-    with said, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # pyvista repeats as a warning what is raised below
-        mesh = pyvista.read(path)
-    if said.error_events:
-        raise FileError(f"{str(path)!r} is damaged: {said.error_events[0].alert}")
+    mesh = pyvista.wrap(load(path))
     if not isinstance(mesh, pyvista.PolyData):
         raise FileError(f"{str(path)!r} holds {type(mesh).__name__}, expected polygons of a surface")
     points = np.asarray(mesh.points, dtype=np.float64)

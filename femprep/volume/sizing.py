@@ -17,6 +17,8 @@ import numpy.typing as npt
 
 from femprep.errors import FileError, InputError
 from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.entities import refuse_entities
+from femprep.mesh.vtk_reading import load
 from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
 
@@ -162,7 +164,8 @@ def read_sizing(path: Path) -> tuple[FloatArray, FloatArray]:
     if not path.is_file():
         raise FileError(f"sizing field {str(path)!r} is not there; name a .vti, .vtu, .vtp or .vtk file")
     try:
-        data: Any = pyvista.read(path)
+        refuse_entities(path)
+        data: Any = pyvista.wrap(load(path)) if path.suffix.lower() in (".vtu", ".vtp", ".vtk") else pyvista.read(path)
         points, table = np.asarray(data.points, dtype=np.float64), data.point_data
     except Exception as error:
         reason = str(error).strip().splitlines() or [type(error).__name__]

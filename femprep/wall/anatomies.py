@@ -138,7 +138,7 @@ def lay_out(seg: Segmentation, options: Options, stages: Stages) -> Layout:
                 openings += [opening for opening in find_openings(seg) if opening.name not in named]
             check_openings(seg, openings)
     with stages("objects"):
-        parts = _structures(seg, options.anatomy)
+        parts = structures_of(seg, options.anatomy)
         objects = {name: seg.object(*own, name=name, options=options.image) for name, own in parts.items()}
     if whole:
         return Layout(objects, openings=openings)
@@ -148,7 +148,7 @@ def lay_out(seg: Segmentation, options: Options, stages: Stages) -> Layout:
     return Layout(objects, base, apex)
 
 
-def _structures(seg: Segmentation, anatomy: str) -> dict[str, tuple[str, ...]]:
+def structures_of(seg: Segmentation, anatomy: str) -> dict[str, tuple[str, ...]]:
     """Structures that each object of an anatomy is the union of."""
     if anatomy == "lv":
         return {"lv": ("lv",), "epi": ("lv", "myo")}

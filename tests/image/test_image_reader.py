@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from femprep.errors import DiskFullError, FileError, InputError, OptionError
 from femprep.image import Grid, Segmentation, read_segmentation, write_segmentation
+from femprep.phantoms import lv_ellipsoid
 
 SimpleITK = pytest.importorskip("SimpleITK")
 FORMATS = ["nii", "nii.gz", "nrrd", "mha", "mhd", "nhdr"]
@@ -385,3 +386,15 @@ def test_gzip_level_does_not_matter(tmp_path, nifti):
     path = tmp_path / "heart.nii.gz"
     path.write_bytes(gzip.compress(bytes(nifti), 1))
     assert read_segmentation(path, preset="acdc").present == (1, 2, 3)
+
+
+@pytest.mark.parametrize("key", [b"Com\xffent", b"sform_code", b"xyzt_units"])
+def test_fields_of_a_header_that_are_no_text_or_not_of_its_format(tmp_path, key: bytes) -> None:
+    seg = lv_ellipsoid().segmentation((3.0, 3.0, 10.0))
+    path = tmp_path / "heart.mha"
+    write_segmentation(seg, path)
+    head, mark, rest = path.read_bytes().partition(b"ElementDataFile")
+    path.write_bytes(head + key + b" = no number\n" + mark + rest)
+    found = read_segmentation(path, structures=dict(seg.structures))
+    assert np.array_equal(found.labels, seg.labels)
+    assert found.info["spacing_source"] == "header"

@@ -1,15 +1,15 @@
-"""A mesh that leaves its labels in, what helps out: how far slices lie beside their neighbours, and what moving them
-back would reach."""
+"""A mesh that leaves its labels, or a stage that fails, in; what helps out: how far slices lie beside their neighbours,
+and what moving them back would reach."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import nullcontext
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from typing import Final
 
 import numpy as np
 
-from femprep.errors import FemprepError
+from femprep.errors import FemprepError, InputError, StageError
 from femprep.image import Segmentation, align_slices, estimate_shifts
 from femprep.model import Progress
 from femprep.options import Options
@@ -18,6 +18,8 @@ from femprep.wall.anatomies import ANATOMIES, Parts, lay_out
 
 #: A slice is said to lie beside its neighbours from this many pixels.
 _BESIDE: Final = 1.0
+#: A stage that fails is put down to shifts from this many pixels on.
+_DISPLACED: Final = 2.0
 
 
 def what_helps(seg: Segmentation, found: Fidelity, parts: Parts, options: Options) -> list[str]:
@@ -59,6 +61,39 @@ def what_helps(seg: Segmentation, found: Fidelity, parts: Parts, options: Option
         f"the surfaces fitted to the labels lie within {own:.1f} pixels; what leaves them is the mesh between them, "
         f"which {finer} may bring nearer",
     ]
+
+
+@contextmanager
+def advised(seg: Segmentation, options: Options) -> Iterator[None]:
+    """Add to an error of the block, where slices lie displaced, that shifts can be corrected and what that reaches.
+
+    Parameters
+    ----------
+    seg : Segmentation
+        The label map as it is meshed.
+    options : Options
+        Of the run.
+    """
+    try:
+        yield
+    except (StageError, InputError) as error:
+        if options.image.correct_shifts:
+            raise
+        shifts = estimate_shifts(seg)
+        pixel = float(np.delete(seg.grid.spacing, seg.stack_axis).max())
+        if shifts.largest < _DISPLACED * pixel:
+            raise
+        at = int(shifts.index[np.argmax(np.linalg.norm(shifts.shift, axis=1))])
+        before, after = shifts.zigzag
+        line = (
+            f"{error}; slices lie up to {shifts.largest:.1f} mm beside the others (slice {at}): --correct-shifts moves "
+            f"them back, by which centroids zig-zag by {after:.1f} mm instead of {before:.1f}"
+        )
+        reached = _reached(align_slices(seg, shifts), options)
+        what = (
+            "no surfaces can be fitted then either" if reached is None else f"surfaces lie within {reached:.1f} pixels"
+        )
+        raise type(error)(f"{line}, and {what}") from error
 
 
 def _shifted(seg: Segmentation, beside: Mapping[int, float], options: Options) -> list[str]:

@@ -8,7 +8,7 @@ from femprep.errors import InputError, StageError
 from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import edge_table, is_consistently_wound, pieces, pinched_vertices
-from femprep.model import Surface, Wall, tag_name
+from femprep.model import FloatArray, Surface, Wall, tag_name
 from femprep.model.notice import spot
 from femprep.wall.clipping.clipped_surface import Sheet
 
@@ -16,6 +16,8 @@ from femprep.wall.clipping.clipped_surface import Sheet
 LEAST_QUALITY = 0.2
 #: How far a vertex may lie off its plane, mm.
 FLAT = 1e-9
+#: So far below the base what fails is put down to how surfaces round off there, mm.
+_BESIDE = 5.0
 
 
 def check_surface(surface: Surface) -> None:
@@ -69,6 +71,18 @@ def check_sheet(sheet: Sheet) -> None:
         )
 
 
+def _beside_base(wall: Wall, at: FloatArray) -> str:
+    """What helps where a wall fails just below its base: there surfaces round off into the caps that are cut away."""
+    base = wall.planes.get("base")
+    depth = -float(base.signed_distance(at[None])[0]) if base is not None else np.inf
+    if not 0.0 <= depth < _BESIDE:
+        return ""
+    return (
+        f"; it lies {depth:.1f} mm below the base, where surfaces round off beside a thin last slice: move the base "
+        f"inwards by --base-offset {np.ceil(depth + 0.5):.0f}, or more"
+    )
+
+
 def check_wall(wall: Wall, shells: int = 1) -> None:
     """Refuse a wall that is not the clean boundary of one solid.
 
@@ -88,7 +102,8 @@ def check_wall(wall: Wall, shells: int = 1) -> None:
 
     def refuse(what: str, cell: int) -> None:
         tag = tag_name(int(wall.facet_tag[cell]))
-        raise StageError(f"the wall {what} at {spot(points[triangles[cell]].mean(axis=0))} ({tag})")
+        at = points[triangles[cell]].mean(axis=0)
+        raise StageError(f"the wall {what} at {spot(at)} ({tag}){_beside_base(wall, at)}")
 
     table = edge_table(triangles)
     odd = np.flatnonzero(table.count != 2)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from analytic_walls import ellipsoid_wall
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from wall_shapes import Ellipsoid, cap_volume, ellipsoids, plane_z, template_surface, turned
@@ -226,3 +227,18 @@ def test_the_final_check_fires():
     for broken, message in cases:
         with pytest.raises(StageError, match=message):
             check_wall(broken)
+
+
+@pytest.mark.parametrize(("below", "told"), [(2.0, True), (20.0, False)])
+def test_what_crosses_beside_the_base_says_how_to_move_it(below: float, told: bool) -> None:
+    """As a phantom of both ventricles on voxels of 0.6 mm does, whose last slice is thin; there 2 mm are enough."""
+    wall = ellipsoid_wall()
+    points = np.array(wall.points)
+    inner = np.unique(wall.triangles[wall.facet_tag == FACET_TAGS["endo"]])
+    depth = 10.0 - points[inner, 2]
+    moved = inner[np.argmin(np.abs(depth - below))]
+    # Through the wall, out of the epicardium.
+    points[moved, :2] *= 2.0
+    with pytest.raises(StageError) as caught:
+        check_wall(replace(wall, points=points))
+    assert ("move the base inwards by --base-offset" in str(caught.value)) == told, str(caught.value)

@@ -1,0 +1,119 @@
+"""Run cases of damaged input, each in a process of its own, and write what came of them as a table.
+
+    python tests/fuzz/run.py --cases 1000 --seed 1 --records cases.jsonl --table table.md
+
+Cases are the same for a seed. Those already among the records are not run again, so that a run can be taken up.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from importlib import import_module
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+
+sys.path[:0] = [str(Path(__file__).resolve().parent.parent)]
+
+from fuzz.cases import KINDS, make_case  # noqa: E402
+from fuzz.judge import Outcome, fresh, run  # noqa: E402
+from fuzz.sources import Sources  # noqa: E402
+
+#: Of each round of cases, so many are of each kind.
+SHARES = {
+    "labels": 4,
+    "header": 3,
+    "bytes": 3,
+    "affine": 1,
+    "options": 3,
+    "toml": 2,
+    "mesh file": 5,
+    "surface file": 2,
+}
+_STATUS = {0: "made, passed", 1: "made, a check failed", 2: "refused", 3: "a stage failed"}
+
+
+def numbered(kinds: Iterable[str]) -> Iterator[tuple[str, int]]:
+    """Kinds and numbers of cases without end, the kinds by their shares."""
+    order = [kind for kind in kinds for _ in range(SHARES[kind])]
+    seen: Counter[str] = Counter()
+    for index in count():
+        kind = order[index * 7 % len(order)] if len(order) % 7 else order[index % len(order)]
+        yield kind, seen[kind]
+        seen[kind] += 1
+
+
+def load() -> None:
+    """Load what commands need, for forks to have it; nothing is run here: threads do not outlive a fork."""
+    own = ("cli._app", "cli.mesh", "cli._summary", "pipeline", "report.output", "export", "volume")
+    others = ("SimpleITK", "pyvista", "meshio", "h5py", "trimesh", "manifold3d", "scipy.spatial", "scipy.sparse.linalg")
+    for name in (*(f"femprep.{name}" for name in own), *others):
+        import_module(name)
+
+
+def table(outcomes: list[Outcome]) -> str:
+    """Counts by kind and by what came of them, and seconds, as Markdown."""
+    lines = ["| kind | cases | " + " | ".join(_STATUS.values()) + " | fell short | median, s | longest, s |"]
+    lines.append("|---" * (len(_STATUS) + 5) + "|")
+    for kind in [*(k for k in KINDS if any(o.kind == k for o in outcomes)), "all"]:
+        own = [o for o in outcomes if kind in (o.kind, "all")]
+        counts = [sum(o.status == status and not o.fault for o in own) for status in _STATUS]
+        short, seconds = sum(bool(o.fault) for o in own), [o.seconds for o in own]
+        figures = [len(own), *counts, short, f"{np.median(seconds):.2g}", f"{max(seconds):.2g}"]
+        lines.append(f"| {kind} | " + " | ".join(map(str, figures)) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Command line of this script."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--cases", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--kinds", nargs="*", default=list(KINDS), choices=list(KINDS))
+    parser.add_argument("--only", type=int, nargs="*", help="numbers of cases of the kinds")
+    parser.add_argument("--records", type=Path, default=Path("cases.jsonl"))
+    parser.add_argument("--table", type=Path)
+    parser.add_argument("--read-only", action="store_true", help="leave out cases that may come to be meshed")
+    parser.add_argument("--keep", type=Path, help="folder in which cases that fall short are kept")
+    given = parser.parse_args()
+    known = [json.loads(line) for line in given.records.read_text().splitlines()] if given.records.exists() else []
+    outcomes = [Outcome(**{k: v for k, v in one.items() if k != "seed"}) for one in known if one["seed"] == given.seed]
+    done = {(o.kind, o.number) for o in outcomes}
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
+        folder = Path(name)
+        sources = Sources(folder / "sources")
+        load()
+        wanted = numbered(given.kinds)
+        if given.only:
+            wanted = ((kind, number) for kind in given.kinds for number in given.only)
+        for kind, number in wanted:
+            if len(outcomes) >= given.cases and not given.only:
+                break
+            if (kind, number) in done and not given.only:
+                continue
+            place = fresh((given.keep.absolute() if given.keep else folder) / f"{kind.split()[0]}-{number}")
+            case = make_case(kind, given.seed, number, sources, place)
+            if given.read_only and case.meshes:
+                fresh(place).rmdir()
+                continue
+            outcome = run(case, place)
+            if not given.keep or (not outcome.fault and not given.only):
+                fresh(place).rmdir()
+            outcomes.append(outcome)
+            with given.records.open("a") as file:
+                file.write(json.dumps({"seed": given.seed, **outcome.record()}) + "\n")
+            if outcome.fault or given.only:
+                print(kind, number, outcome.what, "->", outcome.status, outcome.fault, "|", outcome.line, flush=True)
+    print(table(outcomes))
+    if given.table:
+        given.table.write_text(table(outcomes))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,61 @@
+"""A stage that fails on a stack whose slices lie displaced says that shifts can be corrected, and what that reaches."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import femprep as fp
+from femprep.errors import InputError, StageError
+from femprep.options import Options
+from femprep.phantoms import lv_ellipsoid
+from femprep.volume.quality.advice import advised
+
+OPTIONS = Options(preset="acdc", surface={"vertices": 300})
+
+
+@pytest.fixture(scope="module")
+def displaced() -> fp.Segmentation:
+    """An LV two of whose slices lie more than a centimetre beside the others."""
+    grid = lv_ellipsoid().grid((2.5, 2.5, 8.0))
+    shifts = np.zeros((grid.shape[2], 2))
+    shifts[6], shifts[9] = (15.0, 0.0), (0.0, -12.0)
+    return lv_ellipsoid().segmentation((2.5, 2.5, 8.0), shifts=shifts)
+
+
+def message(seg: fp.Segmentation, options: Options, error: Exception) -> str:
+    with pytest.raises(type(error)) as caught, advised(seg, options):
+        raise error
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("kind", [StageError, InputError])
+def test_shifts_of_centimetres_are_said(displaced: fp.Segmentation, kind: type[Exception]) -> None:
+    line = message(displaced, OPTIONS, kind("the surface folds"))
+    assert line.startswith("the surface folds; slices lie up to ")
+    assert "--correct-shifts moves them back" in line
+    largest = float(re.search(r"up to ([\d.]+) mm", line)[1])
+    assert abs(largest - 15.0) < 2.0
+    assert "(slice 6)" in line
+    after, before = map(float, re.search(r"zig-zag by ([\d.]+) mm instead of ([\d.]+)", line).groups())
+    assert after < 0.2 * before
+    reached = float(re.search(r"surfaces lie within ([\d.]+) pixels", line)[1])
+    assert reached < OPTIONS.limits.maximum_label_distance
+
+
+def test_nothing_is_said_where_it_would_not_help(displaced: fp.Segmentation) -> None:
+    straight = lv_ellipsoid().segmentation((2.5, 2.5, 8.0))
+    assert message(straight, OPTIONS, StageError("it folds")) == "it folds"
+    corrected = OPTIONS.model_copy(update={"image": fp.ImageOptions(correct_shifts=True)})
+    assert message(displaced, corrected, StageError("it folds")) == "it folds"
+
+
+def test_the_pipeline_says_it(displaced: fp.Segmentation, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: object) -> None:
+        raise StageError("the wall is no ball")
+
+    monkeypatch.setattr("femprep.pipeline.ANATOMIES", {"lv": fails})
+    with pytest.raises(StageError, match=r"the wall is no ball; .*--correct-shifts"):
+        fp.mesh_segmentation(displaced, OPTIONS)
