@@ -55,7 +55,9 @@ def heart(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_end_in_the_mesher(heart: Path, tmp_path: Path, number: signal.Signals, seconds: float) -> None:
     out = tmp_path / "result" / "out"
     out.parent.mkdir()
-    command = [sys.executable, "-c", "import sys; from femprep.cli import main; sys.exit(main())"]
+    # Shells let what runs in the background ignore interrupts.
+    start = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); from femprep.cli import main"
+    command = [sys.executable, "-c", f"{start}; sys.exit(main())"]
     command += ["mesh", str(heart), "-o", str(out), "--preset", "acdc", "--edge-length", "1.2", "--quiet"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env={**os.environ, "TMPDIR": str(tmp_path)})
     try:

@@ -22,7 +22,9 @@ OUTSIDE = '<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/hostname">]>'
 @pytest.fixture
 def ball(tmp_path: Path) -> Path:
     path = tmp_path / "ball.vtk"
-    pyvista.Icosphere(radius=30.0, nsub=2).save(path)
+    surface = pyvista.Icosphere(radius=30.0, nsub=2)
+    surface.point_data["place"] = np.asarray(surface.points)
+    surface.save(path)
     return path
 
 
