@@ -51,6 +51,11 @@ def main(arguments: list[str] | None = None) -> int:
         _drop_output()
         return 0
     except (Exception, SystemExit) as error:  # libraries leave by themselves, too
+        if isinstance(error, SystemExit) and _meant(error):
+            return int(error.code or 0)
+        if isinstance(error.__context__, BrokenPipeError):
+            _drop_output()
+            return 0
         logging.getLogger(__name__).debug("what went wrong", exc_info=True)
         return _said(error, sys.argv[1:] if arguments is None else arguments)
     finally:
@@ -70,6 +75,11 @@ def _run(arguments: list[str] | None) -> int:
         _drop_output()
         raise cannot_write("what is printed", error, "send it elsewhere") from None
     return _interrupted() if status == INTERRUPTED else status
+
+
+def _meant(leaving: SystemExit) -> bool:
+    """Whether the command line's library leaves because it is done: after completing a word for the shell, for one."""
+    return not leaving.code or (isinstance(leaving.code, int) and "_FEMPREP_COMPLETE" in os.environ)
 
 
 def _said(error: BaseException, arguments: list[str]) -> int:

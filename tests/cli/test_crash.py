@@ -147,3 +147,28 @@ def test_names_that_the_system_refuses(
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == [heart.name]
+
+
+def test_a_shell_that_completes_words_is_answered(tmp_path: Path) -> None:
+    words = {"_FEMPREP_COMPLETE": "complete_bash", "COMP_WORDS": "femprep me", "COMP_CWORD": "1"}
+    ended = subprocess.run(
+        [sys.executable, "-m", "femprep"], env={**os.environ, **words}, capture_output=True, text=True, cwd=tmp_path
+    )
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert "mesh" in ended.stdout
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_reader_that_has_gone_is_no_error(tmp_path: Path) -> None:
+    read, write = os.pipe()
+    os.close(read)
+    ended = subprocess.run(
+        [sys.executable, "-m", "femprep", "mesh", "--help"],
+        stdout=write,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+    )
+    os.close(write)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert list(tmp_path.iterdir()) == []
