@@ -186,14 +186,20 @@ def row(*cells: object) -> None:
     print("| " + " | ".join(f"{c:.3g}" if isinstance(c, float) else str(c) for c in cells) + " |", flush=True)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def parser_of(description: str | None, meshers: list[str], limit: float) -> argparse.ArgumentParser:
+    """Arguments of whatever meshes one wall by several meshers, each in a process of its own."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=Path(os.environ.get("FEMPREP_DATA", ".")))
     parser.add_argument("--case", help="an ACDC map, as patient007_frame01")
-    parser.add_argument("--edge", type=float, default=2.5)
-    parser.add_argument("--mesher", nargs="+", choices=list(MESHERS), default=list(MESHERS))
-    parser.add_argument("--time-limit", type=float, default=900.0, help="s, for each")
+    parser.add_argument("--mesher", nargs="+", choices=meshers, default=meshers)
+    parser.add_argument("--time-limit", type=float, default=limit, help="s, for each")
     parser.add_argument("--child", nargs=2, help=argparse.SUPPRESS)
+    return parser
+
+
+def main() -> None:
+    parser = parser_of(__doc__, list(MESHERS), 900.0)
+    parser.add_argument("--edge", type=float, default=2.5)
     given = parser.parse_args()
     if given.child:
         child(given.child[0], Path(given.child[1]), given.edge)
