@@ -27,7 +27,8 @@ from femprep.sweeping.matching.match import match_surfaces
 from femprep.volume.tetrahedra import _notices as attempts_told
 from femprep.wall import Envelope, Part, build_wall, extend_apex, find_base, find_common_base, keep_apart, thin_wall
 from femprep.wall.assumed import assumed_wall, closed_openings, filled_groove, unused_structures
-from femprep.wall.chambers.openings import Opening, open_wall
+from femprep.wall.chambers.holes import open_wall
+from femprep.wall.chambers.openings import Opening
 from femprep.wall.clipping.clip import clip
 from femprep.wall.clipping.mend import mend
 from femprep.wall.planes.phase_bases import base_moved_with_phases

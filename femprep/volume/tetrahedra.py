@@ -16,7 +16,7 @@ from femprep.options import VolumeOptions, choose, takes
 from femprep.volume.blood import Filling
 from femprep.volume.finish import Candidate, finish
 from femprep.volume.quality.transmural import elements_through_wall
-from femprep.volume.refine.plan import levels_for, thin_thickness
+from femprep.volume.refine.plan import levels_of
 from femprep.volume.sizing import Sizing, SizingField, sizing_field
 from femprep.volume.smooth import quadratic_tetrahedra
 from femprep.volume.tetwild.attempts import Attempt, attempts
@@ -106,7 +106,7 @@ def tetrahedralize(
     filling = Filling(wall, blood)
     field = sizing_field(wall, settings, sizing)
     size = filling.outer.volume / wall.volume
-    levels = levels_for(settings, thin_thickness(wall)) if field is None else 0
+    levels = levels_of(settings, wall) if field is None else 0
     need = check_edge_length(wall, settings, size, levels) if field is None else check_sizing(field, settings, size)
     if need.seconds > settings.time_limit:
         _log.warning(

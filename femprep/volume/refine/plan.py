@@ -21,15 +21,24 @@ _THIN: Final = 5.0
 _MOST_POINTS: Final = 4000
 
 
+def levels_of(options: VolumeOptions, wall: Wall) -> int:
+    """How often a coarser mesh of a wall is refined to the edge length asked for; 0 for never."""
+    return levels_for(options, thin_thickness(wall)) if _refines(options) else 0
+
+
 def levels_for(options: VolumeOptions, thickness: float) -> int:
-    """How often a coarser mesh is refined to the edge length asked for, by the wall's thickness, mm; 0 for never."""
-    if options.refinement == "none" or options.sizing is not None or options.elements_through_wall is not None:
+    """The same by the wall's thickness, mm."""
+    if not _refines(options):
         return 0
     limit = min(LONGEST, THROUGH * thickness)
     levels = 0
     while options.edge_length * 2.0 ** (levels + 1) <= limit:
         levels += 1
     return levels
+
+
+def _refines(options: VolumeOptions) -> bool:
+    return options.refinement == "auto" and options.sizing is None and options.elements_through_wall is None
 
 
 def thin_thickness(wall: Wall) -> float:

@@ -13,7 +13,8 @@ from femprep.errors import InputError
 from femprep.mesh.topology import euler_characteristic, is_closed, pieces
 from femprep.model import FACET_TAGS, Plane, Wall
 from femprep.wall import build_wall
-from femprep.wall.chambers.openings import Opening, find_openings, given_openings, open_wall
+from femprep.wall.chambers.holes import open_wall
+from femprep.wall.chambers.openings import Opening, find_openings, given_openings
 
 LV, LA = np.array([0.0, 0.0, 0.0]), np.array([0.0, 0.0, 42.0])
 
