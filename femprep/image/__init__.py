@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.grid import Grid
+from femprep.image.masks import read_masks
 from femprep.image.object import LabelObject, make_object
 from femprep.image.reader import read_segmentation, write_segmentation
 from femprep.image.resample import isotropic
@@ -25,6 +26,7 @@ __all__ = [
     "estimate_shifts",
     "isotropic",
     "make_object",
+    "read_masks",
     "read_segmentation",
     "slice_table",
     "topology",

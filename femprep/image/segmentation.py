@@ -108,10 +108,18 @@ class Segmentation:
                 if number not in self.present:
                     raise InputError(
                         f"label {number} of structure {name!r} does not occur in {self._source}; "
-                        f"labels there: {', '.join(map(str, self.present)) or 'none'}"
+                        f"labels there: {self._table() or 'none'}"
                     )
                 found.append(number)
         return tuple(dict.fromkeys(found))
+
+    def _table(self) -> str:
+        """Labels that occur, each with its name in the file, where it has one, and its volume."""
+        names, voxel = self.info.get("segments", {}), float(np.prod(self.grid.spacing)) / 1e3
+        count = count_labels(self.labels)
+        shown = [f"{n}{f' {names[str(n)]!r}' if str(n) in names else ''}" for n in self.present]
+        sizes = ", ".join(f"{count[n] * voxel:.3g}" for n in self.present)
+        return f"{', '.join(shown)}, of {sizes} mL" if shown else ""
 
     def mask(self, *structures: str) -> BoolArray:
         """Voxels of one or several structures together, ``(ni, nj, nk)`` bool on the whole grid, as labelled.

@@ -20,6 +20,9 @@ class ImageOptions(StageOptions):
     spacing: tuple[PositiveFloat, PositiveFloat, PositiveFloat] | None = Field(
         None, description="Voxel sizes in mm that replace the file's, for a file that carries none."
     )
+    frame: int | None = Field(
+        None, ge=1, description="Which frame of a map with several, counted from 1; all others are left out."
+    )
     minimum_voxels: int = Field(8, ge=1, description="Smallest number of voxels an object may have.")
     correct_shifts: bool = Field(
         False, description="Estimate breath-hold shifts of the slices from the labels and move the slices back."

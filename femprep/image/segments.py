@@ -1,0 +1,138 @@
+"""What 3D Slicer's ``.seg.nrrd`` says of its segments in, one label map of the structures asked for out.
+
+A file holds one or more layers, each a label map of its own, so that segments may overlap; names, label value and layer
+of each segment stand in its header [1]_.
+
+References
+----------
+.. [1] 3D Slicer user guide, Segmentation file format (.seg.nrrd).
+   https://slicer.readthedocs.io/en/latest/developer_guide/modules/segmentations.html
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import InputError, OptionError, did_you_mean
+
+#: Names that segments have, in small letters without anything between them, by structure: what preset "slicer" takes.
+SLICER: Final[Mapping[str, tuple[str, ...]]] = {
+    "lv": (
+        "lv",
+        "leftventricle",
+        "lvcavity",
+        "lvbloodpool",
+        "lvblood",
+        "leftventriclebloodpool",
+        "leftventriclecavity",
+    ),
+    "myo": ("myo", "myocardium", "lvmyo", "lvmyocardium", "leftventriclemyocardium", "lvwall", "heartmyocardium"),
+    "rv": ("rv", "rightventricle", "rvcavity", "rvbloodpool", "rvblood", "rightventriclebloodpool"),
+    "rv_wall": ("rvwall", "rvmyo", "rvmyocardium", "rightventriclemyocardium", "rightventriclewall"),
+    "la": ("la", "leftatrium", "lacavity", "labloodpool"),
+    "ra": ("ra", "rightatrium", "racavity", "rabloodpool"),
+}
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A segment: its name, and the label and layer its voxels have."""
+
+    name: str
+    label: int
+    layer: int
+
+
+def segments_of(header: Mapping[str, str]) -> list[Segment]:
+    """The segments that a header tells of, in its order; none where it is no ``.seg.nrrd``'s."""
+    found = []
+    for key in sorted(header, key=lambda key: [int(n) for n in re.findall(r"\d+", key)] or [0]):
+        match = re.fullmatch(r"Segment(\d+)_LabelValue", key)
+        if match:
+            own = f"Segment{match[1]}_"
+            name = header.get(own + "Name", header.get(own + "ID", f"Segment_{match[1]}"))
+            found.append(Segment(name, int(header[key]), int(header.get(own + "Layer", "0"))))
+    return found
+
+
+def plain(name: str) -> str:
+    """A name in small letters, with nothing between them: as names are compared."""
+    return re.sub(r"[^a-z0-9]+", "", name.lower())
+
+
+def chosen_segments(
+    segments: Sequence[Segment], wanted: Mapping[str, Sequence[int | str]], *, known: bool
+) -> dict[str, list[Segment]]:
+    """The segments of each structure, by name or label; ``known`` takes names that are usual where none is given.
+
+    Raises
+    ------
+    OptionError
+        A name is none of the file's; the message lists them all.
+    """
+    found: dict[str, list[Segment]] = {}
+    listed = ", ".join(f"{one.label} {one.name!r}" for one in segments) or "none"
+    for structure, names in wanted.items():
+        own = found.setdefault(structure, [])
+        for name in names:
+            fits = [one for one in segments if name in (one.label, one.name)]
+            fits = fits or [one for one in segments if plain(one.name) == plain(str(name))]
+            if not fits:
+                near = did_you_mean(get_close_matches(str(name), [one.name for one in segments], n=1))
+                raise OptionError(f"structure {structure!r}: no segment {name!r} in the file{near}; it holds {listed}")
+            own += fits[:1]
+    if known:
+        for structure, names in SLICER.items():
+            if structure not in found and (fits := [one for one in segments if plain(one.name) in names]):
+                found[structure] = fits[:1]
+    return found
+
+
+def merged_layers(
+    layers: npt.NDArray[Any], chosen: Mapping[str, Sequence[Segment]], others: Sequence[Segment] = ()
+) -> tuple[npt.NDArray[np.uint16], dict[str, tuple[int, ...]], list[str]]:
+    """One label map of the chosen segments of layers ``(l, i, j, k)``; its labels by structure; what overlapped."""
+    names = [*chosen, *(one.name for one in others)]
+    parts = [*chosen.values(), *([one] for one in others)]
+    masks = {name: np.any([layers[one.layer] == one.label for one in own], axis=0) for name, own in zip(names, parts)}
+    return merged_masks(masks)
+
+
+def merged_masks(
+    masks: Mapping[str, npt.NDArray[np.bool_]],
+) -> tuple[npt.NDArray[np.uint16], dict[str, tuple[int, ...]], list[str]]:
+    """One label map of several masks; where they overlap a voxel is the smaller one's, which is said.
+
+    Raises
+    ------
+    InputError
+        A mask is empty, or lies within others altogether.
+    """
+    size = {name: int(np.count_nonzero(mask)) for name, mask in masks.items()}
+    for name, count in size.items():
+        if not count:
+            raise InputError(f"mask {name!r} is empty; check its file, or leave it out")
+    first = next(iter(masks.values()))
+    said: list[str] = []
+    labels = np.zeros(first.shape, dtype=np.uint16)
+    number = {name: k + 1 for k, name in enumerate(masks)}
+    by_size = sorted(masks, key=lambda name: -size[name])
+    for i, name in enumerate(by_size):
+        shared = {other: int(np.count_nonzero(masks[name] & masks[other])) for other in by_size[:i]}
+        said += [
+            f"{count} voxels are both {other} and {name}: taken as {name}, which is the smaller one"
+            for other, count in shared.items()
+            if count
+        ]
+        labels[masks[name]] = number[name]
+    for name in masks:
+        if not np.any(labels == number[name]):
+            raise InputError(f"mask {name!r} lies within the others altogether, so that nothing is left of it")
+    return labels, {name: (k,) for name, k in number.items()}, said
