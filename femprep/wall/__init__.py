@@ -8,7 +8,7 @@ those of a wall, for its blood to be meshed as well.
 """
 
 from femprep.wall.chambers.blood import fill_cavities
-from femprep.wall.chambers.cavity import cavity_surface
+from femprep.wall.chambers.cavity import cavity_surface, open_cavities
 from femprep.wall.chambers.envelope import Envelope, Part, thin_wall
 from femprep.wall.chambers.holes import open_wall
 from femprep.wall.chambers.minimum_thickness import keep_apart
@@ -34,6 +34,7 @@ __all__ = [
     "find_openings",
     "given_openings",
     "keep_apart",
+    "open_cavities",
     "open_wall",
     "phase_base_offsets",
     "thin_wall",

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from femprep.errors import InputError, StageError
+from femprep.errors import StageError
 from femprep.image.boundary import BoundaryPoints
 from femprep.image.canonical_frame import AtRest
 from femprep.image.object import LabelObject
@@ -14,18 +14,18 @@ from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.operations.step_back import apart
 from femprep.mesh.patches import PatchSurface
-from femprep.mesh.topology import edge_table, volume
-from femprep.model import FloatArray, IntArray, Notice, Surface, records, split_quads
+from femprep.mesh.topology import edge_table
+from femprep.model import FloatArray, IntArray, Notice, records, split_quads
 from femprep.model.products import product
 from femprep.surface.estimate import estimate_surface
 from femprep.surface.estimate.chords import outset
 from femprep.surface.estimate.observations import Evidence
 from femprep.surface.estimate.outline import outlines
-from femprep.surface.fitting.place import Chart, Connectivity, Goal, Placed, place_evenly
+from femprep.surface.fitting.laying import Laid, Laying, Outlines, Template
+from femprep.surface.fitting.place import Chart, Connectivity, Goal, place_evenly
 from femprep.surface.fitting.placed_parametrisation import PlacedShape
-from femprep.surface.fitting.remeshing import even_mesh, redraw
-from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, WAYS, Attempt, Beginning, Way
-from femprep.surface.measure.inslice import label_distance
+from femprep.surface.fitting.remeshing import even_mesh
+from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, WAYS, Attempt, Beginning
 from femprep.template import charge_template
 
 
@@ -88,9 +88,9 @@ def smooth_map(
     rest = AtRest.of(obj)
     evidence = Evidence.of(rest.obj, rest.boundary(boundary))
     # Whatever was put elsewhere than the labels have it lies beyond their slices: in them their outlines hold.
-    slices = _Outlines(rest.obj)
-    goal = _Goal(rest.directions(directions), cells, connectivity, curvature)
-    tried: list[_Laid] = []
+    slices = Outlines(rest.obj)
+    goal = Template(rest.directions(directions), cells, connectivity, curvature)
+    tried: list[Laid] = []
     for beginning in BEGINNINGS:
         tried += _fitted(rest.obj, beginning, evidence, goal, slices)
         best = min(tried, key=lambda one: one.short)
@@ -131,117 +131,20 @@ def smooth_map(
     return shape, shape.to_world(placed.points), placed.cells, info
 
 
-class _Goal(NamedTuple):
-    """A template in the image's axes, and how it is placed."""
-
-    directions: FloatArray
-    cells: IntArray
-    connectivity: Connectivity
-    curvature: float
-
-
-class _Outlines:
-    """What a surface is measured against: an object's outlines in its slices.
-
-    Parameters
-    ----------
-    obj : LabelObject
-        At rest; surfaces are given from its barycentre.
-    """
-
-    def __init__(self, obj: LabelObject) -> None:
-        self._obj = obj
-        self._pixel = min(float(s) for axis, s in enumerate(obj.grid.spacing) if axis != obj.stack_axis)
-
-    def off(self, points: FloatArray, triangles: IntArray) -> float:
-        """Mean distance of a surface from them, in pixels."""
-        surface = Surface(self._obj.barycentre + points, triangles, self._obj.name)
-        try:
-            return label_distance(surface, self._obj).nearest / self._pixel
-        except InputError:
-            # It has shrunk away from all slices.
-            return np.inf
-
-    def short(self, off: float, estimate: PatchSurface, outset: PatchSurface) -> float:
-        """How many times farther than it should be a template is, ``off`` pixels, on the outset of an estimate."""
-        if off <= ACCEPTANCE.distance:
-            return off / ACCEPTANCE.distance
-        best = self.off(estimate.points, estimate.triangles)
-        if best > ACCEPTANCE.distance:
-            # Not for its flat triangles: another estimate may come closer.
-            return off / ACCEPTANCE.distance
-        # Flat triangles come no closer than the surface is, give or take half of the most they cut off.
-        cut = float(np.linalg.norm(outset.points - estimate.points, axis=1).mean()) / self._pixel
-        return off / max(ACCEPTANCE.distance, best + 0.5 * cut)
-
-
-class _Laid(NamedTuple):
-    """An attempt and what it came to; how many times worse than good it is at most, infinite for no candidate."""
-
-    attempt: Attempt
-    short: float = np.inf
-    shape: PatchSurface | None = None
-    placed: Placed | None = None
-
-
-def _fitted(obj: LabelObject, beginning: Beginning, evidence: Evidence, goal: _Goal, slices: _Outlines) -> list[_Laid]:
+def _fitted(obj: LabelObject, beginning: Beginning, evidence: Evidence, goal: Template, slices: Outlines) -> list[Laid]:
     """Bend a mesh to the surface and lay the template on it, by one way after the other until one is good."""
     mesh = _begin(obj, beginning)
     if mesh is None:
-        return [_Laid(Attempt(beginning=beginning.name, status="no mesh"))]
+        return [Laid(Attempt(beginning=beginning.name, status="no mesh"))]
     estimate = estimate_surface(mesh.points, mesh.cells, evidence, beginning.rounds)
     surface = outset(estimate, Goal(estimate, len(split_quads(goal.cells)), goal.curvature).area)
     if len(self_intersections(surface.points, surface.triangles)):
         surface = PatchSurface(apart(estimate.points, surface.points, surface.triangles), surface.triangles)
     if len(self_intersections(surface.points, surface.triangles)):
         # No template can be placed on what is not a surface.
-        return [_Laid(Attempt(beginning=beginning.name, status="folded"))]
+        return [Laid(Attempt(beginning=beginning.name, status="folded"))]
     chart = None if mesh.sphere is None else _chart(surface, mesh.cells, mesh.sphere)
-    triangles = goal.cells.shape[1] == 3
-
-    def attempt(way: Way, placed: Placed | None) -> _Laid:
-        quality = -1.0 if placed is None else _quality(placed)
-        if placed is None or quality < 0.0:
-            status = "no mesh" if placed is None else "folded"
-            return _Laid(Attempt(beginning=beginning.name, way=way.name, status=status), shape=surface, placed=placed)
-        mean = float(triangle_quality(placed.points, placed.cells).mean()) if triangles else None
-        record = Attempt(
-            beginning=beginning.name, way=way.name, status="sound", least_quality=quality, mean_quality=mean
-        )
-        return _Laid(record, shape=surface, placed=placed)
-
-    def judged(laid: _Laid) -> _Laid:
-        record = laid.attempt
-        if laid.placed is None or record.least_quality is None:
-            return laid
-        off = slices.off(laid.placed.points, split_quads(laid.placed.cells))
-        short = [ACCEPTANCE.least / max(record.least_quality, 1e-9), slices.short(off, estimate, surface)]
-        if record.mean_quality is not None:
-            short.append((1.0 - record.mean_quality) / (1.0 - ACCEPTANCE.mean))
-        return laid._replace(short=max(short), attempt=record.model_copy(update={"distance_pixels": off}))
-
-    tried: list[_Laid] = []
-    for way in WAYS:
-        if way.redrawn or (way.known and chart is None):
-            continue
-        placed = place_evenly(
-            goal.directions,
-            goal.cells,
-            surface,
-            chart=chart if way.known else None,
-            connectivity=goal.connectivity,
-            curvature=max(goal.curvature, way.finer),
-        )
-        tried.append(attempt(way, placed))
-        if (tried[-1].attempt.least_quality or 0.0) >= ACCEPTANCE.fair:
-            break
-    # Of the maps the one with the best triangles alone is a candidate.
-    best = max(range(len(tried)), key=lambda k: -1.0 if (q := tried[k].attempt.least_quality) is None else q)
-    tried[best] = judged(tried[best])
-    if tried[best].short > 1.0 and goal.connectivity != "template" and triangles:
-        redrawn = redraw(goal.directions, surface, goal.curvature)
-        tried.append(judged(attempt(WAYS[-1], redrawn)))
-    return tried
+    return Laying(beginning.name, goal, slices, estimate, surface, chart).attempts()
 
 
 def _chart(surface: PatchSurface, cells: IntArray, sphere: FloatArray) -> Chart:
@@ -249,16 +152,6 @@ def _chart(surface: PatchSurface, cells: IntArray, sphere: FloatArray) -> Chart:
     middles = sphere[edge_table(cells).nodes].sum(axis=1)
     middles /= np.linalg.norm(middles, axis=1, keepdims=True)
     return Chart(surface.points, surface.triangles, np.concatenate([sphere, middles]))
-
-
-def _quality(placed: Placed) -> float:
-    """Least Q of a placed template's triangles, -1 where some cross or are folded."""
-    triangles = split_quads(placed.cells)
-    if placed.folded or not volume(placed.points, triangles) > 0.0:
-        return -1.0
-    if len(self_intersections(placed.points, triangles)):
-        return -1.0
-    return float(triangle_quality(placed.points, triangles).min())
 
 
 def _begin(obj: LabelObject, beginning: Beginning) -> Rough | None:

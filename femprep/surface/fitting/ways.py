@@ -45,12 +45,16 @@ class Way:
         Triangles at least so much finer where the surface is curved, a power of the curvature.
     redrawn : bool
         Drawn on the surface anew, without a map.
+    wanted : {"uneven", "far", "bad"}
+        Tried where what there is until then has triangles below the fair quality, lies too far from the outlines in
+        some place though the surface itself does not, or is not accepted for any reason.
     """
 
     name: str
     known: bool = False
     finer: float = 0.0
     redrawn: bool = False
+    wanted: Literal["uneven", "far", "bad"] = "uneven"
 
 
 BEGINNINGS: Final = (
@@ -61,7 +65,8 @@ WAYS: Final = (
     Way("map known", known=True),
     Way("map made anew"),
     Way("map made anew, finer where curved", finer=0.5),
-    Way("triangles drawn anew", redrawn=True),
+    Way("map made anew, much finer where curved", finer=1.0, wanted="far"),
+    Way("triangles drawn anew", redrawn=True, wanted="bad"),
 )
 
 
@@ -75,6 +80,8 @@ class Acceptance:
         Q of the triangles, in the mean and at least.
     distance : float
         Mean distance to the labels' outlines in the slices, pixels.
+    greatest : float
+        Greatest distance in any place of any slice, pixels: below the limit of a finished mesh, which adds its own.
     fair : float
         Least Q with which no other map is tried.
     rough : float
@@ -84,6 +91,7 @@ class Acceptance:
     mean: float = 0.95
     least: float = 0.5
     distance: float = 0.25
+    greatest: float = 1.5
     fair: float = 0.6
     rough: float = 0.3
 
@@ -103,3 +111,4 @@ class Attempt(Record):
     least_quality: float | None = Field(None, description="Least Q of the triangles.")
     mean_quality: float | None = Field(None, description="Mean Q of the triangles; not of quadrilaterals.")
     distance_pixels: float | None = Field(None, description="Mean distance to the labels' outlines, pixels.")
+    greatest_pixels: float | None = Field(None, description="Greatest distance to them in any slice, pixels.")

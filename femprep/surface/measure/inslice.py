@@ -32,6 +32,9 @@ class InSliceDistance(Record):
         description="Mean distance of all samples, paired or not, to the nearest of the other contour, both ways, mm: "
         "free of the choice of pairs."
     )
+    farthest: float = Field(
+        description="Greatest distance of any sample, paired or not, to the nearest of the other contour, mm."
+    )
     slices: int = Field(description="Number of slices that cut both surfaces.")
     skipped: int = Field(description="Number of slices that cut one of the two only.")
     slice_means: tuple[float, ...] = Field(description="Mean in each of the slices, in their order, mm.")
@@ -119,6 +122,7 @@ def _measure(
         pair_std=float(pairs.std()),
         max=float(pairs.max()),
         nearest=float(np.mean(nearest)),
+        farthest=float(max(max(there.max(), back.max()) for there, back, _ in found)),
         slices=len(found),
         skipped=sum(bool(a) != bool(b) for a, b in zip(first, second)),
         slice_means=tuple(float(m) for m in means),

@@ -5,14 +5,31 @@ from __future__ import annotations
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.mesh.topology import border_loops
+from femprep.mesh.topology import border_edges, border_loops, closed_by_fans
 from femprep.model import FloatArray, IntArray, Plane, Surface, VolumeMesh
 from femprep.model.facets import facet_triangles
 from femprep.model.products import product
 from femprep.wall.joining.solid import plane_frame, triangulate_rings
 
 
-def cavity_surface(mesh: VolumeMesh, name: str = "lv") -> Surface:
+def open_cavities(mesh: VolumeMesh) -> list[str]:
+    """Names of the cavities of a mesh whose endocardium has rims, and no caps of blood over them."""
+    named = [name.removeprefix("endo_") for name in mesh.facet_names if name.startswith("endo_")]
+    found = []
+    for name in [*(["lv"] if "endo" in mesh.facet_names else []), *named]:
+        wall = facet_triangles(mesh, _endocardium(mesh, name))
+        if len(border_edges(wall)) and _in_rings(wall) and f"cap_{name}" not in mesh.facet_names:
+            found.append(name)
+    return found
+
+
+def _in_rings(wall: IntArray) -> bool:
+    """Whether the rims are rings. Where they touch at a node, as in meshes of others, what is inside stays open."""
+    rim = border_edges(wall)
+    return len(np.unique(rim[:, 0])) == len(rim)
+
+
+def cavity_surface(mesh: VolumeMesh, name: str = "lv", *, centre: bool = False) -> Surface:
     """The closed surface of a cavity, made of nodes of the mesh alone: endocardial facets, then caps over its openings.
 
     The caps are those of the mesh where it has blood pools, else flat ones over the rims, without further nodes.
@@ -26,32 +43,38 @@ def cavity_surface(mesh: VolumeMesh, name: str = "lv") -> Surface:
         With facets ``endo_<name>``, or ``endo`` where it has one cavity.
     name : str
         Which cavity: ``"lv"``, ``"rv"``, ``"la"``, ``"ra"``.
+    centre : bool
+        Close each rim by a fan about a further point in its middle, for solvers that want caps of even triangles.
 
     Returns
     -------
     Surface
         Wound out of the cavity, so that ``surface.volume`` is the cavity's volume, mm3, positive. ``point_data`` holds
-        ``GlobalNodeID``, the number of each point in the mesh from 1; ``info["cap_triangles"]`` of the last triangles
-        are caps. Mid-side nodes are left out.
+        ``GlobalNodeID``, the number of each point in the mesh from 1, 0 of those in the middle of fans;
+        ``info["cap_triangles"]`` of the last triangles are caps. Mid-side nodes are left out.
 
     Raises
     ------
     InputError
-        The mesh has no such facets.
+        The mesh has no such facets, or their rim touches itself at a node.
 
     Examples
     --------
     >>> fp.cavity_surface(mesh, "lv").volume > 0
     True
     """
-    tag = f"endo_{name}" if f"endo_{name}" in mesh.facet_names else "endo"
+    tag = _endocardium(mesh, name)
     wall = facet_triangles(mesh, tag) if tag in mesh.facet_names else np.empty((0, 3), dtype=np.int64)
     if not len(wall):
         have = ", ".join(mesh.facet_names) or "none"
         raise InputError(f"the mesh has no facets tagged 'endo_{name}' or 'endo'; its facets: {have}")
+    if f"cap_{name}" not in mesh.facet_names and not _in_rings(wall):
+        raise InputError(f"the rim of the cavity {name!r} touches itself at a node, so that no cap closes it")
     wall = wall[:, ::-1]  # they look into the cavity
     if f"cap_{name}" in mesh.facet_names:  # meshed together with the blood
         caps = [facet_triangles(mesh, f"cap_{name}")]
+    elif centre:
+        return _with_fans(mesh, wall, name)
     else:
         caps = [_cap(mesh.points, loop) for loop in border_loops(wall)]
     triangles = np.concatenate([wall, *caps])
@@ -62,6 +85,22 @@ def cavity_surface(mesh: VolumeMesh, name: str = "lv") -> Surface:
         name=f"{name} cavity",
         point_data={"GlobalNodeID": used + 1},
         info={"cap_triangles": sum(map(len, caps))},
+    )
+
+
+def _endocardium(mesh: VolumeMesh, name: str) -> str:
+    return f"endo_{name}" if f"endo_{name}" in mesh.facet_names else "endo"
+
+
+def _with_fans(mesh: VolumeMesh, wall: IntArray, name: str) -> Surface:
+    points, triangles = closed_by_fans(mesh.points, wall)
+    used, number = np.unique(triangles, return_inverse=True)
+    return Surface(
+        points[used],
+        number.reshape(-1, 3),
+        name=f"{name} cavity",
+        point_data={"GlobalNodeID": np.where(used < len(mesh.points), used + 1, 0)},
+        info={"cap_triangles": len(triangles) - len(wall)},
     )
 
 

@@ -13,6 +13,8 @@ from femprep.model import BoolArray, FloatArray, IntArray, Plane, SphereMap
 from femprep.model.products import product
 from femprep.wall.clipping.sampled import SampledMap
 
+#: Least quality Q of a wall's triangles.
+LEAST_QUALITY = 0.2
 #: Newton steps of the way to a plane, how near it may end on the smooth surface (the rest is projected), and the least
 #: sine of the angle between plane and surface, mm.
 _STEPS, _NEAR, _STEEP = 10, 1e-4, 0.05

@@ -10,12 +10,11 @@ from scipy.spatial import cKDTree
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import border_edges
 from femprep.model import FloatArray, IntArray
-from femprep.wall.clipping.clipped_surface import Sheet
+from femprep.wall.clipping.clipped_surface import LEAST_QUALITY, Sheet
 
-#: An edge of a rim is split where it is longer than this many times its distance from the nearest other rim.
+#: An edge of a rim is split where it is longer than this many times its distance from the nearest other rim, and both
+#: halves of its triangle are still fit for a wall: the cap beside it would be poorer than they are.
 _LONG = 2.5
-#: Quality Q the halves of its triangle must have.
-_FAIR = 0.3
 #: Rounds of splitting, and places along an edge at which the other rims are looked for.
 _ROUNDS, _SAMPLES = 2, 5
 
@@ -64,7 +63,7 @@ def _split(sheet: Sheet, number: int, edges: IntArray, others: cKDTree) -> int:
     ends = sheet.points[edges]
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     gap = np.asarray(others.query(_places(sheet, edges))[0]).reshape(_SAMPLES, -1).min(axis=0)
-    edges = edges[(length > _LONG * gap) & (_halves(sheet, edges) > _FAIR)]
+    edges = edges[(length > _LONG * gap) & (_halves(sheet, edges) > LEAST_QUALITY)]
     if not len(edges):
         return 0
     plane = sheet.plane_of(number)

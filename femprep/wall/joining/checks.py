@@ -10,10 +10,8 @@ from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import edge_table, is_consistently_wound, pieces, pinched_vertices
 from femprep.model import FloatArray, Surface, Wall, tag_name
 from femprep.model.notice import spot
-from femprep.wall.clipping.clipped_surface import Sheet
+from femprep.wall.clipping.clipped_surface import LEAST_QUALITY, Sheet
 
-#: Least quality Q of a wall's triangles.
-LEAST_QUALITY = 0.2
 #: How far a vertex may lie off its plane, mm.
 FLAT = 1e-9
 #: So far below the base what fails is put down to how surfaces round off there, mm.

@@ -11,7 +11,7 @@ from scipy.ndimage import label
 from femprep.errors import InputError
 from femprep.model import Plane
 from femprep.options import WallOptions, choose, takes
-from femprep.wall.planes.landmarks import base_moved, base_notices, base_slice, read_stack, slice_plane
+from femprep.wall.planes.landmarks import base_moved, base_notices, base_slice, given_base, read_stack, slice_plane
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
@@ -37,7 +37,7 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     seg : Segmentation
         Label map with the structures ``lv``, ``myo`` and ``rv``.
     options, **changes
-        :class:`~femprep.options.WallOptions`; ``basal_end`` and ``base_offset`` matter here.
+        :class:`~femprep.options.WallOptions`; ``base``, ``basal_end`` and ``base_offset`` matter here.
 
     Returns
     -------
@@ -56,6 +56,8 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     'labels: ...'
     """
     chosen = choose(WallOptions, options, changes)
+    if chosen.base is not None:
+        return given_base(chosen)
     stack = read_stack(seg, basal_end=chosen.basal_end, what="the base")
     base = base_slice(stack)
     start, note, notices = base.number, base.note, base_notices(seg, stack, base)

@@ -201,7 +201,7 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     seg : Segmentation
         Label map with the structures ``lv`` and ``myo``.
     options, **changes
-        :class:`~femprep.options.WallOptions`; ``basal_end`` and ``base_offset`` matter here.
+        :class:`~femprep.options.WallOptions`; ``base``, ``basal_end`` and ``base_offset`` matter here.
 
     Returns
     -------
@@ -219,12 +219,21 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     'labels: ...'
     """
     chosen = choose(WallOptions, options, changes)
+    if chosen.base is not None:
+        return given_base(chosen)
     stack = read_stack(seg, basal_end=chosen.basal_end, what="the base")
     base = base_slice(stack)
     source = f"labels: centre of slice {base.number}, {stack.evidence['basal_end']} end basal{base.note}"
     logger.info("base plane: %s; %s", source, stack.evidence)
     notices = base_notices(seg, stack, base)
     return slice_plane(seg, stack, base.number, stack.basal, chosen.base_offset, source, notices)
+
+
+def given_base(options: WallOptions) -> Plane:
+    """The base plane that was given, moved by the offset."""
+    assert options.base is not None
+    plane = Plane(np.array(options.base[:3]), np.array(options.base[3:]), "given")
+    return Plane(plane.point - options.base_offset * plane.normal, plane.normal, "given")
 
 
 class BaseSlice(NamedTuple):
