@@ -65,9 +65,9 @@ class VolumeOptions(StageOptions):
         2.5, gt=0, description="Edge length of the elements, mm; the largest one where it varies."
     )
     refinement: Literal["auto", "none"] = Field(
-        "none",
-        description="Whether the mesher makes the mesh itself (none), or one as coarse as the wall bears, whose "
-        "elements are then cut into eight until they are as small as asked for (auto).",
+        "auto",
+        description="Whether fTetWild makes elements as large as the wall bears, which are then cut into eight until "
+        "they are as small as asked for (auto), or makes the mesh itself (none).",
     )
     elements_through_wall: int | None = Field(
         None,
@@ -119,7 +119,11 @@ class VolumeOptions(StageOptions):
         description="Further runs of the mesher, with other parameters, where one fails; by quality if not given: "
         "1, 2 or 2.",
     )
-    time_limit: float = Field(600.0, gt=0, description="Longest processor time of one run of the mesher, s.")
+    time_limit: float = Field(
+        600.0,
+        gt=0,
+        description="Longest processor time of any run of the mesher, s; four times its estimate is enough for most.",
+    )
     memory_limit: float = Field(8.0, gt=0, description="Largest memory the mesher may need, GB.")
 
     @field_validator("sizing")

@@ -25,6 +25,11 @@ class WallOptions(LeastThickness):
     basal_end: Literal["auto", "first", "last"] = Field(
         "auto", description="Which end of the stack is basal: found, or the first or last slice."
     )
+    base: tuple[float, float, float, float, float, float] | None = Field(
+        None,
+        description="Base plane in place of the one that the labels show: point x, y, z and normal x, y, z away from "
+        "the apex; mm, LPS.",
+    )
     base_offset: float = Field(
         0.0, description="Move the base plane from where the labels put it, mm, positive towards the apex."
     )

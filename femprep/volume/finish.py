@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -9,21 +10,22 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.mesh.measures.volume_elements import element_measures, element_volumes
-from femprep.mesh.topology import edge_table, euler_characteristic, pieces, pinched_vertices
 from femprep.mesh.tree import curve_order
-from femprep.model import REGION_TAGS, FloatArray, IntArray, TagArray, VolumeMesh, Wall, endo_tags, tag_name
+from femprep.model import FloatArray, IntArray, TagArray, VolumeMesh, endo_tags, tag_name
 from femprep.options import VolumeOptions
 from femprep.volume.blood import Filling, TaggedFacets, check_cavities, find_facets
 from femprep.volume.optimise import REGULAR_SINE, optimise
 from femprep.volume.optimise.constraints import Constraints, constrain
 from femprep.volume.refine import PARENT, refine
 from femprep.volume.refine.peel import without_flat
+from femprep.volume.sound import VOLUME_LIMIT, check_boundary, check_positive, check_volumes, filled, require_sound
 from femprep.volume.tagging import tag_facets
 from femprep.volume.tetwild.attempts import MISSED, Attempt
 from femprep.volume.tetwild.guard import Run
 
-#: Largest relative difference between the volumes of mesh and wall.
-_VOLUME_LIMIT: Final = 0.02
+#: Smallest dihedral angle asked of a mesh that was refined, degrees, where no angle was asked for and the quality's own
+#: is lower: the mesher itself mostly makes one of 25, of 20 at least.
+_REFINED_DIHEDRAL: Final = 20.0
 
 
 @dataclass(frozen=True)
@@ -38,19 +40,27 @@ class Candidate:
     mean_ratio : float
         Mean of the mean ratio.
     reached : bool
-        Whether both are as asked.
+        Whether both are as asked, of a mesh as fine as asked.
+    undone : tuple of str
+        Steps of putting it in order that spoiled it, and how; it is as it was before each.
+    fine : bool
+        Whether it is as fine as asked: refinement was not undone.
     """
 
     mesh: VolumeMesh
     smallest_dihedral: float
     mean_ratio: float
     reached: bool
+    undone: tuple[str, ...] = ()
+    fine: bool = True
 
     @property
     def outcome(self) -> str:
         """What came of the run, for its record."""
         if self.reached:
             return "reached"
+        if not self.fine:
+            return f"the mesh could not be refined: {self.undone[-1]}"
         return (
             f"smallest dihedral angle {self.smallest_dihedral:.1f} degrees, mean of the mean ratio "
             f"{self.mean_ratio:.3f}: {MISSED}"
@@ -68,13 +78,13 @@ def finish(run: Run, filling: Filling, options: VolumeOptions, attempt: Attempt)
     kept = filling.regions(run.points, run.cells) > 0 if filling.cavities else slice(None)
     given, cells = _used(run.points, run.cells[kept])
     region = filling.regions(given, cells)
-    _check_volumes(given, cells, filling.outer)
+    check_volumes(given, cells, filling.outer)
     facets = find_facets(cells, region)
     merged, constraints = _held(given, facets, filling, attempt.envelope)
     if filling.cavities:
-        check_cavities(given, cells, region, filling, 2.0 * _VOLUME_LIMIT)
+        check_cavities(given, cells, region, filling, 2.0 * VOLUME_LIMIT)
     points, record = _improved(given, cells, constraints, options)
-    _check_positive(points, cells, element_volumes(points, cells, "tetra"))
+    check_positive(points, cells, element_volumes(points, cells, "tetra"))
     step = np.linalg.norm(points - given, axis=1)
     info = {
         "envelope_mm": attempt.envelope,
@@ -86,26 +96,69 @@ def finish(run: Run, filling: Filling, options: VolumeOptions, attempt: Attempt)
     tag = filling.tags(merged, facets, region)
     planes = {**filling.wall.planes, **filling.caps}
     mesh = VolumeMesh(points, {"tetra": cells}, region, {"triangle": facets.nodes}, tag, planes=planes, info=info)
-    if attempt.levels:
-        mesh = _refined(mesh, filling, options, attempt.levels)
+    mesh, undone, fine = _in_steps(mesh, filling, options, attempt.levels)
     measures = element_measures(mesh.points, mesh.cells["tetra"], "tetra")
-    mesh = replace(mesh, info={**mesh.info, **_filled(measures["volume"], mesh.region, filling)})
+    mesh = replace(mesh, info={**mesh.info, **filled(measures["volume"], mesh.region, filling)})
     smallest, mean = float(measures["minimum_dihedral"].min()), float(measures["mean_ratio"].mean())
-    reached = smallest >= options.targets.minimum_dihedral and mean >= options.targets.mean_ratio
-    return Candidate(mesh, smallest, mean, reached)
+    reached = fine and smallest >= _asked_dihedral(options, attempt) and mean >= options.targets.mean_ratio
+    return Candidate(mesh, smallest, mean, reached, undone, fine)
 
 
-def _refined(mesh: VolumeMesh, filling: Filling, options: VolumeOptions, levels: int) -> VolumeMesh:
-    """The mesh refined to the edge length asked for, its boundary on the smooth surfaces of the wall."""
+def _asked_dihedral(options: VolumeOptions, attempt: Attempt) -> float:
+    """Smallest dihedral angle asked of a mesh, degrees."""
+    asked = options.targets.minimum_dihedral
+    own = options.minimum_dihedral is None and options.quality != "fast"
+    return max(asked, _REFINED_DIHEDRAL) if own and attempt.levels else asked
+
+
+def _in_steps(
+    mesh: VolumeMesh, filling: Filling, options: VolumeOptions, levels: int
+) -> tuple[VolumeMesh, tuple[str, ...], bool]:
+    """The mesh refined to the edge length asked for, its boundary on the smooth surfaces of the wall, step by step.
+
+    A step after which the mesh is sound no more is undone: what the mesher gave was sound.
+
+    Returns
+    -------
+    mesh : VolumeMesh
+    undone : tuple of str
+        The steps, and what they had spoiled.
+    fine : bool
+        Whether it is refined.
+    """
+    if not levels:
+        return mesh, (), True
     smooth = [t for t in np.unique(mesh.facet_tag).tolist() if tag_name(t).startswith(("endo", "epi"))]
     # The endocardium of a wall with blood has elements on both sides.
     tags = [t for t in smooth if not (filling.cavities and t in endo_tags())]
-    mesh, flat = without_flat(mesh, tags, _poor(options))
-    fine = refine(mesh, levels, wall=filling.sheets, optimised=options.optimise, poor=_poor(options))
-    # Of the coarse mesh nothing is kept that the parents' numbers could point into.
-    fine = replace(fine, cell_data={name: values for name, values in fine.cell_data.items() if name != PARENT})
-    fine, few = without_flat(fine, tags, _poor(options))
-    return replace(fine, info={**fine.info, "flat_elements_removed": flat + few})
+    poor, flat, undone = _poor(options), 0, []
+
+    def without(mesh: VolumeMesh) -> VolumeMesh:
+        nonlocal flat
+        found, count = without_flat(mesh, tags, poor)
+        require_sound(found, filling)
+        flat += count
+        return found
+
+    def refined(mesh: VolumeMesh) -> VolumeMesh:
+        found = refine(mesh, levels, wall=filling.sheets, optimised=options.optimise, poor=poor)
+        # Of the coarse mesh nothing is kept that the parents' numbers could point into.
+        found = replace(found, cell_data={name: values for name, values in found.cell_data.items() if name != PARENT})
+        require_sound(found, filling)
+        return found
+
+    steps: tuple[tuple[str, Callable[[VolumeMesh], VolumeMesh]], ...] = (
+        ("flat elements on a surface removed", without),
+        ("refined", refined),
+        ("flat elements of the refined mesh removed", without),
+    )
+    for name, step in steps:
+        try:
+            mesh = step(mesh)
+        except StageError as error:
+            undone.append(f"{name}: {error}")
+    mesh = replace(mesh, info={**mesh.info, "flat_elements_removed": flat})
+    return mesh, tuple(undone), "refinement" in mesh.info
 
 
 def _poor(options: VolumeOptions) -> float:
@@ -129,20 +182,6 @@ def _used(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
     return points[kept], cells[np.argsort(cells.min(axis=1), kind="stable")]
 
 
-def _check_volumes(points: FloatArray, cells: IntArray, wall: Wall) -> None:
-    """Make sure that no element is inverted and that they fill the wall, nothing else."""
-    volumes = element_volumes(points, cells, "tetra")
-    if (volumes <= 0).any():
-        raise StageError(f"the mesher gave {int((volumes <= 0).sum())} inverted elements; choose another edge_length")
-    difference = float(volumes.sum() / wall.volume - 1.0)
-    if abs(difference) > 2.0 * _VOLUME_LIMIT:
-        raise StageError(
-            f"the mesher made {volumes.sum():.4g} mm3 of a wall of {wall.volume:.4g} mm3"
-            + ("; it filled a cavity" if difference > 0 else "; it lost part of it")
-            + "; choose a smaller edge_length or envelope"
-        )
-
-
 def _held(points: FloatArray, facets: TaggedFacets, filling: Filling, envelope: float) -> tuple[TagArray, Constraints]:
     """Tag of each facet ``(f,)``, with that of a plane for the caps that lie in it, and what holds the boundary points.
 
@@ -153,25 +192,10 @@ def _held(points: FloatArray, facets: TaggedFacets, filling: Filling, envelope: 
     """
     boundary = facets.interface == 0
     # Before it is tagged: what is wrong with the boundary is told rather than that it cannot be.
-    _check_boundary(facets.nodes[boundary], filling.outer)
+    check_boundary(facets.nodes[boundary], filling.outer)
     merged = filling.interface_tags(facets.interface)
     merged[boundary] = tag_facets(points, facets.nodes[boundary], filling.outer, envelope)
     return merged, constrain(len(points), facets.nodes, merged, filling.sheets)
-
-
-def _check_boundary(facets: IntArray, wall: Wall) -> None:
-    """Make sure that the boundary facets bound the same kind of body as the wall."""
-    table = edge_table(facets)
-    if (table.count != 2).any() or (table.forward != 1).any() or len(pinched_vertices(facets, table)):
-        raise StageError("the boundary of the mesh is no closed 2-manifold; choose a smaller edge_length or envelope")
-    shells, euler = int(pieces(facets, table).max()) + 1, euler_characteristic(facets, table)
-    table = edge_table(wall.triangles)
-    expected, wanted = int(pieces(wall.triangles, table).max()) + 1, euler_characteristic(wall.triangles, table)
-    if shells != expected or euler != wanted:
-        raise StageError(
-            f"the boundary of the mesh has {shells} shell(s) and Euler characteristic {euler}, the wall's {expected} "
-            f"and {wanted}; choose a smaller edge_length or envelope"
-        )
 
 
 def _improved(
@@ -188,40 +212,4 @@ def _improved(
         "poor_elements_before": outcome.poor_before,
         "poor_elements_after": outcome.poor_after,
         "greatest_distance_from_wall_mm": outcome.off_wall,
-    }
-
-
-def _check_positive(points: FloatArray, cells: IntArray, volumes: FloatArray) -> None:
-    """Make sure that putting points in place inverted no element."""
-    inverted = volumes <= 0
-    if inverted.any():
-        worst = points[cells[np.argmin(volumes)]].mean(axis=0)
-        raise StageError(
-            f"{int(inverted.sum())} elements are inverted once points lie on the planes, the worst near "
-            f"x y z = {' '.join(f'{v:.1f}' for v in worst)}; choose a smaller edge_length or envelope"
-        )
-
-
-def _filled(volumes: FloatArray, region: TagArray, filling: Filling) -> dict[str, Any]:
-    """Volumes of wall and blood, for the record.
-
-    Raises
-    ------
-    StageError
-        One differs too much from what was to be filled.
-    """
-    found = {name: float(volumes[region == REGION_TAGS[name]].sum()) for name in filling.volumes}
-    difference = {name: found[name] / wanted - 1.0 for name, wanted in filling.volumes.items()}
-    for name, value in difference.items():
-        if abs(value) > _VOLUME_LIMIT:
-            what = "wall" if name == "lv" else name
-            raise StageError(
-                f"the mesh has {found[name]:.4g} mm3 of {what}, {filling.volumes[name]:.4g} mm3 are to be filled: a "
-                f"difference of {100 * value:.2f} %, more than {100 * _VOLUME_LIMIT:g} %; "
-                "choose a smaller edge_length or envelope"
-            )
-    return {
-        "volume_mm3": found.pop("lv"),
-        "volume_difference_to_wall": difference["lv"],
-        **({"blood_mm3": found} if found else {}),
     }

@@ -9,26 +9,18 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.errors import StageError
-from femprep.mesh.measures.triangles import areas
 from femprep.model import BloodPools, Notice, Progress, VolumeMesh, Wall, noted
 from femprep.options import VolumeOptions, choose, takes
 from femprep.volume.blood import Filling
-from femprep.volume.finish import Candidate, finish
 from femprep.volume.quality.transmural import elements_through_wall
-from femprep.volume.refine.plan import levels_of
-from femprep.volume.sizing import Sizing, SizingField, sizing_field
+from femprep.volume.refine.plan import levels_of, wall_thickness
+from femprep.volume.runs import Sizes, attempt_notices, best_of_runs
+from femprep.volume.sizing import Sizing, sizing_field
 from femprep.volume.smooth import quadratic_tetrahedra
-from femprep.volume.tetwild.attempts import Attempt, attempts
-from femprep.volume.tetwild.guard import Run, run_tetwild
-from femprep.volume.validate import Estimate, check_edge_length, check_sizing, check_wall
+from femprep.volume.validate import check_edge_length, check_sizing, check_wall
 
 _log = logging.getLogger(__name__)
 
-#: Least room for temporary files, bytes for each element expected; the files hold 18 to 21, estimates lie within 30 %.
-_BYTES_PER_ELEMENT: Final = 12.0
-#: Share of the progress that belongs to the mesher.
-_MESHER_SHARE: Final = 0.9
 #: Least share of endocardial nodes with as many elements through the wall as asked for.
 _THROUGH_SHARE: Final = 0.95
 
@@ -106,119 +98,31 @@ def tetrahedralize(
     filling = Filling(wall, blood)
     field = sizing_field(wall, settings, sizing)
     size = filling.outer.volume / wall.volume
-    levels = levels_of(settings, wall) if field is None else 0
+    thickness = wall_thickness(wall)
+    levels = levels_of(settings, thickness) if field is None else 0
     need = check_edge_length(wall, settings, size, levels) if field is None else check_sizing(field, settings, size)
+    sizes = Sizes(wall, settings, thickness, field)
     if need.seconds > settings.time_limit:
         _log.warning(
             "about %.2g elements will take about %.0f s, longer than the time limit of %g s",
             *(need.elements, need.seconds, settings.time_limit),
         )
     report = progress or (lambda stage, fraction: None)
-    best, record = _best_of_runs(filling, settings, field, need, levels, report)
+    best, records = best_of_runs(filling, settings, sizes, need, levels, report)
     report("volume", 1.0)
     info = {
         "mesher": f"fTetWild through pytetwild {_version('pytetwild')}",
         "deterministic": False,
         "quality": settings.quality,
-        "edge_length_mm": settings.edge_length if field is None else [field.finest, field.coarsest],
         "estimate": {"elements": need.elements, "gigabytes": need.gigabytes, "seconds": need.seconds},
-        "attempts": record,
+        "attempts": [one.model_dump(mode="json", exclude_none=True) for one in records],
         "quality_reached": best.reached,
     }
-    info = noted({**info, **best.mesh.info}, *_notices(record, best.reached))
+    info = noted({**info, **best.mesh.info}, *attempt_notices(records, best.reached, best.undone))
     mesh = replace(best.mesh, info=info)
     if settings.elements_through_wall is not None:
         mesh = replace(mesh, info=_through(mesh, settings.elements_through_wall))
     return quadratic_tetrahedra(mesh, wall) if settings.order == 2 else mesh
-
-
-def _best_of_runs(
-    filling: Filling,
-    options: VolumeOptions,
-    field: SizingField | None,
-    need: Estimate,
-    levels: int,
-    report: Progress,
-) -> tuple[Candidate, list[dict[str, Any]]]:
-    """The best mesh of as many runs as it takes, and a record of each.
-
-    Raises
-    ------
-    StageError
-        No run gave a sound mesh.
-    """
-    record: list[dict[str, Any]] = []
-    best: Candidate | None = None
-    shortest = options.edge_length if field is None else max(field.finest, 0.4 * field.coarsest)
-    thickness = 2.0 * filling.wall.volume / float(areas(filling.wall.points, filling.wall.triangles).sum())
-    for attempt in attempts(options, lambda: record[-1]["outcome"], shortest, thickness, levels):
-        entry: dict[str, Any] = {"envelope_mm": attempt.envelope, "stop_energy": attempt.stop_energy}
-        if levels:
-            entry["refined_levels"] = attempt.levels
-        record.append(entry)
-        try:
-            run = _mesh(filling, options, attempt, field, need, report)
-            entry.update(
-                seconds=run.seconds,
-                processor_seconds=run.processor_seconds,
-                peak_bytes=run.peak_bytes,
-                elements=len(run.cells),
-            )
-            candidate = finish(run, filling, options, attempt)
-        except StageError as error:
-            entry["outcome"] = str(error)
-            _log.warning("attempt %d failed: %s", len(record), error)
-            continue
-        entry["outcome"] = candidate.outcome
-        if best is None or (candidate.reached, candidate.smallest_dihedral) > (best.reached, best.smallest_dihedral):
-            best = candidate
-        if candidate.reached:
-            break
-        _log.warning("attempt %d: %s", len(record), entry["outcome"])
-    if best is None:
-        raise StageError(f"no mesh after {len(record)} attempt(s), the last: {record[-1]['outcome']}")
-    return best, record
-
-
-def _mesh(
-    filling: Filling,
-    options: VolumeOptions,
-    attempt: Attempt,
-    field: SizingField | None,
-    need: Estimate,
-    report: Progress,
-) -> Run:
-    points, triangles = filling.outer.points, filling.triangles
-    diagonal = float(np.linalg.norm(np.ptp(points[np.unique(triangles)], axis=0)))
-    expected = max(need.seconds, 1.0)
-    return run_tetwild(
-        points,
-        triangles,
-        {
-            "edge_length_abs": float(2.0**attempt.levels * options.edge_length if field is None else field.coarsest),
-            "epsilon": float(attempt.envelope / diagonal),
-            "stop_energy": float(attempt.stop_energy),
-            "num_threads": 1,
-        },
-        arrays={} if field is None else {"bg_vertices": field.points, "bg_tets": field.tets, "bg_values": field.values},
-        time_limit=options.time_limit,
-        memory_limit=options.memory_limit,
-        least_room=_BYTES_PER_ELEMENT * need.elements,
-        pulse=lambda gone: report("volume", _MESHER_SHARE * (1.0 - float(np.exp(-gone / expected)))),
-    )
-
-
-def _notices(attempts: list[dict[str, Any]], reached: bool) -> list[Notice]:
-    """Which runs were not good enough, and whether any was."""
-    count = len(attempts)
-    found = [
-        Notice.of("not reached", f"fTetWild run {number} of {count}: {run['outcome']}")
-        for number, run in enumerate(attempts[:-1] if reached else attempts, 1)
-    ]
-    if not reached:
-        line = "the mesher did not reach the quality asked of it; the best of its runs was kept"
-        found.append(Notice.of("not reached", line))
-    return found
 
 
 def _through(mesh: VolumeMesh, asked: int) -> dict[str, Any]:

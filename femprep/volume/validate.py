@@ -14,7 +14,7 @@ from femprep.mesh.measures.triangles import areas, edge_lengths
 from femprep.mesh.topology import edge_table, pieces, pinched_vertices, volume
 from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
-from femprep.volume.refine.plan import levels_for, thin_thickness
+from femprep.volume.refine.plan import levels_of, wall_thickness
 from femprep.volume.sizing import SizingField
 
 #: Tetrahedra per edge length cubed of wall volume; 9.6 to 10.6 were measured, more where the wall is thin.
@@ -120,7 +120,7 @@ def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0, lev
     ResourceError
         The mesh would need more memory than the limit.
     """
-    levels = levels_for(options, thin_thickness(wall)) if levels is None else levels
+    levels = levels_of(options, wall_thickness(wall)) if levels is None else levels
     return check_amount(size * wall.volume, mean_thickness(wall), options, levels=levels)
 
 

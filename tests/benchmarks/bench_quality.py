@@ -88,7 +88,7 @@ def main() -> None:
     for case in given.case:
         wall = build(folder, case)
         for quality in given.quality:
-            common = {"quality": quality, "order": given.order}
+            common = {"quality": quality, "order": given.order, "refinement": "none"}
             if not given.through:
                 bench(case, wall, f"{quality}, {given.edge:g} mm", edge_length=given.edge, **common)
             for number in given.through:

@@ -27,7 +27,7 @@ from bench_meshers import MESHERS, acdc, ellipsoid, parser_of, peak_memory, row
 import femprep as fp
 from femprep.mesh.measures.volume_elements import element_measures
 from femprep.model import Plane, Wall
-from femprep.volume.refine.plan import LONGEST, levels_for, thin_thickness
+from femprep.volume.refine.plan import LONGEST, levels_of, wall_thickness
 from femprep.volume.tetrahedra import tetrahedralize
 from femprep.volume.validate import TETS_PER_CUBE
 
@@ -87,10 +87,9 @@ def main() -> None:
         return
     endo, epi, base = acdc(given.data, given.case) if given.case else ellipsoid()
     wall = fp.build_wall(epi=epi, endo={"lv": endo}, base=base)
-    thickness = thin_thickness(wall)
-    print(
-        f"wall of {wall.volume / 1000:.1f} cm3, {len(wall.triangles)} triangles, thinner than {thickness:.1f} mm in 5 %"
-    )
+    thickness = wall_thickness(wall)
+    thin = thickness.of_all_but(5.0)
+    print(f"wall of {wall.volume / 1000:.1f} cm3, {len(wall.triangles)} triangles, 5 % thinner than {thin:.1f} mm")
     row(
         "million",
         "mesher",
@@ -111,7 +110,7 @@ def main() -> None:
         path.write_bytes(pickle.dumps((parts, planes)))
         for millions in given.sizes:
             edge = edge_for(wall, millions)
-            levels = levels_for(fp.VolumeOptions(edge_length=edge, refinement="auto"), thickness)
+            levels = levels_of(fp.VolumeOptions(edge_length=edge, refinement="auto"), thickness)
             for name in given.mesher:
                 module = MESHERS[name][0] if name in MESHERS else None
                 if module is not None and find_spec(module) is None:

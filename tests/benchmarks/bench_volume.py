@@ -137,7 +137,7 @@ def main() -> None:
     parser.add_argument("--dense", type=int, default=6000, help="vertices of the dense surfaces")
     parser.add_argument("--envelope", type=float, help="mm; a twentieth of the edge length if not given")
     given = parser.parse_args()
-    options = VolumeOptions(envelope=given.envelope)
+    options = VolumeOptions(envelope=given.envelope, refinement="none")
     wall = read_wall(given.wall) if given.wall else clean_wall(given.vertices)
     print(f"wall of {wall.volume / 1000:.1f} cm3, {mean_thickness(wall):.1f} mm thick, {len(wall.triangles)} triangles")
     warm = [item for item in given.edge if item <= mean_thickness(wall)]

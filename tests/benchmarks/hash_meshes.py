@@ -25,7 +25,8 @@ from bench_determinism import chosen_maps, digest
 import femprep as fp
 from femprep import phantoms
 from femprep.export.table import FORMATS
-from femprep.pipeline import Stages, begin
+from femprep.model.stages import Stages
+from femprep.pipeline import begin
 from femprep.wall.anatomies import ANATOMIES
 
 Arrays = dict[str, np.ndarray]

@@ -86,6 +86,7 @@ def test_elements_through_the_wall_are_counted_in_the_wall(filled, coarse_mesh):
     assert through.max == pytest.approx(alone.max, abs=2)
 
 
+@pytest.mark.slow
 def test_quadratic_elements_keep_the_interface(coarse_wall):
     mesh = fp.tetrahedralize(
         coarse_wall, blood=fp.fill_cavities(coarse_wall), edge_length=7.0, quality="fast", order=2, mean_ratio=0.7

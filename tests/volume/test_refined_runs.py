@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from analytic_walls import cut_ellipsoid_volume, ellipsoid_wall
@@ -63,17 +65,40 @@ def test_base_and_caps_are_flat_and_every_boundary_facet_is_tagged(mesh):
 
 
 def test_a_direct_run_when_asked(wall, monkeypatch):
-    from femprep.volume import tetrahedra
+    from femprep.volume import runs
 
     asked = []
 
     def stop(points, triangles, parameters, **_):
         asked.append(parameters["edge_length_abs"])
-        raise tetrahedra.StageError("enough")
+        raise runs.StageError("enough")
 
-    monkeypatch.setattr(tetrahedra, "run_tetwild", stop)
+    monkeypatch.setattr(runs, "run_tetwild", stop)
     for refinement, expected in (("auto", [6.4, 6.4, 3.2]), ("none", [3.2, 3.2, 3.2])):
         asked.clear()
-        with pytest.raises(tetrahedra.StageError):
+        with pytest.raises(runs.StageError):
             tetrahedralize(wall, edge_length=3.2, refinement=refinement)
         assert asked == expected
+
+
+def test_a_step_that_spoils_the_mesh_is_undone(wall, monkeypatch):
+    """What the mesher gave is sound: it is not thrown away because a step after it fails."""
+    from femprep.volume import finish
+
+    asked = []
+
+    def spoil(given, levels, **_):
+        asked.append(given)
+        cells = given.cells["tetra"].copy()
+        cells[0] = cells[0][[1, 0, 2, 3]]
+        return replace(given, cells={"tetra": cells}, info={**given.info, "refinement": {"levels": levels}})
+
+    monkeypatch.setattr(finish, "refine", spoil)
+    found = tetrahedralize(wall, edge_length=3.2, retries=0, minimum_dihedral=0.0, mean_ratio=0.0)
+    first, last = found.info["attempts"]
+    assert (first["way"], first["status"]) == ("refined", "wrong mesh")
+    assert first["undone"][0].startswith("refined: 1 elements are inverted")
+    assert (last["way"], last["status"]) == ("direct", "reached")
+    assert "refinement" not in found.info
+    assert len(asked) == 1
+    assert check(found).passed

@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 from analytic_walls import ellipsoid_wall
+from scipy.spatial import cKDTree
 
 from femprep.errors import FileError, InputError, OptionError, ResourceError
 from femprep.model import FACET_TAGS, Wall
 from femprep.options import QUALITY, Options, VolumeOptions, choose
 from femprep.volume import tetrahedralize
 from femprep.volume.quality.transmural import elements_through_wall, mesh_edges
-from femprep.volume.sizing import THROUGH, read_sizing, sizing_field, thickness_at
+from femprep.volume.refine.plan import wall_thickness
+from femprep.volume.sizing import THROUGH, following_field, read_sizing, sizing_field, thickness_at
 from femprep.volume.validate import check_sizing
 
 
@@ -52,6 +54,7 @@ def test_no_field_where_one_length_holds():
     assert sizing_field(ball_wall(), VolumeOptions()) is None
 
 
+@pytest.mark.slow
 def test_lengths_follow_thickness_and_count():
     wall = ball_wall()
     for number in (2, 4):
@@ -64,6 +67,7 @@ def test_lengths_follow_thickness_and_count():
     assert capped.coarsest == 3.0
 
 
+@pytest.mark.slow
 def test_a_field_is_a_function_or_points_with_values_or_a_file(tmp_path):
     import pyvista
 
@@ -83,6 +87,7 @@ def test_a_field_is_a_function_or_points_with_values_or_a_file(tmp_path):
     assert called.coarsest == pytest.approx(5.0, abs=0.15)
 
 
+@pytest.mark.slow
 def test_lengths_grow_no_faster_than_the_gradation():
     wall = ball_wall()
     jump = lambda x: np.where(x[:, 0] < 0.0, 1.0, 9.0)  # noqa: E731
@@ -192,3 +197,15 @@ def test_elements_through_the_wall_are_as_many_as_asked_for():
     assert found["share_of_nodes"] == (count >= 2).mean() >= 0.95
     assert found["minimum"] == count.min()
     assert count.max() <= 4
+
+
+def test_edges_follow_a_wall_that_is_thinner_than_they_are_long():
+    wall = ellipsoid_wall((22.0, 22.0, 42.0), (31.0, 25.0, 51.0), 10.0, rings=24)
+    thickness = wall_thickness(wall)
+    field = following_field(wall, thickness, 5.0, 0.3)
+    at = cKDTree(field.points).query([[0.0, 23.5, 0.0], [26.5, 0.0, 0.0]])[1]
+    # 3 mm thick on the y axis, 9 mm on the x axis.
+    assert field.values[at[0]] == pytest.approx(1.05 * 3.0, rel=0.1)
+    assert field.values[at[1]] == 5.0
+    assert (field.finest, field.coarsest) == (pytest.approx(1.05 * thickness.values.min()), 5.0)
+    assert 11.0 * field.elements > wall.volume / 5.0**3

@@ -13,9 +13,9 @@ from femprep.mesh.measures.volume_elements import element_measures
 from femprep.mesh.topology import euler_characteristic, is_manifold
 from femprep.model import FACET_TAGS, REGION_TAGS, Plane, Wall
 from femprep.options import VolumeOptions
-from femprep.volume import check, finish, tetrahedra, tetrahedralize
+from femprep.volume import check, finish, runs, sound, tetrahedralize
 from femprep.volume.tetwild.attempts import attempts
-from femprep.volume.tetwild.guard import Run
+from femprep.volume.tetwild.guard import Run, TooLongError
 
 
 def holds(mesh, wall, volume: float = 0.01) -> None:
@@ -110,7 +110,7 @@ def test_progress_rises_and_ends_at_one(coarse_wall, monkeypatch, coarse_mesh):
             pulse(float(gone))
         return result(coarse_mesh)
 
-    monkeypatch.setattr(tetrahedra, "run_tetwild", fake)
+    monkeypatch.setattr(runs, "run_tetwild", fake)
     tetrahedralize(
         coarse_wall, edge_length=6.0, retries=0, progress=lambda stage, fraction: seen.append((stage, fraction))
     )
@@ -144,7 +144,7 @@ class Mesher:
 def mesher(monkeypatch):
     def install(*answers) -> Mesher:
         found = Mesher(*answers)
-        monkeypatch.setattr(tetrahedra, "run_tetwild", found)
+        monkeypatch.setattr(runs, "run_tetwild", found)
         return found
 
     return install
@@ -174,14 +174,34 @@ def test_retries_tighter_after_a_crash_and_says_so(mesher, coarse_wall, coarse_m
 
 def test_attempts_follow_the_outcome():
     options = VolumeOptions(retries=3, envelope=0.1, stop_energy=7.0)
-    assert [a.envelope for a in attempts(options, lambda: "... (option time_limit)")] == pytest.approx(
-        [0.1, 0.15, 0.225, 0.3375]
-    )
-    assert [a.stop_energy for a in attempts(options, lambda: "... (option time_limit)")] == [7.0, 14.0, 28.0, 56.0]
-    assert [a.stop_energy for a in attempts(options, lambda: "bad")] == [7.0, 6.0, 6.0, 6.0]
-    assert [a.envelope for a in attempts(options, lambda: "... below what was asked")] == [0.1] * 2
-    assert [a.stop_energy for a in attempts(VolumeOptions(), lambda: "... below what was asked")] == [10.0, 6.0]
-    assert [a.stop_energy for a in attempts(VolumeOptions(stop_energy=5.0), lambda: "bad")] == [5.0, 5.0, 5.0]
+    assert [a.envelope for a in attempts(options, lambda: "too long")] == pytest.approx([0.1, 0.15, 0.225, 0.3375])
+    assert [a.stop_energy for a in attempts(options, lambda: "too long")] == [7.0, 14.0, 28.0, 56.0]
+    assert [a.patience for a in attempts(options, lambda: "too long")] == [4.0, 8.0, 16.0, 32.0]
+    assert [a.stop_energy for a in attempts(options, lambda: "crashed")] == [7.0, 6.0, 6.0, 6.0]
+    assert [a.follows for a in attempts(options, lambda: "wrong mesh")] == [False, True, True, True]
+    assert [a.envelope for a in attempts(options, lambda: "missed")] == [0.1] * 2
+    assert [a.stop_energy for a in attempts(VolumeOptions(), lambda: "missed")] == [10.0, 6.0]
+    given = VolumeOptions(stop_energy=5.0)
+    assert [a.stop_energy for a in attempts(given, lambda: "crashed")] == [5.0, 5.0, 5.0]
+
+
+def test_the_time_of_a_run_follows_from_its_estimate():
+    attempt = next(attempts(VolumeOptions(), str))
+    assert attempt.time_limit(30.0, 6000, longest=600.0) == 120.0
+    assert attempt.time_limit(300.0, 6000, longest=600.0) == 600.0
+    assert attempt.time_limit(1.0, 6000, longest=600.0) == 60.0
+    assert attempt.time_limit(1.0, 600, longest=600.0) == 40.0
+    assert attempt.time_limit(1.0, 6000, longest=5.0) == 5.0
+
+
+def test_a_run_that_takes_too_long_is_followed_by_another_one(mesher, coarse_wall, coarse_mesh):
+    used = mesher(TooLongError("the mesher did not finish within 40 s"), result(coarse_mesh))
+    mesh = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82)
+    assert [item["status"] for item in mesh.info["attempts"]] == ["too long", "reached"]
+    assert [asked["time_limit"] for asked in used.asked] == [40.0, 40.0]
+    assert used.asked[1]["stop_energy"] > used.asked[0]["stop_energy"]
+    assert "bg_values" not in (used.asked[0].get("arrays") or {})
+    assert "bg_values" in used.asked[1]["arrays"]
 
 
 @pytest.mark.parametrize(
@@ -296,7 +316,7 @@ def test_a_boundary_that_is_wrong_is_told_before_tags_that_cannot_be(coarse_wall
     mesher(result(coarse_mesh))
     with pytest.raises(StageError, match="no tags"):
         tetrahedralize(coarse_wall, edge_length=6.0)
-    monkeypatch.setattr(finish, "pinched_vertices", lambda facets, table: facets[0])
+    monkeypatch.setattr(sound, "pinched_vertices", lambda facets, table: facets[0])
     with pytest.raises(StageError, match="no closed 2-manifold"):
         tetrahedralize(coarse_wall, edge_length=6.0)
 

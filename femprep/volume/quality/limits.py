@@ -9,6 +9,7 @@ import numpy as np
 
 from femprep.mesh.measures.sample_points import family
 from femprep.model import FloatArray
+from femprep.model.solution import SolutionRecord
 from femprep.options import CheckOptions
 from femprep.volume.quality.report import FacetRecord, LimitRecord, QualityReport, Validity
 
@@ -147,3 +148,10 @@ def judge_wall_volume(report: QualityReport, difference: float | None) -> Qualit
     )
     failures = report.failures if passed else (*report.failures, line)
     return report.model_copy(update={"limits": (*report.limits, verdict), "failures": failures})
+
+
+def judge_solution(report: QualityReport, solution: SolutionRecord) -> QualityReport:
+    """The report with a failure where a solver could not inflate the mesh, or its reaction tells of a wrong deck."""
+    if solution.failure is None:
+        return report
+    return report.model_copy(update={"failures": (*report.failures, solution.failure)})

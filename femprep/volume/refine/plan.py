@@ -2,33 +2,81 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from femprep.mesh.closest import ClosestFinder
-from femprep.model import Wall, tag_name
+from femprep.model import FloatArray, Wall, tag_name
 from femprep.options import VolumeOptions
 
-#: Edges of a coarse mesh by the thickness that all but a twentieth of the wall has: below it, more than half of an
-#: element's corners lie on surfaces, and its children inherit a poor shape.
+#: Edges of a coarse mesh by the thickness that most of the wall has: below it, more than half of an element's corners
+#: lie on surfaces, and its children inherit a poor shape.
 THROUGH: Final = 1.2
 #: The longest edge of a coarse mesh, mm: on an adult's heart the chord then leaves the surface by a quarter of a mm.
 LONGEST: Final = 6.5
-#: The share of the wall that may be thinner than the thickness that counts, %.
-_THIN: Final = 5.0
+#: The share of the wall that may be thinner than the thickness that counts, %: edges are shorter there.
+_THIN: Final = 20.0
+#: Edges follow the thickness where so much of the wall, %, is thinner than so many edges: one element that reaches from
+#: surface to surface there has children of 17 degrees, and where sheets are nearer than the mesher's envelope is wide
+#: it may join them.
+_THINNEST: Final = 1.0
+_LEAST: Final = 0.65
+#: The same of a mesh that is not refined: for the mesher alone it is only the sheets that matter.
+_LEAST_DIRECT: Final = 0.3
 #: Points of a side at most that its thickness is measured at.
 _MOST_POINTS: Final = 4000
 
 
-def levels_of(options: VolumeOptions, wall: Wall) -> int:
+@dataclass(frozen=True, eq=False)
+class Thickness:
+    """How thick a wall is.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        Vertices of its sides, mm.
+    values : (n,) array
+        Distance of each from the other sides, mm.
+    """
+
+    points: FloatArray
+    values: FloatArray
+
+    def of_all_but(self, percent: float) -> float:
+        """The thickness that all but some of the wall has, mm; 0 where it has one side alone."""
+        return float(np.percentile(self.values, percent)) if len(self.values) else 0.0
+
+
+def wall_thickness(wall: Wall) -> Thickness:
+    """Measure how thick a wall is, from points of each side to the other sides."""
+    sides = [t for t in np.unique(wall.facet_tag).tolist() if tag_name(t).startswith(("endo", "epi"))]
+    points, found = [np.empty((0, 3))], [np.empty(0)]
+    for tag in sides:
+        others = wall.triangles[np.isin(wall.facet_tag, [t for t in sides if t != tag])]
+        if not len(others):
+            continue
+        nodes = np.unique(wall.triangles[wall.facet_tag == tag])
+        nodes = nodes[:: max(1, len(nodes) // _MOST_POINTS)]
+        points.append(wall.points[nodes])
+        found.append(ClosestFinder(wall.points, others)(wall.points[nodes]).distance)
+    return Thickness(np.concatenate(points), np.concatenate(found))
+
+
+def refines(options: VolumeOptions) -> bool:
+    """Whether coarser meshes are refined at all: by one edge length, where that is not asked to vary."""
+    return options.refinement == "auto" and options.sizing is None and options.elements_through_wall is None
+
+
+def levels_of(options: VolumeOptions, thickness: Thickness) -> int:
     """How often a coarser mesh of a wall is refined to the edge length asked for; 0 for never."""
-    return levels_for(options, thin_thickness(wall)) if _refines(options) else 0
+    return levels_for(options, thickness.of_all_but(_THIN))
 
 
 def levels_for(options: VolumeOptions, thickness: float) -> int:
-    """The same by the wall's thickness, mm."""
-    if not _refines(options):
+    """The same by the thickness that most of the wall has, mm."""
+    if not refines(options):
         return 0
     limit = min(LONGEST, THROUGH * thickness)
     levels = 0
@@ -37,19 +85,9 @@ def levels_for(options: VolumeOptions, thickness: float) -> int:
     return levels
 
 
-def _refines(options: VolumeOptions) -> bool:
-    return options.refinement == "auto" and options.sizing is None and options.elements_through_wall is None
+def is_thin(thickness: Thickness, edge_length: float, levels: int) -> bool:
+    """Whether some of a wall is too thin for edges of a length, mm, so that they have to follow it there.
 
-
-def thin_thickness(wall: Wall) -> float:
-    """The thickness that all but a twentieth of a wall has, mm: from each point of a side to the other sides."""
-    sides = [t for t in np.unique(wall.facet_tag).tolist() if tag_name(t).startswith(("endo", "epi"))]
-    found = []
-    for tag in sides:
-        others = wall.triangles[np.isin(wall.facet_tag, [t for t in sides if t != tag])]
-        if not len(others):
-            continue
-        nodes = np.unique(wall.triangles[wall.facet_tag == tag])
-        nodes = nodes[:: max(1, len(nodes) // _MOST_POINTS)]
-        found.append(ClosestFinder(wall.points, others)(wall.points[nodes]).distance)
-    return float(np.percentile(np.concatenate(found), _THIN)) if found else 0.0
+    ``levels`` is how often they are refined.
+    """
+    return 0.0 < thickness.of_all_but(_THINNEST) < (_LEAST if levels else _LEAST_DIRECT) * edge_length

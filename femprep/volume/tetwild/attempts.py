@@ -1,14 +1,18 @@
-"""How the runs of fTetWild for one mesh follow each other: the parameters of each, by what came of the one before."""
+"""The ways to have fTetWild fill a wall, in the order in which they are tried, and the record of each run."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Final, Literal
 
 import numpy as np
+from pydantic import Field
 
+from femprep.model.record import Record
 from femprep.options import VolumeOptions
+
+Status = Literal["reached", "missed", "too long", "crashed", "wrong mesh"]
 
 #: How the outcome of a run is told whose mesh is sound but poorer than asked.
 MISSED: Final = "below what was asked"
@@ -18,61 +22,201 @@ _LOWEST_ENERGY: Final = 6.0
 #: the lowest stop energy (edges of 6 mm, wall of 9 mm: 0.855 with an energy of 10 or 8, 0.873 with 6).
 _COARSE: Final = 0.5
 _BOUND: Final = 0.85
-#: Of a mesh that is refined: its envelope in edge lengths and its stop energy, which optimisation makes good.
-_COARSE_ENVELOPE: Final = 0.1
-_COARSE_ENERGY: Final = 50.0
+#: A run may take so many times the seconds estimated, so many seconds where those are few, and for each triangle of the
+#: boundary, which is what coarse meshes wait for (left ventricles took .5 to 4 ms each, both 3 to 6). By luck a run
+#: takes many times as long as the next one, or comes to no end.
+_PATIENCE: Final = 4.0
+_LEAST_SECONDS, _SECONDS_PER_TRIANGLE = 40.0, 0.01
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way to fill a wall.
+
+    Attributes
+    ----------
+    name : str
+    refined : bool
+        The mesher's elements are larger than asked for, and refined.
+    follows : bool
+        Edges follow the thickness wherever the wall is thinner than they are long; otherwise only where much is.
+    envelope : float, optional
+        Edge lengths at least; the quality's where not given.
+    energy : float, optional
+        Stop energy at least; the quality's where not given.
+    """
+
+    name: str
+    refined: bool = False
+    follows: bool = False
+    envelope: float | None = None
+    energy: float | None = None
+
+
+@dataclass(frozen=True)
+class Change:
+    """What is changed for another run of the last way, by what came of the run before.
+
+    Attributes
+    ----------
+    after : str
+        What came of it.
+    envelope, energy : float
+        Factors.
+    less : float
+        What is taken off the stop energy, down to the lowest.
+    lowest : bool
+        The stop energy is the lowest; tried once.
+    follows : bool
+        As of :class:`Way`.
+    """
+
+    after: Status
+    envelope: float = 1.0
+    energy: float = 1.0
+    less: float = 0.0
+    lowest: bool = False
+    follows: bool = False
+
+
+#: Optimisation after refinement makes a high stop energy good.
+WAYS: Final = (
+    Way("refined", refined=True, envelope=0.1, energy=50.0),
+    Way("refined, along all of the wall", refined=True, follows=True),
+    Way("direct"),
+)
+#: Where the quality was missed a little less energy gains little, and a tighter envelope would only keep more of the
+#: wall's small triangles.
+CHANGES: Final = (
+    Change("too long", envelope=1.5, energy=2.0, follows=True),
+    Change("missed", lowest=True),
+    Change("crashed", envelope=1.0 / 1.5, less=2.0, follows=True),
+    Change("wrong mesh", envelope=1.0 / 1.5, less=2.0, follows=True),
+)
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """Parameters of one run: envelope in mm, stop energy, and how often its mesh is refined."""
+    """Parameters of one run.
+
+    Attributes
+    ----------
+    envelope : float
+        mm.
+    stop_energy : float
+    levels : int
+        How often its mesh is refined.
+    way : str
+        Name of the way.
+    follows : bool
+        As of :class:`Way`.
+    patience : float
+        How many times the seconds estimated it may take.
+    """
 
     envelope: float
     stop_energy: float
     levels: int = 0
+    way: str = "direct"
+    follows: bool = False
+    patience: float = _PATIENCE
+
+    def time_limit(self, estimate: float, triangles: int, longest: float) -> float:
+        """Processor seconds the run may take, by those estimated, the boundary's triangles and the most any run may."""
+        least = max(_LEAST_SECONDS, _SECONDS_PER_TRIANGLE * triangles)
+        return min(longest, max(least, self.patience * estimate))
+
+
+class RunRecord(Record):
+    """One run of the mesher, as ``run.json`` has it."""
+
+    way: str = Field(description="How the wall was filled.")
+    status: Status = Field(
+        description="reached: the quality asked for. missed: a sound mesh, but poorer. too long: ended by its time "
+        "limit. crashed: ended by itself. wrong mesh: no sound mesh of this wall."
+    )
+    outcome: str = Field(description="The same in words.")
+    refined_levels: int = Field(description="How often its mesh is refined.")
+    edge_length_mm: tuple[float, float] = Field(description="Shortest and longest edges asked of it, mm.")
+    envelope_mm: float = Field(description="How far it might leave the wall, mm.")
+    stop_energy: float = Field(description="Shape energy at which it stops.")
+    time_limit_s: float = Field(description="Processor time it was allowed, s.")
+    seconds: float | None = Field(None, description="Time it took by the clock, s.")
+    processor_seconds: float | None = Field(None, description="Processor time it took, s.")
+    peak_bytes: int | None = Field(None, description="Its greatest memory, bytes, where the system tells.")
+    elements: int | None = Field(None, description="Elements it gave.")
+    undone: tuple[str, ...] = Field((), description="Steps of putting its mesh in order that spoiled it, and why.")
 
 
 def attempts(
     options: VolumeOptions,
-    outcome: Callable[[], str],
+    status: Callable[[], Status],
     edge_length: float | None = None,
     thickness: float = np.inf,
     levels: int = 0,
 ) -> Iterator[Attempt]:
-    """Parameters of the runs: those asked for, then others, by the outcome of the run before.
+    """Parameters of the runs: the ways in their order, then the last one changed by what came of the run before.
 
-    Where a coarser mesh is to be refined ``levels`` times, its envelope is wide and its stop energy high; if that
-    fails, both are as for a mesh of its edge length; and then the mesher makes the mesh itself. So many runs in all as
-    there would be without it, or one more.
+    Parameters
+    ----------
+    options : VolumeOptions
+        Those given win over what a way would have.
+    status : callable
+        What came of the run before.
+    edge_length : float, optional
+        Of the mesh in the end, mm; the option's where not given.
+    thickness : float
+        Mean thickness of the wall, mm. Where an edge takes more than half of it, most elements are bound by its
+        surfaces, and a good mean ratio needs the lowest stop energy from the first run on.
+    levels : int
+        How often a coarser mesh may be refined; without it, ways that are refined are left out.
 
-    After a time limit everything is looser. Where the quality was missed the stop energy is the lowest: a little less
-    gains little, and a tighter envelope would only keep more of the wall's small triangles; what it misses no run
-    reaches. After a crash or a wrong mesh both are tighter. Where an edge takes more than half of the wall's mean
-    ``thickness``, most elements are bound by its surfaces and a good mean ratio needs the lowest stop energy from the
-    first run on.
+    Returns
+    -------
+    iterator of Attempt
+        So many as there are further runs, and one; or one more, where refined ones come first.
     """
     targets = options.targets
     edge = edge_length or options.edge_length
-    envelope = options.envelope or targets.envelope * edge
+    ways = [way for way in WAYS if levels or not way.refined]
+    if targets.retries < 2 and len(ways) > 1:
+        ways = [ways[0], ways[-1]]
+    patience = _PATIENCE
+    for way in ways:
+        attempt = _first(options, way, edge, thickness, levels if way.refined else 0)
+        yield replace(attempt, patience=patience)
+        patience *= 2.0 if status() == "too long" else 1.0
+    for _ in range(max(targets.retries - len(ways) + 1, 0)):
+        (change,) = [change for change in CHANGES if change.after == status()]
+        if change.lowest and attempt.stop_energy <= _LOWEST_ENERGY:
+            return  # what it misses no run reaches
+        attempt = replace(
+            attempt,
+            envelope=change.envelope * attempt.envelope,
+            stop_energy=_changed(attempt.stop_energy, change),
+            follows=attempt.follows or change.follows,
+            patience=patience,
+        )
+        yield attempt
+        patience *= 2.0 if status() == "too long" else 1.0
+
+
+def _changed(energy: float, change: Change) -> float:
+    """Stop energy of a run by that of the run before."""
+    if change.lowest:
+        return _LOWEST_ENERGY
+    if change.less:
+        return min(energy, max(_LOWEST_ENERGY, energy - change.less))
+    return change.energy * energy
+
+
+def _first(options: VolumeOptions, way: Way, edge: float, thickness: float, levels: int) -> Attempt:
+    """Parameters of the first run of a way."""
+    targets, size = options.targets, edge * 2.0**levels
     energy = targets.stop_energy
-    if options.stop_energy is None and edge > _COARSE * thickness and targets.mean_ratio >= _BOUND:
-        energy = min(energy, _LOWEST_ENERGY)
-    retries = targets.retries
-    if levels:
-        coarse = edge * 2.0**levels
-        wide = options.envelope or _COARSE_ENVELOPE * coarse
-        yield Attempt(wide, options.stop_energy or max(targets.stop_energy, _COARSE_ENERGY), levels)
-        if retries > 1:
-            yield Attempt(min(wide, targets.envelope * coarse), targets.stop_energy, levels)
-        retries = max(retries - 2, 0)
-    yield Attempt(envelope, energy)
-    for _ in range(retries):
-        if "time_limit" in outcome():
-            envelope, energy = 1.5 * envelope, 2.0 * energy
-        elif MISSED in outcome():
-            if energy <= _LOWEST_ENERGY:
-                return
-            energy = _LOWEST_ENERGY
-        else:
-            energy, envelope = min(energy, max(_LOWEST_ENERGY, energy - 2.0)), envelope / 1.5
-        yield Attempt(envelope, energy)
+    if options.stop_energy is None:
+        energy = max(energy, way.energy or 0.0)
+        if not way.refined and edge > _COARSE * thickness and targets.mean_ratio >= _BOUND:
+            energy = min(energy, _LOWEST_ENERGY)
+    envelope = options.envelope or max(targets.envelope, way.envelope or 0.0) * size
+    return Attempt(envelope, energy, levels, way.name, way.follows)

@@ -65,6 +65,10 @@ for _ in range(100):
 """
 
 
+class TooLongError(StageError):
+    """The mesher was ended by its time limit."""
+
+
 @dataclass(frozen=True)
 class Run:
     """What one run of the mesher gave.
@@ -123,8 +127,10 @@ def run_tetwild(
 
     Raises
     ------
+    TooLongError
+        The mesher ran into the time limit.
     StageError
-        The mesher crashed, failed, or ran into the time limit.
+        It crashed, or failed.
     ResourceError
         It took more memory than the limit.
     MissingDependencyError
@@ -230,8 +236,8 @@ def _wait(
             pass
         gone = time.perf_counter() - start
         if (_processor_seconds(child.pid) or 0.0) > time_limit or gone > _PATIENCE * time_limit:
-            raise StageError(
-                f"the mesher did not finish within {time_limit:g} s (option time_limit); "
+            raise TooLongError(
+                f"the mesher did not finish within {time_limit:g} s; "
                 "choose a larger edge_length, a larger stop_energy or a longer time_limit"
             )
         used = _resident_gigabytes(child.pid)

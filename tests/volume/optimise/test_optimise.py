@@ -80,6 +80,7 @@ def test_targets_are_the_closest_points_of_the_own_surface(coarse_wall, coarse_m
     assert np.abs(radius[:, None] - rings).min(axis=1).max() < 0.15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1.2, 1.8, 2.4])
 def test_spoiled_mesh_is_mended(coarse_wall, coarse_mesh, held, size):
     cells = coarse_mesh.cells["tetra"]

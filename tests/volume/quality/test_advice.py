@@ -52,6 +52,7 @@ def test_nothing_is_said_where_it_would_not_help(displaced: fp.Segmentation) -> 
     assert message(displaced, corrected, StageError("it folds")) == "it folds"
 
 
+@pytest.mark.slow
 def test_the_pipeline_says_it(displaced: fp.Segmentation, monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*_: object) -> None:
         raise StageError("the wall is no ball")

@@ -77,6 +77,7 @@ def test_eight_sound_elements_for_each_and_every_name_kept(kind: str) -> None:
     np.testing.assert_array_equal(tagged.parent, parent)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_flat_facets_stay_flat_to_the_last_bit(kind: str) -> None:
     mesh = coarse(kind)
@@ -155,6 +156,7 @@ def test_rims_lie_on_the_surface_and_in_the_plane() -> None:
     assert np.abs(np.linalg.norm(rim / ENDO, axis=1) - 1.0).max() < 2e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("levels", [1, 2])
 def test_linear_fields_go_down_and_up_exactly(kind: str, levels: int) -> None:

@@ -164,7 +164,7 @@ WORK = """
 @pytest.mark.parametrize("worker", [HANG, WORK])
 def test_time_limit_ends_the_child(monkeypatch, tmp_path, temporary, worker):
     fake_worker(monkeypatch, tmp_path, worker.format(pid=str(tmp_path / "pid")))
-    with pytest.raises(StageError, match=r"did not finish within 1 s \(option time_limit\)"):
+    with pytest.raises(guard.TooLongError, match="did not finish within 1 s; choose a larger edge_length"):
         run(time_limit=1.0)
     assert not alive(int((tmp_path / "pid").read_text()))
     assert not list(temporary.iterdir())

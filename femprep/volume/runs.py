@@ -1,0 +1,226 @@
+"""A wall and options in, the best mesh of as many runs of fTetWild as it takes out, with a record of each run."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+
+from femprep.errors import StageError
+from femprep.mesh.measures.triangles import areas
+from femprep.model import Notice, Progress, Wall
+from femprep.options import VolumeOptions
+from femprep.volume.blood import Filling
+from femprep.volume.finish import Candidate, finish
+from femprep.volume.refine.plan import Thickness, is_thin
+from femprep.volume.sizing import SizingField, following_field
+from femprep.volume.tetwild.attempts import Attempt, RunRecord, Status, attempts
+from femprep.volume.tetwild.guard import Run, TooLongError, run_tetwild
+from femprep.volume.validate import SECONDS_PER_TET, TETS_PER_CUBE, Estimate
+
+_log = logging.getLogger(__name__)
+
+#: Least room for temporary files, bytes for each element expected; the files hold 18 to 21, estimates lie within 30 %.
+_BYTES_PER_ELEMENT: Final = 12.0
+#: Share of the progress that belongs to the mesher.
+_MESHER_SHARE: Final = 0.9
+#: Envelope of a run whose edges follow a thin wall, in the shortest of them: no wider, that its sides are not joined.
+_THIN_ENVELOPE: Final = 0.1
+
+
+class NoMeshError(StageError):
+    """No run gave a sound mesh.
+
+    Attributes
+    ----------
+    records : list of RunRecord
+    """
+
+    def __init__(self, message: str, records: list[RunRecord]) -> None:
+        super().__init__(message)
+        self.records = records
+
+
+class Sizes:
+    """Edge lengths the mesher is asked for: the user's, or one, shortened where the wall is thinner than that.
+
+    Parameters
+    ----------
+    wall : Wall
+    options : VolumeOptions
+    thickness : Thickness
+        Of this wall.
+    given : SizingField, optional
+        Edges that vary as the user wants them.
+    """
+
+    def __init__(self, wall: Wall, options: VolumeOptions, thickness: Thickness, given: SizingField | None) -> None:
+        self._wall, self._options, self._thickness = wall, options, thickness
+        self._found: dict[tuple[int, bool], SizingField | None] = {}
+        self._given = given
+
+    def field(self, levels: int, follows: bool = False) -> SizingField | None:
+        """How edges of a mesh that is refined so often vary; None where they are of one length.
+
+        ``follows`` where the wall is thin anywhere; otherwise where much of it is.
+        """
+        if self._given is not None:
+            return self._given
+        key = levels, follows
+        if key not in self._found:
+            edge = self._options.edge_length * 2.0**levels
+            thin = follows or is_thin(self._thickness, edge, levels)
+            rate = self._options.gradation
+            self._found[key] = following_field(self._wall, self._thickness, edge, rate) if thin else None
+        return self._found[key]
+
+    def range(self, levels: int, follows: bool = False) -> tuple[float, float]:
+        """The shortest and the longest of these edges, mm."""
+        field = self.field(levels, follows)
+        edge = self._options.edge_length * 2.0**levels
+        return (edge, edge) if field is None else (field.finest, field.coarsest)
+
+    def shortest(self, levels: int, follows: bool = False) -> float:
+        """The shortest of them but for a few, mm."""
+        finest, coarsest = self.range(levels, follows)
+        return max(finest, 0.4 * coarsest)
+
+    def seconds(self, need: Estimate, attempt: Attempt) -> float:
+        """Seconds that a run will take, by those that one with edges of one length needs."""
+        field = self.field(attempt.levels, attempt.follows)
+        if self._given is not None or field is None:
+            return need.seconds
+        return max(need.seconds, SECONDS_PER_TET * TETS_PER_CUBE * field.elements)
+
+
+def best_of_runs(
+    filling: Filling, options: VolumeOptions, sizes: Sizes, need: Estimate, levels: int, report: Progress
+) -> tuple[Candidate, list[RunRecord]]:
+    """The best mesh of as many runs as it takes, and a record of each.
+
+    Parameters
+    ----------
+    filling : Filling
+    options : VolumeOptions
+    sizes : Sizes
+    need : Estimate
+        Of a run.
+    levels : int
+        How often a coarser mesh may be refined.
+    report : callable
+
+    Returns
+    -------
+    candidate : Candidate
+    records : list of RunRecord
+
+    Raises
+    ------
+    NoMeshError
+        No run gave a sound mesh.
+    """
+    records: list[RunRecord] = []
+    best: Candidate | None = None
+    thickness = 2.0 * filling.wall.volume / float(areas(filling.wall.points, filling.wall.triangles).sum())
+    shortest = sizes.shortest(levels) / 2.0**levels
+    for attempt in attempts(options, lambda: records[-1].status, shortest, thickness, levels):
+        if attempt.follows and options.envelope is None:
+            widest = _THIN_ENVELOPE * sizes.shortest(attempt.levels, True)
+            attempt = replace(attempt, envelope=min(attempt.envelope, widest))
+        candidate, record = _one(filling, options, attempt, sizes, need, report)
+        records.append(record)
+        if candidate is not None and (best is None or _rank(candidate) > _rank(best)):
+            best = candidate
+        if record.status == "reached":
+            break
+        _log.warning("attempt %d%s: %s", len(records), "" if candidate else " failed", record.outcome)
+    if best is None:
+        raise NoMeshError(f"no mesh after {len(records)} attempt(s), the last: {records[-1].outcome}", records)
+    return best, records
+
+
+def _rank(candidate: Candidate) -> tuple[bool, bool, float]:
+    return candidate.reached, candidate.fine, candidate.smallest_dihedral
+
+
+def _one(
+    filling: Filling, options: VolumeOptions, attempt: Attempt, sizes: Sizes, need: Estimate, report: Progress
+) -> tuple[Candidate | None, RunRecord]:
+    """One run: its mesh in order, where it gave a sound one, and its record."""
+    seconds = sizes.seconds(need, attempt)
+    limit = attempt.time_limit(seconds, len(filling.triangles), options.time_limit)
+    told: dict[str, Any] = {
+        "way": attempt.way,
+        "refined_levels": attempt.levels,
+        "edge_length_mm": sizes.range(attempt.levels, attempt.follows),
+        "envelope_mm": attempt.envelope,
+        "stop_energy": attempt.stop_energy,
+        "time_limit_s": limit,
+    }
+    status: Status = "crashed"
+    try:
+        run = _mesh(filling, options, attempt, sizes, need, limit, report)
+        status = "wrong mesh"
+        told.update(
+            seconds=run.seconds,
+            processor_seconds=run.processor_seconds,
+            peak_bytes=run.peak_bytes,
+            elements=len(run.cells),
+        )
+        candidate = finish(run, filling, options, attempt)
+    except StageError as error:
+        status = "too long" if isinstance(error, TooLongError) else status
+        return None, RunRecord(**told, status=status, outcome=str(error))
+    finest, coarsest = (edge / 2.0**attempt.levels for edge in sizes.range(attempt.levels, attempt.follows))
+    edges = finest if finest == coarsest else [finest, coarsest]
+    mesh = replace(candidate.mesh, info={"edge_length_mm": edges, **candidate.mesh.info})
+    candidate = replace(candidate, mesh=mesh)
+    status = "reached" if candidate.reached else "missed" if candidate.fine else "wrong mesh"
+    return candidate, RunRecord(**told, status=status, outcome=candidate.outcome, undone=candidate.undone)
+
+
+def _mesh(
+    filling: Filling,
+    options: VolumeOptions,
+    attempt: Attempt,
+    sizes: Sizes,
+    need: Estimate,
+    limit: float,
+    report: Progress,
+) -> Run:
+    points, triangles = filling.outer.points, filling.triangles
+    diagonal = float(np.linalg.norm(np.ptp(points[np.unique(triangles)], axis=0)))
+    expected = max(need.seconds, 1.0)
+    field = sizes.field(attempt.levels, attempt.follows)
+    return run_tetwild(
+        points,
+        triangles,
+        {
+            "edge_length_abs": float(sizes.range(attempt.levels, attempt.follows)[1]),
+            "epsilon": float(attempt.envelope / diagonal),
+            "stop_energy": float(attempt.stop_energy),
+            "num_threads": 1,
+        },
+        arrays={} if field is None else {"bg_vertices": field.points, "bg_tets": field.tets, "bg_values": field.values},
+        time_limit=limit,
+        memory_limit=options.memory_limit,
+        least_room=_BYTES_PER_ELEMENT * need.elements,
+        pulse=lambda gone: report("volume", _MESHER_SHARE * (1.0 - float(np.exp(-gone / expected)))),
+    )
+
+
+def attempt_notices(records: list[RunRecord], reached: bool, undone: Iterable[str] = ()) -> list[Notice]:
+    """Which runs were not good enough, whether any was, and what was undone of the one that is kept."""
+    count = len(records)
+    found = [
+        Notice.of("not reached", f"fTetWild run {number} of {count}: {run.outcome}")
+        for number, run in enumerate(records[:-1] if reached else records, 1)
+    ]
+    found += [Notice.of("left out", f"of the mesh that was kept, a step was undone: {step}") for step in undone]
+    if not reached:
+        line = "the mesher did not reach the quality asked of it; the best of its runs was kept"
+        found.append(Notice.of("not reached", line))
+    return found
