@@ -12,6 +12,7 @@ from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.mirror import flip
 from femprep.anatomy.orientation import orient
 from femprep.anatomy.part import on_wall
+from femprep.anatomy.pericardium import add_pericardium, pericardium_scale
 from femprep.anatomy.thickness import wall_thickness
 
 __all__ = [
@@ -20,11 +21,13 @@ __all__ = [
     "add_aha",
     "add_coordinates",
     "add_fibres",
+    "add_pericardium",
     "bulls_eye",
     "bulls_eye_svg",
     "flip",
     "on_wall",
     "orient",
+    "pericardium_scale",
     "quadrature_fibres",
     "segment_means",
     "ventricular_axes",

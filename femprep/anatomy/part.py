@@ -40,12 +40,12 @@ def on_wall(mesh: VolumeMesh, add: Callable[[VolumeMesh], VolumeMesh]) -> Volume
     blood = is_blood(mesh.region)
     if not blood.any():
         return add(mesh)
-    part, cells, nodes, facets = _wall(mesh, ~blood)
+    part, cells, nodes, facets = part_of(mesh, ~blood)
     found = add(part)
     new = {
-        "cell": _spread(found.cell_data, part.cell_data, cells, mesh.n_cells),
-        "point": _spread(found.point_data, part.point_data, nodes, len(mesh.points)),
-        "facet": _spread(found.facet_data, part.facet_data, facets, mesh.n_facets),
+        "cell": spread_over(found.cell_data, part.cell_data, cells, mesh.n_cells),
+        "point": spread_over(found.point_data, part.point_data, nodes, len(mesh.points)),
+        "facet": spread_over(found.facet_data, part.facet_data, facets, mesh.n_facets),
     }
     return replace(mesh.with_data(**new), info=found.info)
 
@@ -64,8 +64,8 @@ def refuse_blood(mesh: VolumeMesh) -> None:
         )
 
 
-def _wall(mesh: VolumeMesh, tissue: np.ndarray) -> tuple[VolumeMesh, IntArray, IntArray, IntArray]:
-    """The wall as a mesh of its own; and which elements, points and facets of the whole it is made of."""
+def part_of(mesh: VolumeMesh, tissue: np.ndarray) -> tuple[VolumeMesh, IntArray, IntArray, IntArray]:
+    """Some elements as a mesh of their own; and which elements, points and facets of the whole it is made of."""
     owner, _ = match_facets(mesh.cells, mesh.facets)
     face = (owner >= 0) & tissue[owner]
     cells, facets = chosen_rows(mesh.cells, tissue), chosen_rows(mesh.facets, face)
@@ -87,7 +87,7 @@ def _wall(mesh: VolumeMesh, tissue: np.ndarray) -> tuple[VolumeMesh, IntArray, I
     return part, np.flatnonzero(tissue), nodes, np.flatnonzero(face)
 
 
-def _spread(found: Any, before: Any, rows: IntArray, count: int) -> dict[str, np.ndarray]:
+def spread_over(found: Any, before: Any, rows: IntArray, count: int) -> dict[str, np.ndarray]:
     """New data of some rows, over all rows."""
     out = {}
     for name, values in found.items():

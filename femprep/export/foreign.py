@@ -22,6 +22,7 @@ log = logging.getLogger(__name__)
 TAG_ARRAYS: Final = (
     *("region", "facet_tag", "gmsh:physical", "medit:ref", "cell_tags", "Cell tags", "Facet tags"),
     *("elemTag", "ModelRegionID", "ModelFaceID", "material", "MaterialID", "ID"),
+    *("_surface-id", "_volume-id"),
 )
 #: Arrays that say nothing about the mesh, only about the file.
 _BOOKKEEPING: Final = ("gmsh:geometrical", "gmsh:dim_tags")

@@ -125,7 +125,8 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 program="Abaqus, CalculiX",
                 carries=(
                     "regions and AHA segments (ELSET, NSET), facet tags (NSET, element SURFACE), fibres and sheets "
-                    "(DISTRIBUTION, ORIENTATION), three materials and an inflation step on request"
+                    "(DISTRIBUTION, ORIENTATION), springs of the pericardium, three materials and an inflation step on "
+                    "request"
                 ),
                 elements="all",
                 units="as asked, named in the file",
@@ -194,8 +195,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 ),
                 elements="all",
                 units="as asked, named in the file",
-                read_by="febio-python",
-                unread_by="FEBio",
+                read_by="FEBio 4.11 and febio-python; solved where FEMPREP_FEBIO names FEBio",
                 needs="abaqus.step:require",
             ),
             Format(
@@ -222,16 +222,19 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 program="svMultiPhysics, SimVascular",
                 carries=(
                     "mesh-complete folder: regions (DOMAIN_ID), faces with global numbers, fibres and sheets "
-                    "(FIB_DIR), cell and point data"
+                    "(FIB_DIR), cell and point data, caps of the cavities, springs of the pericardium, two "
+                    "materials and an inflation step on request (inflation.xml)"
                 ),
                 elements="all",
                 units="as asked, not named",
-                read_by="VTK",
-                unread_by="svMultiPhysics",
+                read_by="VTK; svMultiPhysics (of July 2026), solved where FEMPREP_SVMULTIPHYSICS names it",
+                unread_by="SimVascular",
+                needs="svmultiphysics.step:require",
                 folder=True,
                 beside=("mesh-complete.mesh.vtu",),
                 optional=(
-                    *("fibersLong.vtu", "fibersSheet.vtu"),
+                    *("fibersLong.vtu", "fibersSheet.vtu", "inflation.xml", "inflation.dat", "pericardium.vtp"),
+                    *(f"caps/{name}.vtp" for name in ("lv", "rv", "la", "ra")),
                     *(f"mesh-surfaces/{name}.vtp" for name in FACET_TAGS),
                 ),
             ),

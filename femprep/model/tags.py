@@ -42,6 +42,8 @@ FACET_TAGS: Final[Mapping[str, int]] = MappingProxyType(
         "aortic": 123,
         "pulmonary": 124,
         "veins": 125,
+        "aorta_wall": 126,
+        "pulmonary_artery_wall": 127,
         "cap_lv": 131,
         "cap_rv": 132,
         "cap_la": 133,

@@ -2,7 +2,9 @@
 
 Arguments: mesh.xdmf or a .msh, pressure, Young's modulus, Poisson's ratio, all in the file's units; degree of the
 displacement; path of gmsh.py for a .msh. Where there is a file
-``fiber.npy`` (the array ``cell_data/fiber`` of the HDF5 file), its integral over each region is printed too.
+``fiber.npy`` (the array ``cell_data/fiber`` of the HDF5 file), its integral over each region is printed too; where
+there is ``pericardium.npy`` (``point_data/pericardium``, already in the file's units), springs of that stiffness hold
+the epicardium along its normal, and their force, the base's and the pressure's are printed.
 """
 
 import importlib.util
@@ -70,8 +72,16 @@ def strain(w):
 
 
 stress = 2 * mu * strain(u) + la * ufl.tr(strain(u)) * ufl.Identity(3)
-a = fem.form(ufl.inner(stress, strain(v)) * ufl.dx(metadata=rule))
 normal = ufl.FacetNormal(mesh)
+work = ufl.inner(stress, strain(v)) * ufl.dx(metadata=rule)
+stiffness = None
+if os.path.exists("pericardium.npy"):
+    stiffness = fem.Function(fem.FunctionSpace(mesh, ("Lagrange", 1)))
+    given = np.load("pericardium.npy")[mesh.geometry.input_global_indices]
+    for cell in range(mesh.topology.index_map(3).size_local):
+        stiffness.x.array[stiffness.function_space.dofmap.cell_dofs(cell)] = given[mesh.geometry.dofmap.links(cell)]
+    work += stiffness * ufl.inner(normal, u) * ufl.inner(normal, v) * ds(markers["EPI"][0])
+a = fem.form(work)
 load = fem.form(-pressure * ufl.inner(normal, v) * ds(markers["ENDO"][0]))
 base = facets.indices[facets.values == markers["BASE"][0]]
 held = fem.dirichletbc(np.zeros(3, dtype=PETSc.ScalarType), fem.locate_dofs_topological(space, 2, base), space)
@@ -88,6 +98,18 @@ solver.getPC().setType("lu")
 result = fem.Function(space)
 solver.solve(b, result.vector)
 values = result.x.array.reshape(-1, 3)
+forces = {}
+if stiffness is not None:
+    whole = fem.petsc.assemble_matrix(a)
+    whole.assemble()
+    left = whole.createVecLeft()
+    whole.mult(result.vector, left)
+    left -= fem.petsc.assemble_vector(load)
+    rows = fem.locate_dofs_topological(space, 2, base)
+    forces["base"] = left.array.reshape(-1, 3)[rows].sum(axis=0).tolist()
+    push = stiffness * ufl.inner(normal, result) * normal
+    for name, force, tag in (("springs", -push, "EPI"), ("pressure", -pressure * normal, "ENDO")):
+        forces[name] = [fem.assemble_scalar(fem.form(force[i] * ds(markers[tag][0]))) for i in range(3)]
 print(
     "RESULT "
     + json.dumps(
@@ -95,6 +117,7 @@ print(
             "volumes": volumes,
             "areas": areas,
             "fibres": fibres,
+            "forces": forces,
             "greatest": float(np.linalg.norm(values, axis=1).max()),
             "cells": int(mesh.topology.index_map(3).size_local),
             "points": int(mesh.geometry.x.shape[0]),

@@ -117,6 +117,7 @@ def test_a_middle_not_shared_with_the_neighbours_is_noticed(kind: str, tmp_path:
     assert np.abs(displacement - wanted).max() > 1e-3 * np.abs(wanted).max()
 
 
+@pytest.mark.slow
 def test_curved_ten_node_tetrahedra_agree_with_scikit_fem(tmp_path: Path) -> None:
     """Inflation of a wall meshed with --order 2: C3D10 and P2 give the same displacement at every node."""
     skfem = pytest.importorskip("skfem")

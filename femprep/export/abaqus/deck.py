@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from femprep.errors import FileError
+from femprep.export.abaqus.springs import PARTNERS, SPRINGS
 from femprep.export.abaqus.write import ABAQUS_TYPES
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import IntArray
@@ -43,6 +44,8 @@ def parse(path: Path) -> Deck:
     for keyword, options, lines in _sections(path):
         if keyword == "HEADING":
             deck.unit = next((m[1] for line in lines if (m := re.search(r"Units: length (\w+)", line))), deck.unit)
+        elif PARTNERS in options.get("NSET", "").lower() or SPRINGS in options.get("ELSET", "").lower():
+            continue  # they hold the mesh, and are no part of it
         elif keyword == "NODE" and lines:
             table = _table(lines, path)
             deck.nodes.append(np.pad(table, ((0, 0), (0, max(0, 4 - table.shape[1])))))

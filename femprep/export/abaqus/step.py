@@ -9,6 +9,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.export.content import Content
 from femprep.export.fibres import directions, orthotropic
+from femprep.export.material import shear_and_bulk
 from femprep.export.names import facet_names
 from femprep.export.text import rows
 from femprep.export.units import UNITS, Units
@@ -85,8 +86,7 @@ def _material(options: ExportOptions, units: Units) -> str:
     scale = units.per_kpa
     if options.material == "neo-hookean":
         # C10 = mu / 2 and D1 = 2 / K agree with E and nu in small deformations.
-        shear = options.young_modulus / (2 * (1 + options.poisson_ratio)) * scale
-        bulk = options.young_modulus / (3 * (1 - 2 * options.poisson_ratio)) * scale
+        shear, bulk = (modulus * scale for modulus in shear_and_bulk(options))
         return f"*HYPERELASTIC, NEO HOOKE\n{shear / 2:.12g}, {2 / bulk:.12g}\n"
     if options.material == "orthotropic":
         m = orthotropic(options)

@@ -9,9 +9,11 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import InputError
+from femprep.export.abaqus.springs import springs
 from femprep.export.abaqus.step import orientation, step
 from femprep.export.fibres import segments
 from femprep.export.names import facet_names, facet_nodes, region_names, region_nodes
+from femprep.export.springs import RING, ring_nodes
 from femprep.export.text import rows, wrapped
 from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_comments
@@ -69,7 +71,10 @@ def _parts(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
         chosen = mesh.facet_tag == tag
         yield f"*NSET, NSET={name}\n" + wrapped(facet_nodes(mesh, tag) + 1, 16)
         yield f"*SURFACE, NAME={name}, TYPE=ELEMENT\n" + surface_rows(element[chosen], face[chosen])
+    if (ring := ring_nodes(mesh)).size:
+        yield f"*NSET, NSET={RING}\n" + wrapped(ring + 1, 16)
     yield from orientation(mesh)
+    yield from springs(mesh, options)
     yield from step(mesh, options)
 
 

@@ -13,6 +13,7 @@ from femprep.export.names import facet_names, facet_nodes, region_names
 from femprep.export.opencarp.par import parameters
 from femprep.export.opencarp.uvc import universal
 from femprep.export.split import linear
+from femprep.export.springs import RING, ring_nodes
 from femprep.export.text import rows
 from femprep.mesh.elements import FACET_CORNERS
 from femprep.model import FloatArray, VolumeMesh, is_blood
@@ -61,6 +62,8 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
         (folder / f"{stem}.{name}.surf").write_text(_surface(mesh, tag), encoding="ascii")
         nodes = facet_nodes(mesh, tag)
         (folder / f"{stem}.{name}.vtx").write_text(f"{len(nodes)}\nextra\n{rows(nodes)}", encoding="ascii")
+    if (ring := ring_nodes(mesh)).size:
+        (folder / f"{stem}.{RING}.vtx").write_text(f"{len(ring)}\nextra\n{rows(ring)}", encoding="ascii")
     if "aha" in mesh.cell_data:
         (folder / f"{stem}.aha.dat").write_text(rows(np.asarray(mesh.cell_data["aha"])), encoding="ascii")
     for name, values in universal(mesh).items():
