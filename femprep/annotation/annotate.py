@@ -1,0 +1,288 @@
+"""Anyone's volume mesh in; the same with its facets and regions named, in mm, with segments and fibres, out."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from femprep.annotation.flat import by_plane, spread
+from femprep.annotation.given import given_facets, given_regions, with_places
+from femprep.annotation.reading import Attempt, Name, NoReading, Question, Reading, area_by_name
+from femprep.annotation.records import Annotation
+from femprep.annotation.regions import match_regions, regions_by_place, volumes
+from femprep.annotation.shell import Shell, shell_of
+from femprep.annotation.units import MILLIMETRES, guess_unit
+from femprep.annotation.ventricles import with_anatomy
+from femprep.annotation.ways import WAYS, Way
+from femprep.errors import FemprepError, InputError
+from femprep.export.names import FOREIGN
+from femprep.mesh.measures.tetrahedra import tetra_volumes
+from femprep.model import FACET_TAGS, REGION_TAGS, Notice, Plane, Progress, TagArray, VolumeMesh, noted, with_verdict
+from femprep.model.blocks import chosen_rows, nodes_of
+from femprep.model.stages import Stages
+from femprep.options import AnnotateOptions, choose, takes
+from femprep.volume import check
+
+_log = logging.getLogger(__name__)
+
+#: Above this share, negative tetrahedra are those of a program that does not mind their sense.
+_SENSELESS = 0.1
+#: The same tetrahedron seen the other way round, by type.
+_TURNED = {"tetra": [1, 0, 2, 3], "tetra10": [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
+#: Regions told from the file's own numbers at least this surely name the vessels' walls too.
+_VESSELS = {
+    "aorta": ("aorta_wall", "aortic", "endo_lv"),
+    "pulmonary_artery": ("pulmonary_artery_wall", "pulmonary", "endo_rv"),
+}
+#: The ring that a vessel begins at reaches so far from its wall, mm.
+_RIM = 2.5
+
+
+@takes(AnnotateOptions)
+def annotate(
+    mesh: VolumeMesh, options: AnnotateOptions | None = None, progress: Progress | None = None, **changes: Any
+) -> Annotation:
+    """Name the boundary facets and regions of anyone's volume mesh of a heart, and add what follows from them.
+
+    Facets are named by what the file itself says, by names given for it, and by geometry: flat pieces or sharp rims are
+    base and apex, the side that encloses a cavity is endocardium, the left ventricle has the thicker wall; a heart with
+    open valves is told by the space between its walls.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        What :func:`femprep.read_mesh` gives, with or without names.
+    options : AnnotateOptions, optional
+    progress : callable, optional
+        Called with ``(stage, fraction)``.
+    **changes
+        Options by name in place of those given.
+
+    Returns
+    -------
+    Annotation
+        The mesh in mm, each name with how sure it is.
+
+    Raises
+    ------
+    InputError
+        The boundary is none of a heart's, or two readings are possible; the message holds the line of the
+        configuration that decides.
+
+    Examples
+    --------
+    >>> fp.annotate(mesh).mesh.facet_names
+    {'endo': 101, 'epi': 102, 'base': 103}
+    """
+    options = choose(AnnotateOptions, options, changes)
+    stages = Stages(progress)
+    with stages("boundary"):
+        mesh, unit, scale = _in_millimetres(mesh, options)
+        mesh = _used(_positive(mesh))
+        shell = shell_of(mesh)
+    with stages("facets"):
+        reading, attempts = _read(mesh, shell, options, scale)
+        theirs, known = mesh.region, given_regions(mesh, options.names)
+        mesh = _named(mesh, shell, reading)
+    with stages("regions"):
+        mesh, names, questions = _regions(mesh, theirs, known)
+        mesh = _vessel_facets(mesh, shell, names)
+    _ask([*reading.questions, *questions])
+    if options.fibres is not None:
+        with stages("anatomy"):
+            mesh = _anatomy(mesh, options)
+    with stages("quality"):
+        quality = check(mesh, options=options.check)
+    return Annotation(
+        mesh, quality, options, unit, {**reading.names, **names}, attempts, reading.openings, stages.seconds
+    )
+
+
+def _in_millimetres(mesh: VolumeMesh, options: AnnotateOptions) -> tuple[VolumeMesh, str, float]:
+    used = np.unique(np.concatenate([block.ravel() for block in mesh.cells.values()]))
+    if options.unit == "auto":
+        unit, diagonal = guess_unit(mesh.points[used])
+    else:
+        unit = options.unit
+        diagonal = float(np.linalg.norm(np.ptp(mesh.points[used], axis=0))) * MILLIMETRES[unit]
+    scale = MILLIMETRES[unit]
+    info = dict(mesh.info)
+    if options.unit == "auto":
+        words = f"lengths were taken to be in {unit}: the heart is {{amount}} from corner to corner of its box"
+        info = noted(info, Notice.of("assumed", words, amount=diagonal, unit="mm"))
+    points = mesh.points * scale if scale != 1.0 else mesh.points
+    return replace(mesh, points=points, info=info), unit, scale
+
+
+def _positive(mesh: VolumeMesh) -> VolumeMesh:
+    """Tetrahedra turned where the file lists them the other way round; a few negative ones are inverted, and stay."""
+    cells, turned = dict(mesh.cells), 0
+    for kind, order in _TURNED.items():
+        if kind in cells:
+            negative = tetra_volumes(mesh.points, cells[kind][:, :4]) < 0
+            if negative.mean() > _SENSELESS:
+                cells[kind] = np.where(negative[:, None], cells[kind][:, order], cells[kind])
+                turned += int(negative.sum())
+    if not turned:
+        return mesh
+    words = "{amount} list their corners the other way round, and were turned"
+    return replace(
+        mesh, cells=cells, info=noted(mesh.info, Notice.of("repaired", words, amount=turned, unit="elements"))
+    )
+
+
+def _used(mesh: VolumeMesh) -> VolumeMesh:
+    """The mesh without points that no element uses, which solvers stumble over."""
+    used = nodes_of(mesh.cells)
+    left = len(mesh.points) - len(used)
+    if not left:
+        return mesh
+    number = np.full(len(mesh.points), -1)
+    number[used] = np.arange(len(used))
+    facets = {kind: number[block] for kind, block in mesh.facets.items()}
+    whole = [np.empty(0, dtype=bool), *((block >= 0).all(axis=1) for block in facets.values())]
+    keep = np.concatenate(whole)
+    words = f"{left} points that no element uses"
+    return VolumeMesh(
+        mesh.points[used],
+        {kind: number[block] for kind, block in mesh.cells.items()},
+        mesh.region,
+        chosen_rows(facets, keep),
+        mesh.facet_tag[keep],
+        mesh.cell_data,
+        {name: values[used] for name, values in mesh.point_data.items()},
+        {name: values[keep] for name, values in mesh.facet_data.items()},
+        mesh.planes,
+        noted(mesh.info, Notice.of("left out", words)),
+    )
+
+
+def _read(
+    mesh: VolumeMesh, shell: Shell, options: AnnotateOptions, scale: float
+) -> tuple[Reading, tuple[Attempt, ...]]:
+    """The first reading of the boundary that fits, with given names over it; and what was tried."""
+    given = given_facets(mesh, shell, options.names)
+    attempts: list[Attempt] = []
+    reading: Reading | None = None
+    if (given > 0).all():
+        reading = Reading("names", given)
+        attempts.append(Attempt("names", True, "every boundary facet has a name that is known"))
+    ways: tuple[Way, ...] = WAYS
+    if options.base is not None:
+        point, normal = np.array(options.base[:3]) * scale, np.array(options.base[3:])
+        if not np.linalg.norm(normal) > 0:
+            raise InputError("the base plane's normal is 0, 0, 0; give the direction out of the ventricle")
+        ways = (Way("base plane", "the plane given", lambda own: by_plane(own, Plane(point, normal, "given"))),)
+    for way in ways:
+        if reading is not None:
+            break
+        try:
+            reading = way.read(shell)
+            attempts.append(Attempt(way.name, True, "fits", _figures(reading, shell)))
+        except NoReading as error:
+            attempts.append(Attempt(way.name, False, str(error)))
+            _log.info("%s: %s", way.name, error)
+    if reading is None:
+        tried = "; ".join(f"{attempt.way}: {attempt.why}" for attempt in attempts)
+        raise InputError(
+            "the boundary is read in none of the ways known; give the base plane by --base X,Y,Z,NX,NY,NZ, or the "
+            f"line base = [x, y, z, nx, ny, nz] of --config ({tried})"
+        )
+    at = {name: tuple(scale * x for x in place) for name, place in options.at.items()}
+    if (given > 0).any() and reading.way != "names":
+        reading = _over(reading, given)
+    if reading.way == "names":
+        label = {number: name for name, number in FACET_TAGS.items()}
+        names = {label[int(t)]: Name(1.0, "the file's own name, or one given for it") for t in np.unique(reading.tag)}
+        reading = replace(reading, names=names)
+    return with_places(shell, reading, at) if at else reading, tuple(attempts)  # type: ignore[arg-type]
+
+
+def _over(reading: Reading, given: TagArray) -> Reading:
+    """Names of the file's own over those of geometry."""
+    label = {number: name for name, number in FACET_TAGS.items()}
+    tag = np.where(given > 0, given, reading.tag)
+    names = {name: own for name, own in reading.names.items() if np.any(tag == FACET_TAGS[name])}
+    for number in np.unique(given[given > 0]):
+        names[label[int(number)]] = Name(1.0, "the file's own name, or one given for it")
+    return replace(reading, tag=tag.astype(np.int32), names=names)
+
+
+def _figures(reading: Reading, shell: Shell) -> dict[str, float | int | str]:
+    return {f"area of {name}, mm2": round(area, 1) for name, area in area_by_name(reading.tag, shell.area).items()}
+
+
+def _named(mesh: VolumeMesh, shell: Shell, reading: Reading) -> VolumeMesh:
+    """The mesh with all of its boundary facets, named, and no others."""
+    tag = spread(shell, reading.tag)
+    info = {key: value for key, value in mesh.info.items() if key != FOREIGN}
+    # No planes: a base of theirs is flat to its file's digits alone, which the check of ours would refuse.
+    return replace(mesh, facets=shell.facets, facet_tag=tag, facet_data={}, planes={}, info=info)
+
+
+def _regions(
+    mesh: VolumeMesh, theirs: TagArray, given: dict[int, int]
+) -> tuple[VolumeMesh, dict[str, Name], list[Question]]:
+    label = {number: name for name, number in REGION_TAGS.items()}
+    if set(np.unique(theirs).tolist()) <= set(given):
+        region = np.array([given[t] for t in np.unique(theirs).tolist()])[np.unique(theirs, return_inverse=True)[1]]
+        names = {label[int(t)]: Name(1.0, "the file's own name, or one given for it") for t in np.unique(region)}
+        return replace(mesh, region=region), names, []
+    ours = regions_by_place(mesh)
+    if len(np.unique(theirs)) == 1:
+        because = "between the surfaces that are nearest"
+        names = {label[int(t)]: Name(0.9 if len(np.unique(ours)) > 1 else 1.0, because) for t in np.unique(ours)}
+        return replace(mesh, region=ours), names, []
+    region, names, questions = match_regions(theirs, ours, volumes(mesh), given)
+    return replace(mesh, region=region), names, questions
+
+
+def _vessel_facets(mesh: VolumeMesh, shell: Shell, names: dict[str, Name]) -> VolumeMesh:
+    """Where the file's own regions tell vessels, their whole boundary is theirs."""
+    tag = mesh.facet_tag.copy()
+    element_region = mesh.region[shell.element]
+    for region, (facet, ring, endo) in _VESSELS.items():
+        if region not in names or "region" not in names[region].because:
+            continue
+        own = element_region == REGION_TAGS[region]
+        nodes = np.unique(shell.triangles[own[shell.facet_of]])
+        near = np.full(len(shell), np.inf)
+        if len(nodes):
+            near = np.asarray(cKDTree(mesh.points[nodes]).query(shell.centre)[0])
+        # What was taken for the vessel, but belongs to the heart, is the ring it begins at, or the outside.
+        stray = (tag == FACET_TAGS[facet]) & ~own
+        tag[stray] = np.where(near[stray] < 2.0 * _RIM, FACET_TAGS[ring], FACET_TAGS["epi"])
+        inner = np.isin(tag, [FACET_TAGS[ring], FACET_TAGS[endo]]) & ~own & ~stray
+        tag[inner] = np.where(near[inner] < _RIM, FACET_TAGS[ring], FACET_TAGS[endo])
+        tag[own] = FACET_TAGS[facet]
+    return replace(mesh, facet_tag=tag)
+
+
+def _ask(questions: list[Question]) -> None:
+    """Two readings are possible: one line decides.
+
+    Raises
+    ------
+    InputError
+    """
+    if questions:
+        words = "; ".join(f"{question.words}; if so, add to --config: {question.line}" for question in questions)
+        raise InputError(f"two readings are possible: {words}")
+
+
+def _anatomy(mesh: VolumeMesh, options: AnnotateOptions) -> VolumeMesh:
+    """Coordinates, segments and fibres; where they fail the mesh goes without, which its verdict says."""
+    assert options.fibres is not None
+    theirs = {name: values for name, values in mesh.cell_data.items() if name in ("fiber", "sheet", "sheet_normal")}
+    if theirs:
+        # What the file brought is kept beside ours.
+        kept = {f"file_{name}": values for name, values in theirs.items()}
+        mesh = replace(mesh, cell_data={k: v for k, v in mesh.cell_data.items() if k not in theirs} | kept)
+    try:
+        return with_anatomy(mesh, options.fibres)
+    except FemprepError as error:
+        return with_verdict(mesh, failures={"fibres": [f"fibres: not made: {error}"]})

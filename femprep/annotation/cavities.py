@@ -1,0 +1,222 @@
+"""A boundary in, names by the space between its walls out: chambers, valves, vessels, whatever is open.
+
+Every facet looks into a chamber, or outside. Where two chambers, or a chamber and the outside, meet in open space there
+is an opening; the ring of tissue around it is named after it. A wall that has the outside, or a vessel's inside, on
+both of its faces is that of a vessel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.ndimage import label
+from scipy.spatial import cKDTree
+
+from femprep.annotation.chambers import name_cavities
+from femprep.annotation.flat import spread
+from femprep.annotation.parting import part_cavities
+from femprep.annotation.reading import Name, NoReading, Opening, Reading
+from femprep.annotation.shell import Shell
+from femprep.annotation.space import Space, flood, reached_far, space_of
+from femprep.model import FACET_TAGS, BoolArray, FloatArray, IntArray
+
+#: Openings by what they lie between; None is the outside.
+OPENINGS: Final = {
+    ("lv", "la"): "mitral",
+    ("rv", "ra"): "tricuspid",
+    ("lv", None): "aortic",
+    ("rv", None): "pulmonary",
+    ("lv", "aorta_wall"): "aortic",
+    ("rv", "pulmonary_artery_wall"): "pulmonary",
+    ("la", None): "veins",
+    ("ra", None): "veins",
+}
+#: Walls of vessels, by the opening they begin at.
+VESSELS: Final = {"aortic": "aorta_wall", "pulmonary": "pulmonary_artery_wall"}
+#: An opening has this area at least, mm2.
+_AREA: Final = 20.0
+#: Walls of vessels are thinner than this, mm; their insides narrower than a ball of this radius, mm.
+_THIN, VESSEL_BALL = 5.0, 40.0
+#: The core of a vessel is as wide as this share of its opening.
+_LUMEN: Final = 0.5
+#: Rounds in which a facet takes the name that most of its neighbours have.
+_ROUNDS: Final = 3
+#: From where to where the ring around an opening reaches along its normal, and how far from the open space, mm. The
+#: ring of an atrioventricular valve lies on the ventricle's side of the narrowest place.
+RINGS: Final = {"mitral": (-3.5, 1.5, 7.5), "tricuspid": (-2.0, 0.2, 7.5), "veins": (-2.0, 4.0, 5.0)}
+_RING: Final = (-3.0, 4.0, 4.5)
+
+
+@dataclass(frozen=True, eq=False)
+class _Patch:
+    """Where two seeds of the flood meet: centre, normal from the first to the second, area (mm2), voxels (mm)."""
+
+    centre: FloatArray
+    normal: FloatArray
+    area: float
+    points: FloatArray
+
+
+def by_cavities(shell: Shell) -> Reading:
+    """Chambers by the space between the walls, valves and vessels by where it opens.
+
+    Raises
+    ------
+    NoReading
+        There is no cavity, or another number of chambers than a heart has.
+    """
+    space = space_of(shell)
+    seeds, _ = part_cavities(space)
+    count = int(seeds.max(initial=0))
+    if count not in (1, 2, 4):
+        raise NoReading(f"the space between the walls holds {count} cavities; a heart has 1, 2 or 4")
+    outside = count + 1
+    basin = flood(space, np.where(space.outside, outside, seeds))
+    looks = _looks(shell, space, basin)
+    names, sure, questions = name_cavities(shell, [looks == k + 1 for k in range(count)], looks == outside)
+    parts: list[str | None] = [*names, None]
+    openings = _openings(space, basin, parts)
+    far = reached_far(space, VESSEL_BALL)
+    vessels = _lumens(space, (basin == outside) & ~far, openings)
+    if vessels:
+        # Vessels take part in the flood, so that their valves lie where the way through is narrowest.
+        seeds = np.where(space.outside, np.where(far, outside, 0), seeds)
+        for name, own in vessels.items():
+            parts.append(name)
+            seeds[own] = len(parts)
+        basin = flood(space, seeds)
+        looks = _looks(shell, space, basin)
+        openings = _openings(space, basin, parts)
+    tag = np.full(len(shell), FACET_TAGS["epi"], dtype=np.int32)
+    given = {"epi": Name(0.95, "looks outside")}
+    for k, name in enumerate(names):
+        endo = "endo" if count == 1 else f"endo_{name}"
+        tag[looks == k + 1] = FACET_TAGS[endo]
+        given[endo] = sure[name]
+    behind = _behind(shell, space, basin, looks == outside)
+    for k, part in enumerate(parts[outside:], outside + 1):
+        assert part is not None
+        tag[(looks == k) | (behind == k)] = FACET_TAGS[part]
+        given[part] = Name(0.9, "the inside of the vessel that begins at its valve is on one of its faces")
+    _rings(shell, tag, openings, given)
+    return Reading("cavities", spread(shell, tag), given, tuple(questions), tuple(one for one, _ in openings))
+
+
+def _looks(shell: Shell, space: Space, basin: IntArray) -> IntArray:
+    """What each facet looks at: the number of the basin in front of it."""
+    normal = shell.normal
+    looks = np.zeros(len(shell), dtype=np.int64)
+    for far in (0.7, 1.0, 1.4, 0.4, 1.8):
+        empty = looks == 0
+        if not empty.any():
+            break
+        looks[empty] = space.at(basin, shell.centre[empty] + far * space.step * normal[empty])
+    looks = spread(shell, looks)
+    return _smoothed(shell, looks)
+
+
+def _smoothed(shell: Shell, looks: IntArray) -> IntArray:
+    """Single facets that look elsewhere than all around them take their neighbours' side."""
+    count = int(looks.max()) + 1
+    for _ in range(_ROUNDS):
+        beside = np.zeros((len(looks), count))
+        np.add.at(beside, (shell.pairs[:, 0], looks[shell.pairs[:, 1]]), 1.0)
+        np.add.at(beside, (shell.pairs[:, 1], looks[shell.pairs[:, 0]]), 1.0)
+        most = beside.argmax(axis=1)
+        turn = (most != looks) & (beside[np.arange(len(looks)), most] >= 2.0)
+        if not turn.any():
+            break
+        looks = np.where(turn, most, looks)
+    return looks
+
+
+def _openings(space: Space, basin: IntArray, parts: list[str | None]) -> list[tuple[Opening, _Patch]]:
+    """Where parts of the space meet; normals out of the ventricle, or out of the atrium to the outside."""
+    found = []
+    for (inner, beyond), name in OPENINGS.items():
+        if inner not in parts or (beyond is not None and beyond not in parts):
+            continue
+        one, other = parts.index(inner) + 1, parts.index(beyond) + 1
+        patches = _patches(space, basin, one, other)
+        found += [(Opening(name, inner, each.centre, each.normal, each.area), each) for each in patches]
+    return found
+
+
+def _lumens(space: Space, sheltered: BoolArray, openings: list[tuple[Opening, _Patch]]) -> dict[str, BoolArray]:
+    """Where the inside of a vessel begins, beyond a ventricle's opening to the outside."""
+    found: dict[str, BoolArray] = {}
+    for opening, patch in openings:
+        if opening.name not in VESSELS:
+            continue
+        radius = float(np.sqrt(patch.area / np.pi))
+        # Narrower places beside it are grooves between vessels.
+        wide = sheltered & (space.width >= _LUMEN * radius)
+        piece = label(wide)[0]
+        near = np.argwhere(wide)
+        at = space.world(near) - patch.centre
+        own = near[(np.linalg.norm(at - radius * patch.normal, axis=1) < 1.2 * radius) & (at @ patch.normal > 0.0)]
+        if len(own):
+            beyond = np.bincount(piece[tuple(own.T)]).argmax()
+            mask = found.setdefault(VESSELS[opening.name], np.zeros(sheltered.shape, dtype=bool))
+            mask |= piece == beyond
+    return found
+
+
+def _behind(shell: Shell, space: Space, basin: IntArray, outer: BoolArray) -> IntArray:
+    """What lies on the other face of the wall behind outer facets; 0 where the wall is thick."""
+    normal, behind = shell.normal, np.zeros(len(shell), dtype=np.int64)
+    for depth in np.arange(0.75 * space.step, _THIN + space.step, 0.5 * space.step):
+        rows = np.flatnonzero(outer & (behind == 0))
+        behind[rows] = space.at(basin, shell.centre[rows] - depth * normal[rows])
+    return behind
+
+
+def _patches(space: Space, basin: IntArray, one: int, other: int) -> list[_Patch]:
+    """Where two basins meet in open space, as patches of voxel faces."""
+    wide = space.width > 1.0 * space.step
+    at, way = [], []
+    for axis in range(3):
+        low, high = [slice(None)] * 3, [slice(None)] * 3
+        low[axis], high[axis] = slice(None, -1), slice(1, None)
+        a, b = basin[tuple(low)], basin[tuple(high)]
+        clear = wide[tuple(low)] & wide[tuple(high)]
+        for sign, first, second in ((1.0, one, other), (-1.0, other, one)):
+            here = np.argwhere((a == first) & (b == second) & clear)
+            step = np.zeros(3)
+            step[axis] = 0.5
+            at.append(here + step)
+            way.append(np.tile(2.0 * sign * step, (len(here), 1)))
+    index, normal = np.concatenate(at), np.concatenate(way)
+    if not len(index):
+        return []
+    mask = np.zeros(np.array(basin.shape) + 1, dtype=bool)
+    cell = np.floor(index).astype(np.int64)
+    mask[tuple(cell.T)] = True
+    number = label(mask, np.ones((3, 3, 3)))[0][tuple(cell.T)]
+    found = []
+    for k in np.unique(number):
+        own = number == k
+        flow = normal[own].sum(axis=0) * space.step**2
+        area = float(np.linalg.norm(flow))
+        if area >= _AREA:
+            points = space.world(index[own])
+            found.append(_Patch(points.mean(axis=0), flow / area, area, points))
+    return sorted(found, key=lambda patch: -patch.area)
+
+
+def _rings(
+    shell: Shell,
+    tag: np.ndarray,
+    openings: list[tuple[Opening, _Patch]],
+    given: dict[str, Name],
+) -> None:
+    """Name the ring of tissue around each opening."""
+    for opening, patch in openings:
+        low, high, reach = RINGS.get(opening.name, _RING)
+        height = (shell.centre - patch.centre) @ patch.normal
+        rows = np.flatnonzero((height > low) & (height < high))
+        own = rows[cKDTree(patch.points).query(shell.centre[rows], distance_upper_bound=reach)[0] < reach]
+        tag[own] = FACET_TAGS[opening.name]
+        given[opening.name] = Name(0.85, "the tissue around an opening between chambers, or of one to the outside")

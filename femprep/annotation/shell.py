@@ -1,0 +1,144 @@
+"""Elements in, their boundary out: every facet with its centre, area vector, piece and neighbours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from femprep.errors import InputError
+from femprep.mesh.elements import FACET_CORNERS, boundary_faces, set_numbers
+from femprep.mesh.topology import border_loops, closed_by_fans, volume
+from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh
+from femprep.model.blocks import block_rows
+from femprep.model.facets import split_facets
+
+
+@dataclass(frozen=True, eq=False)
+class Shell:
+    """The boundary of a volume mesh.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        Those of the mesh.
+    facets : mapping of str to (f, q) array
+        All boundary facets by type, wound out of the tissue.
+    element : (n_facets,) array
+        The element each belongs to.
+    centre, vector : (n_facets, 3) arrays
+        Centre of the corners and area vector.
+    pairs : (k, 2) array
+        Facets that share an edge.
+    triangles, facet_of : (m, 3) and (m,) arrays
+        The same surface as triangles, and the facet of each.
+    """
+
+    points: FloatArray
+    facets: Mapping[str, IntArray]
+    element: IntArray
+    centre: FloatArray
+    vector: FloatArray
+    pairs: IntArray
+    triangles: IntArray
+    facet_of: IntArray
+
+    @property
+    def area(self) -> FloatArray:
+        """Area of each facet, mm2."""
+        return np.asarray(np.linalg.norm(self.vector, axis=1))
+
+    @property
+    def normal(self) -> FloatArray:
+        """Unit normal of each facet, out of the tissue."""
+        return np.asarray(self.vector / np.maximum(self.area, 1e-300)[:, None])
+
+    @property
+    def edge(self) -> float:
+        """Typical length of an edge: that of the equilateral triangle of median area, mm."""
+        return float(np.sqrt(4.0 / np.sqrt(3.0) * np.median(self.area)))
+
+    def __len__(self) -> int:
+        return len(self.element)
+
+    def pieces(self, chosen: BoolArray | None = None, across: BoolArray | None = None) -> IntArray:
+        """Number from 0 of the connected piece of each facet, the largest area first; -1 for those not chosen.
+
+        ``across`` tells which of :attr:`pairs` connect; all of them where not given.
+        """
+        keep = np.ones(len(self.pairs), dtype=bool) if across is None else across
+        chosen = np.ones(len(self), dtype=bool) if chosen is None else chosen
+        pairs = self.pairs[keep & chosen[self.pairs].all(axis=1)]
+        ones = np.ones(len(pairs), dtype=np.int8)
+        graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(self), len(self)))
+        label = connected_components(graph, directed=False)[1]
+        size = np.bincount(label[chosen], weights=self.area[chosen], minlength=int(label.max(initial=0)) + 1)
+        rank = np.empty(len(size), dtype=np.int64)
+        rank[np.argsort(-size, kind="stable")] = np.arange(len(size))
+        return np.where(chosen, rank[label], -1)
+
+    def enclosed(self, chosen: BoolArray) -> float:
+        """Volume between some facets and fans over their rims, mm3: positive where they look outward of it."""
+        triangles = self.triangles[chosen[self.facet_of]]
+        try:
+            points, closed = closed_by_fans(self.points, triangles)
+        except KeyError:  # rims that touch themselves: seen from their middle they still tell inside from outside
+            middle = self.points[triangles].mean(axis=(0, 1))
+            a, b, c = (self.points[triangles[:, i]] - middle for i in range(3))
+            return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+        return volume(points, closed)
+
+    def rims(self, chosen: BoolArray) -> int:
+        """Number of rims of the surface made of some facets."""
+        try:
+            return len(border_loops(self.triangles[chosen[self.facet_of]]))
+        except KeyError:
+            return -1
+
+
+def shell_of(mesh: VolumeMesh) -> Shell:
+    """The boundary of a mesh: what only one element has.
+
+    Raises
+    ------
+    InputError
+        The mesh has no boundary.
+    """
+    faces = boundary_faces(mesh.cells)
+    facets = {kind: own.nodes for kind, own in faces.items() if len(own.nodes)}
+    if not facets:
+        raise InputError("the mesh has no boundary facets; give a mesh of volume elements")
+    centres, vectors, ends = [], [], []
+    for kind, block, rows in block_rows(facets):
+        corners = block[:, : FACET_CORNERS[kind]]
+        x = mesh.points[corners]
+        one, other = ((1, 0), (2, 0)) if x.shape[1] == 3 else ((2, 0), (3, 1))
+        centres.append(x.mean(axis=1))
+        vectors.append(np.cross(x[:, one[0]] - x[:, one[1]], x[:, other[0]] - x[:, other[1]]) / 2)
+        sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
+        owner = np.repeat(np.arange(rows.start, rows.stop), corners.shape[1])
+        ends.append(np.column_stack([sides, owner]))
+    sides = np.concatenate(ends)
+    number = set_numbers(sides[:, :2])
+    order = np.argsort(number, kind="stable")
+    same = np.flatnonzero(number[order[1:]] == number[order[:-1]])
+    # Where several sheets meet in an edge, neighbours in the list are no neighbours in space: such edges part.
+    twice = np.bincount(number)[number[order[same]]] == 2
+    pairs = np.column_stack([sides[order[same], 2], sides[order[same + 1], 2]])[twice]
+    owners = [np.empty(0, dtype=np.int64)]
+    for kind, _, rows in block_rows(facets):
+        own = np.arange(rows.start, rows.stop)
+        owners += [own, own] if kind.startswith("quad") else [own]
+    return Shell(
+        mesh.points,
+        facets,
+        np.concatenate([faces[kind].element for kind in facets]),
+        np.concatenate(centres),
+        np.concatenate(vectors),
+        pairs,
+        split_facets(facets),
+        np.concatenate(owners),
+    )

@@ -1,0 +1,36 @@
+"""Points of a heart in, their unit of length out, guessed from its size."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import InputError
+
+#: Diagonal of the box around a heart, from a small animal's ventricle to a dilated human heart, mm.
+SMALLEST, LARGEST = 8.0, 400.0
+#: Diagonals of human hearts and ventricles: of two units that are possible the one that gives such a heart is taken.
+_USUAL: Final = (45.0, 300.0)
+#: Millimetres in one of each unit.
+MILLIMETRES: Final = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 1e-3}
+
+
+def guess_unit(points: npt.ArrayLike) -> tuple[str, float]:
+    """Unit in which points are a heart's, and the diagonal of the box around it, mm.
+
+    Raises
+    ------
+    InputError
+        In no unit are they of a heart's size.
+    """
+    diagonal = float(np.linalg.norm(np.ptp(np.asarray(points, dtype=np.float64), axis=0)))
+    for low, high in (_USUAL, (SMALLEST, LARGEST)):
+        for unit, size in MILLIMETRES.items():
+            if low <= diagonal * size <= high:
+                return unit, diagonal * size
+    raise InputError(
+        f"the mesh measures {diagonal:.4g} from corner to corner of its box, which is a heart's size in none of "
+        f"{', '.join(MILLIMETRES)}; name the unit by --unit"
+    )

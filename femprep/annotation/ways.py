@@ -1,0 +1,32 @@
+"""The ways in which the boundary of a mesh is read, in the order they are tried; the first that fits is taken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Final
+
+from femprep.annotation.cavities import by_cavities
+from femprep.annotation.flat import by_closed_sheets, by_creases, by_flat_pieces
+from femprep.annotation.reading import Reading
+from femprep.annotation.shell import Shell
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way of reading a boundary: its name, what it takes for granted, and what does it."""
+
+    name: str
+    takes: str
+    read: Callable[[Shell], Reading]
+
+
+#: From the strictest to the most tolerant: what the first ones find is as good as certain.
+WAYS: Final = (
+    Way("closed sheets", "cavities closed all round", by_closed_sheets),
+    Way("flat pieces", "a base, and perhaps an apex, cut flat", by_flat_pieces),
+    Way("creases of 45 degrees", "a base with sharp rims", partial(by_creases, degrees=45.0)),
+    Way("creases of 30 degrees", "a base with rims", partial(by_creases, degrees=30.0)),
+    Way("cavities", "chambers with openings, told by the space between them", by_cavities),
+)

@@ -1,0 +1,168 @@
+"""An annotated mesh in, its folder of files out: mesh, facets, decks, quality.json, run.json, report.html."""
+
+from __future__ import annotations
+
+import time
+from html import escape
+from pathlib import Path
+
+from femprep.annotation import Annotation
+from femprep.annotation.regions import volumes
+from femprep.annotation.shell import shell_of
+from femprep.errors import FemprepError
+from femprep.export import write_facets, write_format, write_mesh, write_surface
+from femprep.export.losses import losses
+from femprep.model import Notice, Progress, noted, verdict_of
+from femprep.report.bullseyes import report_bulls_eyes
+from femprep.report.folder import whole_folder
+from femprep.report.manifest import (
+    AnnotationManifest,
+    AttemptRecord,
+    NameRecord,
+    OpeningRecord,
+    StageRecord,
+    file_sha256,
+    hashes,
+    plain,
+)
+from femprep.report.notices import lines
+from femprep.report.page import table
+from femprep.report.quality_page import write_quality_page
+from femprep.wall import cavity_surface
+
+
+def write_annotation(
+    found: Annotation, out: str | Path, *, source: str | Path | None = None, progress: Progress | None = None
+) -> AnnotationManifest:
+    """Write the folder of an annotated mesh, whole or not at all.
+
+    Parameters
+    ----------
+    found : Annotation
+        What :func:`femprep.annotate` returned.
+    out : path
+        Folder to make; of one that femprep made before, the files it wrote are replaced.
+    source : path, optional
+        The file of the mesh; its name and hash go into ``run.json``.
+    progress : callable, optional
+        Called with ``(stage, fraction)``.
+
+    Returns
+    -------
+    AnnotationManifest
+        What ``run.json`` holds.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written, or was not made by femprep.
+
+    Examples
+    --------
+    >>> manifest = fp.write_annotation(fp.annotate(mesh), "named")  # doctest: +SKIP
+    """
+    start = time.perf_counter()
+    report = progress or (lambda stage, fraction: None)
+    report("write", 0.0)
+    path = Path(source) if source is not None else None
+    with whole_folder(Path(out)) as folder:
+        write_mesh(found.mesh, folder / "mesh.vtu")
+        write_facets(found.mesh, folder / "facets.vtp")
+        left_out = _cavities(found, folder)
+        for name in found.options.formats:
+            write_format(found.mesh, folder, name, options=found.options.export)
+        (folder / "quality.json").write_text(found.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
+        details = {"mesh": plain(found.mesh.info)}
+        details["formats"] = noted(
+            {}, *left_out, *(one for name in found.options.formats for one in losses(found.mesh, name))
+        )
+        failed = [line for own in verdict_of(found.mesh).get("failures", {}).values() for line in own]
+        seconds = {**found.seconds, "write": time.perf_counter() - start}
+        files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()}
+        facets, regions = _names(found)
+        manifest = AnnotationManifest(
+            source=path.name if path else None,
+            source_sha256=file_sha256(path) if path and path.is_file() else None,
+            source_unit=found.unit,
+            options=found.options,
+            facets=facets,
+            regions=regions,
+            openings=[
+                OpeningRecord(
+                    name=one.name,
+                    cavity=one.cavity,
+                    centre=tuple(round(float(x), 3) for x in one.centre),
+                    normal=tuple(round(float(x), 4) for x in one.normal),
+                    area_mm2=round(one.area, 1),
+                )
+                for one in found.openings
+            ],
+            attempts=[
+                AttemptRecord(way=a.way, taken=a.taken, why=a.why, figures=dict(a.figures)) for a in found.attempts
+            ],
+            stages=[StageRecord(name=name, seconds=round(value, 3)) for name, value in seconds.items()],
+            details=details,
+            notices=[*lines({}, details), *failed],
+            files=sorted(files | {"run.json", "report.html"}),
+        )
+        write_quality_page(
+            found.quality,
+            folder / "report.html",
+            title=manifest.source or "mesh",
+            before=_page(manifest, found),
+        )
+        manifest = manifest.model_copy(update={"sha256": hashes(folder, manifest.files)})
+        (folder / "run.json").write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
+    report("write", 1.0)
+    return manifest
+
+
+def _cavities(found: Annotation, folder: Path) -> list[Notice]:
+    """Each cavity's closed surface, where its rims are whole; what is left out."""
+    (folder / "cavities").mkdir()
+    left_out = []
+    for facet in [name for name in found.mesh.facet_names if name.startswith("endo")]:
+        name = "lv" if facet == "endo" else facet.removeprefix("endo_")
+        try:
+            write_surface(cavity_surface(found.mesh, name), folder / "cavities" / f"{name}.vtp")
+        except FemprepError as error:
+            words = f"the closed surface of the cavity {name} is left out: {error}"
+            left_out.append(Notice.of("left out", words))
+    return left_out
+
+
+def _names(found: Annotation) -> tuple[list[NameRecord], list[NameRecord]]:
+    shell = shell_of(found.mesh)
+    area = {name: float(shell.area[found.mesh.facet_tag == tag].sum()) for name, tag in found.mesh.facet_names.items()}
+    size = volumes(found.mesh)
+    volume = {name: float(size[found.mesh.region == tag].sum()) for name, tag in found.mesh.region_names.items()}
+
+    def records(amounts: dict[str, float]) -> list[NameRecord]:
+        told = [(name, amount, found.names.get(name)) for name, amount in amounts.items()]
+        return [
+            NameRecord(
+                name=name,
+                sure=round(own.sure, 4) if own else 0.5,
+                because=own.because if own else "the facets around it",
+                amount=round(amount, 2),
+            )
+            for name, amount, own in told
+        ]
+
+    return records(area), records(volume)
+
+
+def _page(manifest: AnnotationManifest, found: Annotation) -> str:
+    def rows(records: list[NameRecord]) -> list[tuple[object, ...]]:
+        return [(one.name, f"{100 * one.sure:.0f} %", one.amount, one.because) for one in records]
+
+    ways = [(one.way, "taken" if one.taken else "not taken", one.why) for one in manifest.attempts]
+    notices = "".join(f"<li>{escape(item)}</li>" for item in manifest.notices) or "<li>Nothing.</li>"
+    eyes = report_bulls_eyes(found.mesh) if "aha" in found.mesh.cell_data else []
+    segments = f'<h2>AHA segments</h2><div class="grid">{"".join(eyes)}</div>' if eyes else ""
+    return (
+        f"<h2>Facets</h2>{table(rows(manifest.facets), ('', 'sure', 'area, mm2', 'told by'))}"
+        f"<h2>Regions</h2>{table(rows(manifest.regions), ('', 'sure', 'volume, mm3', 'told by'))}"
+        f"<h2>Ways of reading the boundary</h2>{table(ways)}"
+        f"<h2>What was repaired, assumed or left out</h2><ul>{notices}</ul>{segments}"
+    )

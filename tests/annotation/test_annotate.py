@@ -1,0 +1,216 @@
+"""Meshes whose names were taken away get them back; what is not told is asked for."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from anatomy_meshes import clipped_ellipsoid, ellipsoid
+from biventricular import biventricular
+from meshes import truncated_ellipsoid
+
+import femprep as fp
+from femprep.annotation.given import given_facets
+from femprep.annotation.shell import shell_of
+from femprep.annotation.units import guess_unit
+from femprep.cli import main
+from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
+from femprep.phantoms import lv_ellipsoid
+
+
+def bare(mesh: VolumeMesh, **changes: object) -> VolumeMesh:
+    """Points and elements alone."""
+    return replace(VolumeMesh(mesh.points, mesh.cells, np.ones(mesh.n_cells)), **changes)  # type: ignore[arg-type]
+
+
+def right(truth: VolumeMesh, found: fp.Annotation) -> float:
+    """Share of the boundary's area that is named as in the mesh the names were taken from."""
+    shell = shell_of(found.mesh)
+    tag = given_facets(replace(truth, points=found.mesh.points), shell, {})
+    return float(shell.area[tag == found.mesh.facet_tag].sum() / shell.area.sum())
+
+
+@pytest.mark.parametrize("kind", ["tetra", "tetra10", "wedge", "hexahedron"])
+def test_a_wall_cut_flat_at_both_ends_is_named_whole(kind: str) -> None:
+    truth = truncated_ellipsoid(kind)
+    assert right(truth, fp.annotate(bare(truth), fibres=None)) == 1.0
+
+
+@pytest.mark.parametrize("kind", ["tetra", "wedge", "hexahedron", "mixed"])
+def test_a_closed_apex_is_named_whole_with_segments_and_fibres(kind: str) -> None:
+    truth = ellipsoid(kind).mesh
+    found = fp.annotate(bare(truth))
+    assert right(truth, found) == 1.0
+    assert sorted(np.unique(found.mesh.cell_data["aha"])) == list(range(1, 18))
+    np.testing.assert_allclose(np.linalg.norm(found.mesh.cell_data["fiber"], axis=1), 1.0, rtol=1e-9)
+    assert [attempt.way for attempt in found.attempts if attempt.taken] == ["flat pieces"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("element", ["tetra", "hexahedron"])
+def test_a_coarse_swept_wall_is_named_whole_though_its_apex_is_all_but_flat(element: str) -> None:
+    seg = lv_ellipsoid().segmentation(spacing=(2.0, 2.0, 8.0), apex="uncapped")
+    options = {"volume": {"mesher": "sweep", "edge_length": 6.0}, "sweep": {"element": element}}
+    truth = fp.mesh_segmentation(seg, surface={"vertices": 300}, **options).mesh
+    found = fp.annotate(bare(truth), fibres=None)
+    assert right(truth, found) == 1.0
+    assert set(found.mesh.facet_names) == {"endo", "epi", "base"}
+
+
+def test_both_ventricles_are_told_apart_with_their_regions() -> None:
+    truth = biventricular()
+    found = fp.annotate(bare(truth), fibres=None)
+    assert right(truth, found) == 1.0
+    assert set(found.mesh.region_names) == {"lv", "rv", "septum"}
+    assert found.names["endo_lv"].sure > 0.9
+
+
+def test_a_base_that_is_not_flat_is_told_by_its_creases() -> None:
+    truth = ellipsoid("tetra").mesh
+    x, y, z = truth.points.T
+    bent = np.column_stack([x, y, z + np.where(z > -30.0, 5e-3 * (x**2 - y**2) * (z + 30.0) / 45.0, 0.0)])
+    found = fp.annotate(bare(truth, points=bent), fibres=None)
+    assert right(truth, found) > 0.999
+    assert any(attempt.taken and attempt.way.startswith("creases") for attempt in found.attempts)
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1.0, "mm"), (0.1, "cm"), (1e-3, "m"), (1e3, "um")])
+def test_the_unit_is_guessed_from_the_size_and_said(factor: float, unit: str) -> None:
+    truth = ellipsoid("wedge").mesh
+    found = fp.annotate(bare(truth, points=truth.points * factor), fibres=None)
+    assert found.unit == unit
+    np.testing.assert_allclose(found.mesh.points, truth.points, atol=1e-9)
+    assert any(f"taken to be in {unit}" in notice["what"] for notice in found.mesh.info["notices"])
+
+
+def test_what_is_no_heart_in_any_unit_is_refused() -> None:
+    with pytest.raises(fp.InputError, match="--unit"):
+        guess_unit(np.array([[0.0, 0.0, 0.0], [1e9, 0.0, 0.0]]))
+
+
+def test_tetrahedra_listed_the_other_way_round_are_turned() -> None:
+    truth = ellipsoid("tetra").mesh
+    cells = {"tetra": truth.cells["tetra"][:, [1, 0, 2, 3]]}
+    found = fp.annotate(VolumeMesh(truth.points, cells, np.ones(truth.n_cells)), fibres=None)
+    assert found.quality.validity.inverted_elements == 0
+    assert right(truth, found) == 1.0
+
+
+def test_two_ends_of_the_same_size_are_asked_about_and_one_line_answers() -> None:
+    truth = clipped_ellipsoid(base=30.0, apex=-30.0).mesh
+    with pytest.raises(fp.InputError, match=r"at = \{ base = \["):
+        fp.annotate(bare(truth))
+    found = fp.annotate(bare(truth), at={"base": (0.0, 0.0, 30.0)}, fibres=None)
+    assert right(truth, found) == 1.0
+    turned = fp.annotate(bare(truth), at={"base": (0.0, 0.0, -30.0)}, fibres=None)
+    shell = shell_of(turned.mesh)
+    assert np.all(shell.centre[turned.mesh.facet_tag == FACET_TAGS["base"], 2] < -29.9)
+
+
+def test_two_equal_cavities_are_asked_about() -> None:
+    truth = twin()
+    with pytest.raises(fp.InputError, match=r"endo_lv = \["):
+        fp.annotate(truth)
+    found = fp.annotate(truth, at={"endo_lv": (-20.0, 0.0, 0.0)}, fibres=None)
+    shell = shell_of(found.mesh)
+    assert np.all(shell.centre[found.mesh.facet_tag == FACET_TAGS["endo_lv"], 0] < 0)
+    assert np.all(shell.centre[found.mesh.facet_tag == FACET_TAGS["endo_rv"], 0] > 0)
+
+
+def twin() -> VolumeMesh:
+    """A block with two equal closed cavities, of hexahedra."""
+    count = np.array([20, 10, 10])
+    number = np.arange(np.prod(count + 1)).reshape(count + 1)
+    index = np.stack(np.meshgrid(*[np.arange(n) for n in count], indexing="ij"), axis=-1).reshape(-1, 3)
+    middle = (index + 0.5 - count / 2) * 4.0
+    hollow = np.abs(np.abs(middle) - [20.0, 0.0, 0.0]).max(axis=1) < 9.0
+    low = index[~hollow]
+    steps = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    cells = np.column_stack([number[tuple((low + step).T)] for step in steps])
+    points = np.stack(np.meshgrid(*[np.arange(n + 1) for n in count], indexing="ij"), axis=-1).reshape(-1, 3)
+    used, cells = np.unique(cells, return_inverse=True)
+    cells = cells.reshape(-1, 8)
+    return VolumeMesh((points[used] - count / 2) * 4.0, {"hexahedron": cells}, np.ones(len(cells)))
+
+
+def test_a_base_plane_is_given_where_the_mesh_shows_none() -> None:
+    truth = ellipsoid("tetra").mesh
+    found = fp.annotate(bare(truth), base=(0.0, 0.0, 15.0, 0.0, 0.0, 1.0), fibres=None)
+    assert right(truth, found) == 1.0
+    assert found.attempts[0].way == "base plane"
+
+
+def test_names_of_the_file_and_names_given_for_it_go_before_geometry(tmp_path: Path) -> None:
+    truth = ellipsoid("tetra").mesh
+    tag = np.select([truth.facet_tag == FACET_TAGS[name] for name in ("endo", "epi", "base")], [7, 8, 9])
+    theirs = meshio.Mesh(
+        truth.points,
+        [("tetra", truth.cells["tetra"]), ("triangle", truth.facets["triangle"])],
+        cell_data={"material": [np.full(truth.n_cells, 3), tag]},
+    )
+    theirs.write(tmp_path / "theirs.vtu")
+    read = fp.read_mesh(tmp_path / "theirs.vtu")
+    found = fp.annotate(read, names={"7": "endo", "8": "epi", "9": "base", "3": "lv"}, fibres=None)
+    assert right(truth, found) == 1.0
+    assert found.attempts[0].way == "names"
+    swapped = fp.annotate(read, names={"7": "epi"}, fibres=None)
+    assert np.all(swapped.mesh.facet_tag[truth.facet_tag == FACET_TAGS["endo"]] == FACET_TAGS["epi"])
+
+
+def test_regions_of_the_file_are_named_by_where_they_lie() -> None:
+    truth = biventricular()
+    named = fp.annotate(bare(truth), fibres=None).mesh
+    number = {REGION_TAGS["lv"]: 40, REGION_TAGS["rv"]: 77, REGION_TAGS["septum"]: 12}
+    theirs = np.vectorize(number.get)(named.region)
+    found = fp.annotate(bare(truth, region=theirs), fibres=None)
+    np.testing.assert_array_equal(found.mesh.region, named.region)
+
+
+def test_a_solid_block_is_refused_with_every_way_that_was_tried() -> None:
+    from anatomy_meshes import slab
+
+    with pytest.raises(fp.InputError, match="flat pieces"):
+        fp.annotate(bare(slab("hexahedron", size=(40.0, 40.0, 60.0)).mesh))
+
+
+def test_the_command_writes_the_folder_with_every_attempt(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    truth = ellipsoid("hexahedron").mesh
+    meshio.Mesh(truth.points / 10.0, [("hexahedron", truth.cells["hexahedron"])]).write(tmp_path / "paper.vtk")
+    out = tmp_path / "named"
+    status = main(["annotate", str(tmp_path / "paper.vtk"), "-o", str(out), "--format", "abaqus"])
+    assert status in (0, 1), capsys.readouterr().err
+    record = json.loads((out / "run.json").read_text())
+    assert {one["name"]: one["sure"] for one in record["facets"]} == {"endo": 1.0, "epi": 1.0, "base": 1.0}
+    assert [one["way"] for one in record["attempts"]] == ["closed sheets", "flat pieces"]
+    assert record["source_unit"] == "cm"
+    assert "*SURFACE" in (out / "mesh.inp").read_text().upper()
+    assert "flat piece" in (out / "report.html").read_text()
+    again = fp.read_mesh(out / "mesh.vtu")
+    assert "fiber" in again.cell_data
+    assert set(again.facet_names) == {"endo", "epi", "base"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--base", "1,2,3"], "--base"),
+        (["--at", "endo=1,2"], "--at"),
+        (["--at", "heart=1,2,3"], "heart"),
+        (["--name", "4"], "--name"),
+        (["--name", "4=heart"], "heart"),
+    ],
+)
+def test_wrong_options_are_told_in_one_line(
+    arguments: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    truth = ellipsoid("hexahedron").mesh
+    meshio.Mesh(truth.points, [("hexahedron", truth.cells["hexahedron"])]).write(tmp_path / "paper.vtk")
+    assert main(["annotate", str(tmp_path / "paper.vtk"), "-o", str(tmp_path / "out"), *arguments]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.strip().count("\n") == 0
+    assert not (tmp_path / "out").exists()
