@@ -56,6 +56,8 @@ _HOMES = {
     "CheckOptions": "femprep.options",
     "FibreOptions": "femprep.options",
     "ExportOptions": "femprep.options",
+    "PericardiumOptions": "femprep.options",
+    "AnnotateOptions": "femprep.options",
     "find_base": "femprep.wall",
     "find_apex": "femprep.wall",
     "extend_apex": "femprep.wall",
@@ -75,6 +77,7 @@ _HOMES = {
     "in_slice_distance": "femprep.surface",
     "surface_quality": "femprep.surface",
     "read_segmentation": "femprep.image",
+    "read_masks": "femprep.image",
     "write_segmentation": "femprep.image",
     "Segmentation": "femprep.image",
     "Grid": "femprep.image",
@@ -110,6 +113,8 @@ _HOMES = {
     "add_fibres": "femprep.anatomy",
     "quadrature_fibres": "femprep.anatomy",
     "add_coordinates": "femprep.anatomy",
+    "add_pericardium": "femprep.anatomy",
+    "pericardium_scale": "femprep.anatomy",
     "ventricular_axes": "femprep.anatomy",
     "VentricularAxes": "femprep.anatomy",
     "flip": "femprep.anatomy",
@@ -119,6 +124,9 @@ _HOMES = {
     "bulls_eye": "femprep.anatomy",
     "bulls_eye_svg": "femprep.anatomy",
     "wall_thickness": "femprep.anatomy",
+    "annotate": "femprep.annotation",
+    "Annotation": "femprep.annotation",
+    "write_annotation": "femprep.report.annotated",
 }
 
 __all__ = ["__version__", *_HOMES]

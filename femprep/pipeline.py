@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import logging
-import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -15,16 +13,19 @@ from femprep.anatomy import (
     add_aha,
     add_coordinates,
     add_fibres,
+    add_pericardium,
     flip,
     on_wall,
     orient,
 )
-from femprep.errors import FemprepError
+from femprep.errors import FemprepError, StageError
+from femprep.export.abaqus.calculix import inflate
 from femprep.export.content import content_of, refusals
 from femprep.image import Segmentation, align_slices
 from femprep.image.size import require_heart_size
-from femprep.model import Progress, VolumeMesh, Wall, noted, with_verdict
-from femprep.options import FibreOptions, Options, choose, takes
+from femprep.model import Notice, Progress, VolumeMesh, Wall, noted, verdict_of, with_verdict
+from femprep.model.stages import Stages
+from femprep.options import Options, choose, takes
 from femprep.preflight import check_labels, check_options
 from femprep.report.beside_labels import volumes_beside_labels, wall_difference
 from femprep.report.run import Run, Surfaces
@@ -36,33 +37,13 @@ from femprep.volume import check, tetrahedralize
 from femprep.volume.quality.advice import advised, what_helps
 from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.volume.quality.judged import carry
-from femprep.volume.quality.limits import judge_wall_volume
+from femprep.volume.quality.limits import judge_solution, judge_wall_volume
 from femprep.volume.ventricles import label_chambers, label_ventricles
 from femprep.wall import build_wall, fill_cavities, open_wall
 from femprep.wall.anatomies import ANATOMIES, Layout, Parts, lay_out, structures_of
 from femprep.wall.joining.build import apex_info
 
 _log = logging.getLogger(__name__)
-
-
-class Stages:
-    """Times the stages of a run and passes their progress on."""
-
-    def __init__(self, progress: Progress | None) -> None:
-        self.seconds: dict[str, float] = {}
-        self._progress = progress
-
-    @contextmanager
-    def __call__(self, name: str) -> Iterator[Progress]:
-        """One stage: announced at its start and at its end, and timed."""
-        report = self._progress or (lambda stage, fraction: None)
-        report(name, 0.0)
-        start = time.perf_counter()
-        yield lambda _, fraction: report(name, fraction)
-        taken = time.perf_counter() - start
-        self.seconds[name] = self.seconds.get(name, 0.0) + taken
-        _log.info("%s: %.1f s", name, taken)
-        report(name, 1.0)
 
 
 @takes(Options)
@@ -118,10 +99,15 @@ def mesh_segmentation(
         fidelity = mesh_fidelity(mesh, parts.outlines, seg.grid, quality.options.maximum_label_distance)
         judged = judge_wall_volume(quality, wall_difference(volumes))
         judged = with_fidelity(judged, fidelity, what_helps(seg, fidelity, parts, options))
-        mesh = carry(mesh, quality.options, options.volume.mesher, judged.failures[len(quality.failures) :])
-    return Run(
-        seg, options, parts.objects, parts.surfaces, wall, mesh, judged, fidelity, tuple(volumes), stages.seconds
-    )
+        mesher = str(verdict_of(mesh).get("mesher", options.volume.mesher))
+        mesh = carry(mesh, quality.options, mesher, judged.failures[len(quality.failures) :])
+    solution = None
+    if options.solve == "ccx":
+        with stages("solve"):
+            solution = inflate(mesh, options.export)
+            judged = judge_solution(judged, solution)
+    made = (parts.objects, parts.surfaces, wall, mesh, judged, fidelity, tuple(volumes), stages.seconds, solution)
+    return Run(seg, options, *made)
 
 
 def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmentation, Layout, VentricularAxes | None]:
@@ -139,9 +125,8 @@ def _with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> 
 
     The mesh is good for much without them, and took most of the time.
     """
-    assert options.fibres is not None
     try:
-        return on_wall(mesh, partial(_with_fibres, axes=axes, options=options.fibres))
+        return on_wall(mesh, partial(_with_fibres, axes=axes, options=options))
     except FemprepError as error:
         failures = {"fibres": [f"fibres: not made: {error}"]}
         for name, reason in refusals(content_of(mesh), options.formats, options.export).items():
@@ -149,12 +134,14 @@ def _with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> 
         return with_verdict(mesh, failures=failures)
 
 
-def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: FibreOptions) -> VolumeMesh:
-    """A wall with coordinates, segments and fibres, by the same fields."""
+def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> VolumeMesh:
+    """A wall with coordinates, segments, fibres and, where asked for, its pericardium, by the same fields."""
+    assert options.fibres is not None
     fields = WallFields(mesh, axes)
     for add in (add_coordinates, add_aha):
         mesh = add(mesh, axes=axes, fields=fields)
-    return add_fibres(mesh, options, axes=axes, fields=fields)
+    mesh = add_fibres(mesh, options.fibres, axes=axes, fields=fields)
+    return mesh if options.pericardium is None else add_pericardium(mesh, options.pericardium)
 
 
 def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:
@@ -166,6 +153,27 @@ def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentati
 
 
 def _tetrahedra(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
+    """Fill the wall by fTetWild; a left ventricle's, where that comes to nothing, by swept tetrahedra."""
+    try:
+        return _tetwild(parts, options, stages)
+    except StageError as error:
+        if options.anatomy != "lv" or parts.base is None or options.blood_pool or options.volume.sizing is not None:
+            raise
+        failed = error
+    _log.warning("no mesh by fTetWild (%s); the wall is swept instead", failed)
+    own = {"element": "tetra", "template": None}
+    try:
+        wall, mesh = _swept(parts, options.model_copy(update={"sweep": options.sweep.model_copy(update=own)}), stages)
+    except FemprepError as error:
+        # Its cause is that of the mesher that was asked for; by that a cohort knows it.
+        raise StageError(f"{failed}; nor could the wall be swept: {error}") from failed
+    words = f"fTetWild gave no mesh of the wall, which was swept instead, to the same tags: {failed}"
+    runs = [record.model_dump(mode="json", exclude_none=True) for record in getattr(failed, "records", ())]
+    info = noted({**mesh.info, "instead_of": "tetwild", "attempts": runs}, Notice.of("not reached", words))
+    return wall, replace(mesh, info=info)
+
+
+def _tetwild(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
     """Join the surfaces to a wall and fill it by fTetWild."""
     with stages("wall") as report:
         wall = build_wall(

@@ -13,6 +13,8 @@ import numpy as np
 from femprep.anatomy import VentricularAxes, ventricular_axes
 from femprep.anatomy.laplace.fields import require_ventricle
 from femprep.errors import InputError, MissingDependencyError, OptionError
+from femprep.export.abaqus.calculix import require_calculix
+from femprep.export.abaqus.step import require as require_step
 from femprep.export.content import Content, refusals
 from femprep.image import Segmentation
 from femprep.model import FloatArray
@@ -44,7 +46,7 @@ def check_options(options: Options) -> None:
         A format is unknown or cannot hold what will be made, fibres have nothing to begin from, the sweep's template
         does not fit.
     MissingDependencyError
-        The mesher is not installed.
+        The mesher, or the solver, is not installed.
     """
     if options.volume.mesher == "sweep":
         check_columns(options.layers, corners_of(options.layers), options.wall.apex == "clipped")
@@ -53,6 +55,8 @@ def check_options(options: Options) -> None:
             raise OptionError("option 'surface.cells' is 'quad'; the mesher tetwild takes a wall of triangles alone")
         if find_spec("pytetwild") is None:
             raise MissingDependencyError("the mesher tetwild needs pytetwild; install it with pip install pytetwild")
+    if options.solve == "ccx":
+        require_calculix()
     if options.wall.openings != "labels":
         _check_content(options, [name.partition("_")[0] for name in options.wall.valves])
 
@@ -112,6 +116,11 @@ def _check_content(options: Options, openings: list[str]) -> None:
             ) from None
     for name, reason in refusals(content, options.formats, options.export).items():
         raise OptionError(f"format {name!r}: {reason}")
+    if options.solve != "none":
+        try:
+            require_step(content, options.export.model_copy(update={"step": "inflation"}))
+        except InputError as error:
+            raise OptionError(f"solve {options.solve!r}: {error}; or leave solve out") from None
 
 
 def _forecast(options: Options, openings: list[str]) -> Content:

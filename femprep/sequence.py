@@ -13,8 +13,9 @@ from femprep.errors import InputError, OptionError
 from femprep.export.series import write_pvd, write_xdmf_series
 from femprep.image import Segmentation
 from femprep.model import Progress, noted
+from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
-from femprep.pipeline import Stages, begin, mesh_segmentation
+from femprep.pipeline import begin, mesh_segmentation
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import PhaseRecord, SequenceManifest, hashes
 from femprep.report.methods import FILES, sequence_methods
@@ -39,6 +40,8 @@ class SequenceRun:
         Number of that phase, from 0.
     template : mapping of str to int or str
         What their connectivity follows from, see :func:`~femprep.sweeping.template_of`.
+    options : Options, optional
+        Those asked for; of each run, with its own base and this template.
 
     Examples
     --------
@@ -50,6 +53,7 @@ class SequenceRun:
     times: tuple[float, ...]
     reference: int
     template: Mapping[str, int | str]
+    options: Options | None = None
 
     @property
     def passed(self) -> bool:
@@ -128,7 +132,7 @@ def mesh_sequence(
         try:
             begin(seg, _with(options, wall={"base_offset": offsets[number]}), Stages(None))
         except InputError as error:
-            raise InputError(f"phase {number}: {error}") from None
+            raise InputError(f"phase {number}: {error}") from error
 
     def run(number: int, chosen: Options) -> Run:
         report = progress or (lambda stage, fraction: None)
@@ -143,7 +147,7 @@ def mesh_sequence(
     runs = [first if number == reference else run(number, same) for number in range(count)]
     moved = displacements([one.mesh for one in runs], reference)
     return SequenceRun(
-        tuple(replace(one, mesh=mesh) for one, mesh in zip(runs, moved)), moments, reference, dict(template)
+        tuple(replace(one, mesh=mesh) for one, mesh in zip(runs, moved)), moments, reference, dict(template), options
     )
 
 
@@ -191,6 +195,7 @@ def write_sequence(
                 PhaseRecord(
                     name=name,
                     source=path.name if path else None,
+                    sha256=written[name].input.sha256,
                     time=time,
                     passed=run.quality.passed,
                     failures=list(run.quality.failures),
@@ -207,6 +212,7 @@ def write_sequence(
         files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()}
         files |= {"run.json", *FILES}
         manifest = SequenceManifest(
+            options=sequence.options,
             reference=sequence.reference,
             template=dict(sequence.template),
             phases=records,

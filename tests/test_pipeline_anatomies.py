@@ -18,11 +18,13 @@ from femprep.mesh.measures.volume_elements import element_volumes
 from femprep.mesh.topology import is_manifold
 from femprep.model import FACET_TAGS
 from femprep.model.facets import facet_triangles
+from femprep.model.stages import Stages
 from femprep.options import Options
 from femprep.phantoms import biventricular, four_chambers
-from femprep.pipeline import Stages
 from femprep.report.volumes import cavity_volume
 from femprep.wall.anatomies import ANATOMIES, lay_out
+
+pytestmark = pytest.mark.slow
 
 COARSE = {"surface": {"vertices": 900}, "volume": {"edge_length": 4.0}}
 
@@ -108,7 +110,6 @@ def test_the_sweep_refuses_several_cavities():
         fp.mesh_segmentation(biventricular().segmentation(), anatomy="biv", volume={"mesher": "sweep"})
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("spacing", [(2.0, 2.0, 2.0), (1.4, 1.4, 8.0)], ids=["2 mm", "stack"])
 def test_a_whole_heart_has_its_chambers(spacing):
     phantom = four_chambers()
@@ -125,7 +126,6 @@ def test_a_whole_heart_has_its_chambers(spacing):
     assert run.wall.info["thickness"]["minimum_mm"] > 1.0
 
 
-@pytest.mark.slow
 def test_a_whole_heart_with_its_blood():
     phantom = four_chambers()
     seg = phantom.segmentation(spacing=(2.0, 2.0, 2.0))
@@ -144,7 +144,6 @@ def test_blood_wants_closed_cavities():
         fp.mesh_segmentation(seg, anatomy="whole-heart", blood_pool=True, wall={"openings": "labels"})
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["patient041_frame01", "patient021_frame13"])
 def test_ventricles_of_real_hearts(name):
     if "FEMPREP_DATA" not in os.environ:
@@ -163,7 +162,6 @@ def test_ventricles_of_real_hearts(name):
     assert run.quality.measures["minimum_dihedral"].min >= 10.0
 
 
-@pytest.mark.slow
 def test_a_rim_keeps_its_vertices_alone():
     # In this heart an edge of a flat cap of the epicardium would cross the left ventricle's rim and put a vertex on it.
     if "FEMPREP_DATA" not in os.environ:

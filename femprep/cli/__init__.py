@@ -157,7 +157,7 @@ def _keep_memory() -> None:
 
 
 def _interrupted() -> int:
-    print("femprep: interrupted; nothing was written", file=sys.stderr)  # noqa: T201
+    print("femprep: interrupted; nothing half-made is left", file=sys.stderr)  # noqa: T201
     return INTERRUPTED
 
 

@@ -1,4 +1,4 @@
-"""Arguments that both ``femprep mesh`` and ``femprep surface`` take, and the panels of the help they stand in."""
+"""Arguments that several commands take, and the panels of the help they stand in."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from typing import Annotated, Final
 import typer
 
 from femprep.cli._fields import option
-from femprep.options import ImageOptions, Options, SurfaceOptions
+from femprep.export.table import FORMATS
+from femprep.options import CheckOptions, ExportOptions, FibreOptions, ImageOptions, Options, SurfaceOptions
 
 INPUT: Final = "Input"
 SURFACES: Final = "Surfaces"
+FIBRES: Final = "Fibres"
 OUTPUT: Final = "Output"
 
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to make.", rich_help_panel=OUTPUT)]
@@ -19,6 +21,15 @@ Preset = Annotated[str | None, option(Options, "preset", panel=INPUT)]
 Policy = Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)]
 Spacing = Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT, metavar="MM MM MM")]
 CorrectShifts = Annotated[bool | None, option(ImageOptions, "correct_shifts", "--correct-shifts", panel=INPUT)]
+Frame = Annotated[int | None, option(ImageOptions, "frame", panel=INPUT, metavar="N")]
+Mask = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="NAME=FILE, repeatable, in place of SEG: a file for each structure, all on one grid; every voxel that is "
+        "not 0 counts.",
+        rich_help_panel=INPUT,
+    ),
+]
 Config = Annotated[
     Path | None, typer.Option(help="TOML file of options; the command line wins.", rich_help_panel=INPUT)
 ]
@@ -30,4 +41,13 @@ Singularities = Annotated[
 ControlPoints = Annotated[
     int | None, option(SurfaceOptions, "control_points", panel=SURFACES, default="from the object")
 ]
+EndoAngle = Annotated[float | None, option(FibreOptions, "endo_angle", panel=FIBRES)]
+EpiAngle = Annotated[float | None, option(FibreOptions, "epi_angle", panel=FIBRES)]
+Mirrored = Annotated[str | None, option(FibreOptions, "mirrored", panel=FIBRES)]
+Purpose = Annotated[str | None, option(CheckOptions, "purpose", panel=OUTPUT)]
+Formats = Annotated[
+    list[str] | None,
+    typer.Option("--format", help=f"Further format, repeatable: {', '.join(FORMATS)}.", rich_help_panel=OUTPUT),
+]
+LengthUnit = Annotated[str | None, option(ExportOptions, "length_unit", panel=OUTPUT)]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.", rich_help_panel=OUTPUT)]

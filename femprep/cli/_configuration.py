@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,11 @@ def read_options(config: Path | None, **changes: Any) -> Options:
     OptionError
         A name is unknown or a value out of range.
     """
+    return choose(Options, None, merged(config, **changes))
+
+
+def merged(config: Path | None, **changes: Any) -> dict[str, Any]:
+    """Values from a file with those of the command line in their place, by ``name`` or ``group__name``."""
     values = _read_toml(config) if config is not None else {}
     for key, value in changes.items():
         if value is None:
@@ -43,7 +48,7 @@ def read_options(config: Path | None, **changes: Any) -> Options:
         if isinstance(value, dict):
             value = {**target.get(name, {}), **value}
         target[name] = value
-    return choose(Options, None, values)
+    return values
 
 
 def _read_toml(path: Path) -> dict[str, Any]:
@@ -56,25 +61,39 @@ def _read_toml(path: Path) -> dict[str, Any]:
         raise FileError(f"configuration {str(path)!r} is not valid TOML: {error}") from None
 
 
-def parse_structures(items: Sequence[str] | None) -> dict[str, tuple[int, ...]] | None:
-    """``["lv=3", "myo=2,4"]`` as label numbers by structure name."""
+def parse_structures(items: Sequence[str] | None) -> dict[str, tuple[int | str, ...]] | None:
+    """``["lv=3", "myo=2,4", "rv=RV blood"]`` as label numbers, or names of segments, by structure name."""
     if not items:
         return None
-    found: dict[str, tuple[int, ...]] = {}
+    found: dict[str, tuple[int | str, ...]] = {}
     for item in items:
         name, equals, labels = item.partition("=")
-        try:
-            numbers = tuple(int(label) for label in labels.split(","))
-        except ValueError:
-            numbers = ()
-        if not (name.strip() and equals and numbers):
+        numbers = tuple(_number_or_name(label.strip()) for label in labels.split(","))
+        if not (name.strip() and equals and "" not in numbers):
             raise OptionError(f"--structure {item!r} is not NAME=LABEL[,LABEL...]; write for example --structure lv=3")
         found[name.strip()] = numbers
     return found
 
 
-#: Structures that are no ball-like object on their own: a wall is fitted together with its cavity.
-WALLS = frozenset({"myo", "rv_wall", "la_wall", "ra_wall"})
+def _number_or_name(text: str) -> int | str:
+    return int(text) if re.fullmatch(r"[+-]?\d+", text) else text
+
+
+def parse_masks(items: Sequence[str] | None) -> dict[str, list[Path]]:
+    """``["lv=heart_ventricle_left.nii.gz"]`` as files by structure name; a name given again adds a file.
+
+    Raises
+    ------
+    OptionError
+        A text of another form.
+    """
+    found: dict[str, list[Path]] = {}
+    for item in items or ():
+        name, equals, file = item.partition("=")
+        if not (name.strip() and equals and file.strip()):
+            raise OptionError(f"--mask {item!r} is not NAME=FILE; write for example --mask lv=left_ventricle.nii.gz")
+        found.setdefault(name.strip(), []).append(Path(file.strip()))
+    return found
 
 
 def parse_valves(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | None:
@@ -102,14 +121,71 @@ def parse_valves(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | 
     return found or None
 
 
-def parse_objects(items: Sequence[str] | None, labels: dict[str, tuple[int, ...]]) -> dict[str, tuple[str, ...]]:
+def parse_places(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | None:
+    """Places given as ``endo_lv=X,Y,Z``; None where there are none, so that a file's stand.
+
+    Raises
+    ------
+    OptionError
+        A text of another form.
+    """
+    found: dict[str, tuple[float, ...]] = {}
+    for item in items or ():
+        name, equals, numbers = item.partition("=")
+        values = parse_numbers(numbers)
+        if not equals or len(values) != 3:
+            raise OptionError(f"--at {item!r} is not NAME=X,Y,Z; write for example --at endo_lv=10,20,30")
+        found[name.strip()] = values
+    return found or None
+
+
+def parse_names(items: Sequence[str] | None) -> dict[str, str] | None:
+    """Names given as ``4=epi``; None where there are none.
+
+    Raises
+    ------
+    OptionError
+        A text of another form.
+    """
+    found = {}
+    for item in items or ():
+        theirs, equals, ours = item.partition("=")
+        if not (theirs.strip() and equals and ours.strip()):
+            raise OptionError(f"--name {item!r} is not THEIRS=OURS; write for example --name 4=epi")
+        found[theirs.strip()] = ours.strip()
+    return found or None
+
+
+def parse_plane(text: str | None) -> tuple[float, ...] | None:
+    """A plane given as ``X,Y,Z,NX,NY,NZ``.
+
+    Raises
+    ------
+    OptionError
+        A text of another form.
+    """
+    if text is None:
+        return None
+    values = parse_numbers(text)
+    if len(values) != 6:
+        raise OptionError(f"--base {text!r} is not X,Y,Z,NX,NY,NZ; write for example --base 10,20,30,0,0,1")
+    return values
+
+
+def parse_numbers(text: str) -> tuple[float, ...]:
+    """Finite numbers between commas; none where any is not one."""
+    try:
+        values = tuple(float(number) for number in text.split(","))
+    except ValueError:
+        return ()
+    return values if all(map(math.isfinite, values)) else ()
+
+
+def parse_objects(items: Sequence[str] | None, labels: Mapping[str, Sequence[int | str]]) -> dict[str, tuple[str, ...]]:
     """``["epi=lv+myo", "rv"]`` as structure names by object name; sensible objects where nothing is given."""
     found: dict[str, tuple[str, ...]] = {}
     if not items:
-        found = {name: (name,) for name in labels if name not in WALLS}
-        if {"lv", "myo"} <= set(labels):
-            found["epi"] = ("lv", "myo")
-        return _files(found)
+        return _files(Options(structures=labels).objects)
     for item in items:
         name, equals, parts = item.partition("=")
         structures = tuple(part.strip() for part in (parts if equals else name).split("+"))

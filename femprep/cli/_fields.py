@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 import typer
 
 from femprep.options import StageOptions
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 
 def option(
@@ -57,3 +60,18 @@ def one_of(choices: Iterable[str]) -> Callable[[str], list[str]]:
 def given(group: type[StageOptions], values: Mapping[str, Any]) -> dict[str, Any]:
     """The options of a group among a command's arguments that were given: others are ``None`` and leave the default."""
     return {name: values[name] for name in group.model_fields if values.get(name) is not None}
+
+
+def takes_options_of(other: Callable[..., Any]) -> Callable[[F], F]:
+    """Let a command that takes ``**given`` show the keywords of another function as options of its own."""
+
+    def show(command: F) -> F:
+        signature = inspect.signature(command, eval_str=True)
+        own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
+        needed = [each for each in own if each.default is inspect.Parameter.empty]
+        more = inspect.signature(other, eval_str=True).parameters.values()
+        rest = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in own if each not in needed]
+        command.__signature__ = signature.replace(parameters=[*needed, *more, *rest])  # type: ignore[attr-defined]
+        return command
+
+    return show

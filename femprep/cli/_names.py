@@ -30,3 +30,9 @@ def sequence_names(phases: Iterable[str], formats: Iterable[str]) -> list[str]:
 def surface_names(objects: Iterable[str]) -> list[str]:
     """Files of ``femprep surface``, given the names of its objects."""
     return ["run.json", *FILES, *(f"surfaces/{name}.vtp" for name in objects)]
+
+
+def annotation_names(formats: Iterable[str]) -> list[str]:
+    """Files of ``femprep annotate``."""
+    own = ("run.json", "quality.json", "report.html", "mesh.vtu", "facets.vtp")
+    return [*own, *(name for format in formats for name in FORMATS[format].files)]

@@ -99,6 +99,17 @@ def print_methods(name: str, found: Any) -> None:
             console.print(f"{escape(item.method)}: {escape(item.failure)}")
 
 
+def print_annotation(found: Any, manifest: Any, out: Path) -> None:
+    """Names of facets and regions with how sure they are, quality, seconds, notices of an annotated mesh."""
+    console = Console(highlight=False)
+    for title, records, unit in (("Facets", manifest.facets, "mm2"), ("Regions", manifest.regions, "mm3")):
+        rows = [(one.name, f"{100 * one.sure:.0f} %", _number(one.amount, 4), one.because) for one in records]
+        print_table(console, title, ("", "sure", unit, "told by"), rows)
+    print_quality(found.quality, console)
+    _print_stages(console, manifest)
+    console.print(f"[bold]{escape(str(out))}[/bold]: " + escape(", ".join(manifest.files)))
+
+
 def print_quality(report: Any, console: Console | None = None, *, worst: int = 0) -> None:
     """Counts, element measures with histograms, limits and verdict of a quality report, and the worst elements."""
     console = console or Console(highlight=False)
@@ -192,3 +203,16 @@ def _print_stages(console: Console, manifest: Any) -> None:
 def _print_notices(console: Console, manifest: Any) -> None:
     for notice in manifest.notices:
         console.print(f"[yellow]note:[/yellow] {escape(notice)}")
+
+
+def print_cohort(cohort: Any, out: Path) -> None:
+    """How many subjects ended how, and why."""
+    from femprep.cohort.reasons import reason
+
+    console = Console(highlight=False)
+    record = cohort.record
+    rows = [(str(count), code, reason(code).status, reason(code).what) for code, count in record.reasons.items()]
+    print_table(console, f"{len(record.subjects)} subjects", ("", "reason", "status", "what"), rows)
+    if record.solved is not None:
+        console.print(f"solved by CalculiX: {record.solved} of {len(record.subjects)}")
+    console.print(f"written to {escape(str(out))}")

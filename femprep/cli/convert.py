@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from femprep.cli._fields import given, option
-from femprep.options import ExportOptions, choose
+from femprep.options import ExportOptions, PericardiumOptions, choose
 
 DECK = "Deck"
 
@@ -26,6 +26,9 @@ def convert(
     poisson_ratio: Annotated[float | None, option(ExportOptions, "poisson_ratio", panel=DECK)] = None,
     fibre_stiffness: Annotated[float | None, option(ExportOptions, "fibre_stiffness", panel=DECK)] = None,
     pressure: Annotated[float | None, option(ExportOptions, "pressure", panel=DECK)] = None,
+    pericardium: Annotated[
+        float | None, option(PericardiumOptions, "stiffness", "--pericardium", panel=DECK, default="none")
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
     """Write a mesh in another format.
@@ -35,7 +38,12 @@ def convert(
     options = choose(ExportOptions, None, given(ExportOptions, locals()))
     from femprep.export import read_mesh, write_mesh
 
-    paths = write_mesh(read_mesh(mesh), out, format=format, options=options)
+    found = read_mesh(mesh)
+    if pericardium is not None:
+        from femprep.anatomy import add_pericardium
+
+        found = add_pericardium(found, stiffness=pericardium)
+    paths = write_mesh(found, out, format=format, options=options)
     if not quiet:
         for path in paths:
             typer.echo(path)

@@ -2,39 +2,34 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from femprep.cli import _arguments as shared
-from femprep.cli._arguments import INPUT, OUTPUT
-from femprep.cli._configuration import parse_structures, parse_valves, read_options
-from femprep.cli._fields import option
+from femprep.cli._arguments import FIBRES, INPUT, OUTPUT
+from femprep.cli._configuration import parse_masks, parse_plane, parse_structures, parse_valves, read_options
+from femprep.cli._fields import option, takes_options_of
 from femprep.cli._names import mesh_names, sequence_names
 from femprep.errors import OptionError
-from femprep.export.table import FORMATS
 from femprep.options import (
-    CheckOptions,
     ExportOptions,
-    FibreOptions,
     Options,
+    PericardiumOptions,
     SweepOptions,
     VolumeOptions,
     WallOptions,
 )
 
-WALL, VOLUME, FIBRES = "Wall", "Volume mesh", "Fibres"
+WALL, VOLUME = "Wall", "Volume mesh"
 
 
-def mesh(
-    segmentation: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="SEG...", help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd; several are phases, see --sequence."
-        ),
-    ],
-    out: shared.Out,
+def mesh_options(
+    *,
+    frame: shared.Frame = None,
     anatomy: Annotated[str | None, option(Options, "anatomy", panel=INPUT)] = None,
     preset: shared.Preset = None,
     structure: Annotated[
@@ -71,6 +66,14 @@ def mesh(
     control_points: shared.ControlPoints = None,
     apex: Annotated[str | None, option(WallOptions, "apex", panel=WALL)] = None,
     basal_end: Annotated[str | None, option(WallOptions, "basal_end", panel=WALL)] = None,
+    base: Annotated[
+        str | None,
+        typer.Option(
+            help="X,Y,Z,NX,NY,NZ: the base plane by a point and its normal away from the apex, mm LPS, in place of the "
+            "one that the labels show.",
+            rich_help_panel=WALL,
+        ),
+    ] = None,
     base_offset: Annotated[float | None, option(WallOptions, "base_offset", panel=WALL)] = None,
     minimum_thickness: Annotated[float | None, option(WallOptions, "minimum_thickness", panel=WALL)] = None,
     rv_wall_thickness: Annotated[float | None, option(WallOptions, "rv_wall_thickness", panel=WALL)] = None,
@@ -103,35 +106,25 @@ def mesh(
         bool,
         typer.Option("--fibres", help="Add ventricular coordinates, AHA segments and fibres.", rich_help_panel=FIBRES),
     ] = False,
-    endo_angle: Annotated[float | None, option(FibreOptions, "endo_angle", panel=FIBRES)] = None,
-    epi_angle: Annotated[float | None, option(FibreOptions, "epi_angle", panel=FIBRES)] = None,
-    mirrored: Annotated[str | None, option(FibreOptions, "mirrored", panel=FIBRES)] = None,
-    purpose: Annotated[str | None, option(CheckOptions, "purpose", panel=OUTPUT)] = None,
-    format: Annotated[
-        list[str] | None,
-        typer.Option("--format", help=f"Further format, repeatable: {', '.join(FORMATS)}.", rich_help_panel=OUTPUT),
+    endo_angle: shared.EndoAngle = None,
+    epi_angle: shared.EpiAngle = None,
+    pericardium: Annotated[
+        float | None, option(PericardiumOptions, "stiffness", "--pericardium", panel=FIBRES, default="none")
     ] = None,
-    length_unit: Annotated[str | None, option(ExportOptions, "length_unit", panel=OUTPUT)] = None,
+    mirrored: shared.Mirrored = None,
+    purpose: shared.Purpose = None,
+    format: shared.Formats = None,
+    length_unit: shared.LengthUnit = None,
     step: Annotated[str | None, option(ExportOptions, "step", panel=OUTPUT)] = None,
-    quiet: shared.Quiet = False,
-    json: Annotated[
-        bool, typer.Option("--json", help="Print run and quality records as JSON.", rich_help_panel=OUTPUT)
-    ] = False,
-) -> int:
-    """Mesh the myocardial wall of a segmented image.
-
-    Makes the folder OUT: surfaces/*.vtp, wall.vtp, mesh.vtu, facets.vtp, one deck per --format, quality.json,
-    run.json, report.html, methods.md and methods.bib. A run that fails writes nothing and leaves an earlier OUT as it
-    was; one that succeeds replaces the files of the earlier run and leaves yours.
-    """
-    if len(segmentation) > 1 and not sequence:
-        raise OptionError(f"{len(segmentation)} label maps given; add --sequence where they are phases of one heart")
+    solve: Annotated[str | None, option(Options, "solve", panel=OUTPUT)] = None,
+) -> Options:
+    """Options of a run from those of the command line, a file, and a template; all commands that mesh take them."""
     same = _read_template(template)
     if sequence or same:
         if mesher not in (None, "sweep"):
             raise OptionError(f"--mesher {mesher} keeps no connectivity; --sequence and --template need the sweep")
         mesher = "sweep"
-    options = read_options(
+    return read_options(
         config,
         anatomy=anatomy,
         preset=preset,
@@ -141,6 +134,7 @@ def mesh(
         blood_pool=blood_pool or None,
         image__policy=policy,
         image__spacing=spacing,
+        image__frame=frame,
         image__correct_shifts=correct_shifts,
         surface__method=method,
         surface__vertices=vertices,
@@ -149,6 +143,7 @@ def mesh(
         wall__policy=policy,
         wall__apex=apex,
         wall__basal_end=basal_end,
+        wall__base=parse_plane(base),
         wall__base_offset=base_offset,
         wall__minimum_thickness=minimum_thickness,
         wall__rv_wall_thickness=rv_wall_thickness,
@@ -168,13 +163,48 @@ def mesh(
         fibres__endo_angle=endo_angle,
         fibres__epi_angle=epi_angle,
         fibres__mirrored=mirrored,
+        pericardium__stiffness=pericardium,
         check__purpose=purpose,
         export__length_unit=length_unit,
         export__step=step,
+        solve=solve,
     )
-    if sequence:
-        return mesh_phases(segmentation, out, options, quiet=quiet, json=json)
-    return mesh_file(segmentation[0], out, options, quiet=quiet, json=json)
+
+
+@takes_options_of(mesh_options)
+def mesh(
+    out: shared.Out,
+    segmentation: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="[SEG]...",
+            help="Label map: .nii, .nii.gz, .nrrd, .seg.nrrd, .mha or .mhd; several are phases, see --sequence.",
+        ),
+    ] = None,
+    mask: shared.Mask = None,
+    quiet: shared.Quiet = False,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print run and quality records as JSON.", rich_help_panel=OUTPUT)
+    ] = False,
+    **given: Any,
+) -> int:
+    """Mesh the myocardial wall of a segmented image.
+
+    Makes the folder OUT: surfaces/*.vtp, wall.vtp, mesh.vtu, facets.vtp, one deck per --format, quality.json,
+    run.json, report.html, methods.md and methods.bib. A run that fails writes nothing and leaves an earlier OUT as it
+    was; one that succeeds replaces the files of the earlier run and leaves yours.
+    """
+    maps, masks = list(segmentation or ()), parse_masks(mask)
+    if bool(maps) == bool(masks):
+        raise OptionError("give either a label map or masks (--mask lv=FILE --mask myo=FILE), and one of them at least")
+    if masks and (given["sequence"] or given["structure"] or given["preset"]):
+        raise OptionError("masks name their structures themselves; leave --sequence, --structure and --preset out")
+    if len(maps) > 1 and not given["sequence"]:
+        raise OptionError(f"{len(maps)} label maps given; add --sequence where they are phases of one heart")
+    options = mesh_options(**given)
+    if given["sequence"]:
+        return mesh_phases(maps, out, options, quiet=quiet, json=json)
+    return mesh_file(maps[0] if maps else masks, out, options, quiet=quiet, json=json)
 
 
 def _read_template(path: Path | None) -> dict[str, Any]:
@@ -214,7 +244,9 @@ def mesh_phases(paths: list[Path], out: Path, options: Options, *, quiet: bool, 
     return 0 if found.passed else 1
 
 
-def mesh_file(segmentation: Path, out: Path, options: Options, *, quiet: bool, json: bool) -> int:
+def mesh_file(
+    segmentation: Path | dict[str, list[Path]], out: Path, options: Options, *, quiet: bool, json: bool
+) -> int:
     """Run the main job on one file and print its summary; the exit status is 1 where the quality check fails."""
     from femprep.cli._progress import bars
     from femprep.export import require_formats
@@ -224,11 +256,16 @@ def mesh_file(segmentation: Path, out: Path, options: Options, *, quiet: bool, j
     require_formats(options.formats)
     require_writable(out, mesh_names(options.formats))
 
-    from femprep.image import read_segmentation
+    from femprep.image import read_masks, read_segmentation
 
     with bars(quiet or json) as progress:
-        seg = read_segmentation(segmentation, structures=options.labels, options=options.image)
-        run, manifest = mesh_and_write(seg, out, options, source=segmentation, progress=progress)
+        if isinstance(segmentation, dict):
+            seg, source = read_masks(segmentation, options=options.image), None
+        else:
+            preset = "slicer" if options.preset == "slicer" else None
+            seg = read_segmentation(segmentation, options.labels, preset, options=options.image)
+            source = segmentation
+        run, manifest = mesh_and_write(seg, out, options, source=source, progress=progress)
     if json:
         _print_json(run, manifest)
     elif not quiet:
@@ -244,7 +281,7 @@ def mesh_and_write(seg: Any, out: Path, options: Options, *, source: Path | None
     from femprep.report.output import write_run
 
     run = mesh_segmentation(seg, options, progress=progress)
-    return run, write_run(run, out, source=source, progress=progress)
+    return run, write_run(run, out, source=source, command=shlex.join(["femprep", *sys.argv[1:]]), progress=progress)
 
 
 def _print_json(run: Any, manifest: Any) -> None:

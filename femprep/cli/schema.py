@@ -27,16 +27,20 @@ def schema_texts() -> dict[str, str]:
     """The JSON Schemas as text, by file name."""
     from pydantic import BaseModel
 
-    from femprep.options import Options
-    from femprep.report.manifest import RunManifest, SequenceManifest
+    from femprep.cohort.records import CohortRecord
+    from femprep.options import AnnotateOptions, Options
+    from femprep.report.manifest import AnnotationManifest, RunManifest, SequenceManifest
     from femprep.volume import QualityReport
 
     # Options are read, the records are written: a schema describes what stands in the file.
     kinds: dict[str, tuple[type[BaseModel], Literal["validation", "serialization"]]] = {
         "options.json": (Options, "validation"),
+        "annotate.json": (AnnotateOptions, "validation"),
+        "annotation.json": (AnnotationManifest, "serialization"),
         "run.json": (RunManifest, "serialization"),
         "sequence.json": (SequenceManifest, "serialization"),
         "quality.json": (QualityReport, "serialization"),
+        "cohort.json": (CohortRecord, "serialization"),
     }
     head = "https://json-schema.org/draft/2020-12/schema"
     found = {}
@@ -61,7 +65,8 @@ def schema(
     """Where the JSON Schemas of options and records lie, for editors; or write them.
 
     options.json is that of a TOML file of options: with the line "#:schema FOLDER/options.json" at its top, editors
-    offer names and mark what is out of range. run.json, sequence.json and quality.json are those of the records.
+    offer names and mark what is out of range. run.json, sequence.json, quality.json and cohort.json are those of the
+    records.
     """
     if where:
         typer.echo(schema_folder())

@@ -6,11 +6,13 @@ pydantic finds wrong into one line. :func:`takes` shows the options of the class
 
 from __future__ import annotations
 
+from femprep.options.annotate import AnnotateOptions
 from femprep.options.base import Policy, StageOptions, choose, takes
 from femprep.options.check import MESHER_LIMITS, PURPOSE_LIMITS, CheckOptions
 from femprep.options.export import ExportOptions
 from femprep.options.fibres import FibreOptions
 from femprep.options.image import ImageOptions
+from femprep.options.pericardium import PericardiumOptions
 from femprep.options.presets import PRESETS
 from femprep.options.run import Options
 from femprep.options.surface import SurfaceOptions
@@ -23,12 +25,14 @@ __all__ = [
     "PRESETS",
     "PURPOSE_LIMITS",
     "QUALITY",
+    "AnnotateOptions",
     "CheckOptions",
     "ExportOptions",
     "FibreOptions",
     "ImageOptions",
     "MeshTargets",
     "Options",
+    "PericardiumOptions",
     "Policy",
     "StageOptions",
     "SurfaceOptions",

@@ -12,11 +12,15 @@ from femprep.options.check import CheckOptions
 from femprep.options.export import ExportOptions
 from femprep.options.fibres import FibreOptions
 from femprep.options.image import ImageOptions
+from femprep.options.pericardium import PericardiumOptions
 from femprep.options.presets import PRESETS
 from femprep.options.surface import SurfaceOptions
 from femprep.options.sweep import SweepOptions
 from femprep.options.volume import VolumeOptions
 from femprep.options.wall import WallOptions
+
+#: Structures that are no ball-like object on their own: a wall is fitted together with its cavity.
+WALLS = frozenset({"myo", "rv_wall", "la_wall", "ra_wall"})
 
 
 class Options(StageOptions):
@@ -32,8 +36,9 @@ class Options(StageOptions):
         "lv", description="Which part of the heart is meshed: left ventricle, both ventricles, or all four chambers."
     )
     preset: str | None = Field(None, description="Structures of a known data set: acdc, rodero.")
-    structures: dict[str, tuple[int, ...]] = Field(
-        default_factory=dict, description="Label numbers by structure name (lv, myo, rv, ...)."
+    structures: dict[str, tuple[int | str, ...]] = Field(
+        default_factory=dict,
+        description="Label numbers by structure name (lv, myo, rv, ...); of a .seg.nrrd also names of its segments.",
     )
     blood_pool: bool = Field(
         False,
@@ -51,7 +56,17 @@ class Options(StageOptions):
     fibres: FibreOptions | None = Field(
         None, description="Ventricular coordinates, AHA segments and fibres on the mesh; none where left out."
     )
+    pericardium: PericardiumOptions | None = Field(
+        None,
+        description="Springs of the pericardium on the epicardium; none where left out. They need the fibres' "
+        "coordinates.",
+    )
     export: ExportOptions = ExportOptions()
+    solve: Literal["none", "ccx"] = Field(
+        "none",
+        description="Solver that inflates the finished mesh, to show that it solves: none, or CalculiX (ccx), by the "
+        "deck, material and pressure of the export's inflation step.",
+    )
 
     @field_validator("preset")
     @classmethod
@@ -65,7 +80,7 @@ class Options(StageOptions):
     def _one_or_many(cls, value: Any) -> Any:
         if not isinstance(value, Mapping):
             return value
-        return {name: (labels,) if isinstance(labels, int) else labels for name, labels in value.items()}
+        return {name: (labels,) if isinstance(labels, int | str) else labels for name, labels in value.items()}
 
     @model_validator(mode="after")
     def _one_cavity_is_swept(self) -> Options:
@@ -96,6 +111,12 @@ class Options(StageOptions):
             )
         return self
 
+    @model_validator(mode="after")
+    def _the_pericardium_needs_coordinates(self) -> Options:
+        if self.pericardium is not None and self.fibres is None:
+            raise ValueError("the pericardium's stiffness depends on the coordinates that come with fibres; add fibres")
+        return self
+
     @property
     def limits(self) -> CheckOptions:
         """Limits of the check: those given, else those of the purpose, of the mesher, the defaults."""
@@ -115,6 +136,12 @@ class Options(StageOptions):
         return self.sweep.model_copy(update={name: value for name, value in asked.items() if name not in own})
 
     @property
-    def labels(self) -> dict[str, tuple[int, ...]]:
+    def objects(self) -> dict[str, tuple[str, ...]]:
+        """What surfaces alone are fitted to: each structure that is no wall, and the left ventricle with its wall."""
+        found = {name: (name,) for name in self.labels if name not in WALLS}
+        return {**found, "epi": ("lv", "myo")} if {"lv", "myo"} <= set(self.labels) else dict(found)
+
+    @property
+    def labels(self) -> dict[str, tuple[int | str, ...]]:
         """Label numbers by structure: the preset's, with those given by hand in their place."""
         return {**(PRESETS[self.preset] if self.preset else {}), **self.structures}

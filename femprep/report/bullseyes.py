@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Final, Literal
 
@@ -89,6 +90,14 @@ def draw(
         raise InputError("the mesh has no AHA segments; mesh with --fibres, or call add_aha first")
     values = segment_values(mesh, element_field(mesh, name, measured), statistic)
     return bulls_eye_svg(values, label=f"{name}, {statistic}" if label is None else label, text=text)
+
+
+def thickness_of_segments(mesh: VolumeMesh) -> list[float | None] | None:
+    """Mean thickness of the wall in each of the 17 AHA segments, mm; None where the mesh has none."""
+    if "aha" not in mesh.cell_data:
+        return None
+    values = segment_values(mesh, wall_thickness(mesh)).tolist()
+    return [round(value, 4) if math.isfinite(value) else None for value in values]
 
 
 def report_bulls_eyes(mesh: VolumeMesh) -> list[str]:

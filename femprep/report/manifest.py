@@ -15,7 +15,8 @@ from pydantic import BaseModel, Field
 from femprep import __version__
 from femprep.model.fidelity import FidelityRecord
 from femprep.model.record import Record
-from femprep.options import Options
+from femprep.model.solution import SolutionRecord
+from femprep.options import AnnotateOptions, Options
 
 #: Libraries whose version can change a result.
 LIBRARIES = (
@@ -70,6 +71,12 @@ class RunManifest(Record):
     fidelity: list[FidelityRecord] = Field(
         default_factory=list, description="How far each surface lies from the outlines of its labels, slice by slice."
     )
+    thickness_mm: list[float | None] | None = Field(
+        None, description="Mean thickness of the wall in each of the 17 AHA segments, mm; null without segments."
+    )
+    solution: SolutionRecord | None = Field(
+        None, description="What a solver made of the mesh; null where none was asked for."
+    )
     details: dict[str, Any] = Field(
         default_factory=dict, description="What each stage reports: parameters, residuals, thickness."
     )
@@ -85,11 +92,66 @@ class RunManifest(Record):
     )
 
 
+class NameRecord(Record):
+    """A name that an annotation gave."""
+
+    name: str = Field(description="Name of facets or of a region.")
+    sure: float = Field(description="How sure it is, from 0 to 1; 1 where nothing else is possible.")
+    because: str = Field(description="What it was told by.")
+    amount: float = Field(description="Area of the facets, mm2, or volume of the region, mm3.")
+
+
+class AttemptRecord(Record):
+    """A way of reading the boundary that was tried."""
+
+    way: str = Field(description="Its name.")
+    taken: bool = Field(description="Whether it was taken.")
+    why: str = Field(description="Why, or why not.")
+    figures: dict[str, float | int | str] = Field(default_factory=dict, description="What it found.")
+
+
+class OpeningRecord(Record):
+    """An opening of a cavity."""
+
+    name: str = Field(description="Name of the facets of its ring.")
+    cavity: str = Field(description="The cavity it opens.")
+    centre: tuple[float, float, float] = Field(description="Centre, mm.")
+    normal: tuple[float, float, float] = Field(description="Unit normal out of the cavity.")
+    area_mm2: float = Field(description="Area, mm2.")
+
+
+class AnnotationManifest(Record):
+    """What ``run.json`` of an annotated mesh holds."""
+
+    femprep: str = Field(__version__, description="Version of femprep.")
+    python: str = Field(default_factory=platform.python_version, description="Version of Python.")
+    system: str = Field(default_factory=platform.platform, description="Operating system.")
+    libraries: dict[str, str] = Field(default_factory=lambda: library_versions(), description="Versions of libraries.")
+    length_unit: Literal["mm"] = Field("mm", description="Unit of all lengths.")
+    coordinates: str = Field("as in the file", description="World coordinates: those of the mesh that was read.")
+    source: str | None = Field(None, description="File name of that mesh; null for one made in memory.")
+    source_sha256: str | None = Field(None, description="SHA-256 of that file.")
+    source_unit: str = Field(description="Its unit of length, guessed or given.")
+    options: AnnotateOptions = Field(description="All options, defaults included.")
+    facets: list[NameRecord] = Field(description="Names of facets.")
+    regions: list[NameRecord] = Field(description="Names of regions.")
+    openings: list[OpeningRecord] = Field(default_factory=list, description="Openings of cavities.")
+    attempts: list[AttemptRecord] = Field(description="Ways of reading the boundary, in the order they were tried.")
+    stages: list[StageRecord] = Field(description="Stages in order.")
+    details: dict[str, Any] = Field(default_factory=dict, description="What each stage reports.")
+    notices: list[str] = Field(default_factory=list, description="What was repaired, assumed or left out, a line each.")
+    files: list[str] = Field(default_factory=list, description="Files of the output folder.")
+    sha256: dict[str, str] = Field(
+        default_factory=dict, description="SHA-256 of each of them but run.json; a later run replaces no other file."
+    )
+
+
 class PhaseRecord(Record):
     """One phase of a sequence; its own ``run.json`` and ``quality.json`` stand in its folder."""
 
     name: str = Field(description="Folder of the phase, below phases/.")
     source: str | None = Field(None, description="File name of its label map.")
+    sha256: str | None = Field(None, description="SHA-256 of that file.")
     time: float = Field(description="Its time in the series.")
     passed: bool = Field(description="Whether the quality check passed.")
     failures: list[str] = Field(default_factory=list, description="What failed.")
@@ -110,6 +172,7 @@ class SequenceManifest(Record):
     femprep: str = Field(__version__, description="Version of femprep.")
     length_unit: Literal["mm"] = Field("mm", description="Unit of all lengths.")
     coordinates: Literal["LPS"] = Field("LPS", description="World coordinates: left, posterior, superior.")
+    options: Options | None = Field(None, description="All options of the sequence, defaults included.")
     reference: int = Field(description="Number of the phase the displacements are from.")
     template: dict[str, int | str] = Field(description="Element, columns, rows and layers all phases share.")
     phases: list[PhaseRecord] = Field(description="Phases in order.")

@@ -14,7 +14,8 @@ from femprep.export.losses import losses
 from femprep.model import Notice, Progress, noted, verdict_of
 from femprep.model.facets import facet_triangles
 from femprep.report.beside_labels import beside
-from femprep.report.bullseyes import report_bulls_eyes
+from femprep.report.bullseyes import report_bulls_eyes, thickness_of_segments
+from femprep.report.colours import colour
 from femprep.report.fidelity_tables import fidelity_tables
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, hashes, plain
@@ -22,9 +23,10 @@ from femprep.report.methods import FILES, Words, methods
 from femprep.report.notices import lines
 from femprep.report.page import report_page
 from femprep.report.picture import end_painter, finish_picture, start_painter, start_picture
-from femprep.report.quality_page import quality_charts, quality_tables
+from femprep.report.quality_page import quality_charts
 from femprep.report.run import Run, Surfaces
-from femprep.report.slices import STROKES, slice_pictures
+from femprep.report.scene import scene
+from femprep.report.slices import slice_pictures
 from femprep.report.volumes import voxel_volume
 from femprep.wall import cavity_surface
 
@@ -34,6 +36,7 @@ def write_run(
     out: str | Path,
     *,
     source: str | Path | None = None,
+    command: str = "",
     progress: Progress | None = None,
 ) -> RunManifest:
     """Write the folder of one run, whole or not at all.
@@ -47,6 +50,8 @@ def write_run(
         whatever else the folder holds stays where it is.
     source : path, optional
         The image file the run began with; its name and hash go into ``run.json``.
+    command : str
+        What was typed, for the page.
     progress : callable, optional
         Called with ``(stage, fraction)``.
 
@@ -94,8 +99,11 @@ def write_run(
             details["report"] = noted({}, Notice.of("left out", line))
         stages = {**run.seconds, "write": time.perf_counter() - start}
         manifest = _manifest(run, stages, source, volumes, details, folder, more=("report.html", *FILES))
+        manifest = manifest.model_copy(
+            update={"thickness_mm": thickness_of_segments(run.mesh), "solution": run.solution}
+        )
         write_methods(methods(manifest), folder)
-        (folder / "report.html").write_text(_page(run, manifest, slices, picture), encoding="utf-8")
+        (folder / "report.html").write_text(_page(run, manifest, slices, picture, command), encoding="utf-8")
         manifest = _write_manifest(manifest, folder)
     report("write", 1.0)
     return manifest
@@ -132,7 +140,8 @@ def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | No
             beside(name, surface.volume, voxel_volume(fitted.objects[name], ()))
             for name, surface in fitted.surfaces.items()
         ]
-        manifest = _manifest(fitted, fitted.seconds, source, volumes, _surface_details(fitted), folder, more=FILES)
+        details = {**_surface_details(fitted), "failures": list(fitted.failures)}
+        manifest = _manifest(fitted, fitted.seconds, source, volumes, details, folder, more=FILES)
         write_methods(methods(manifest), folder)
         return _write_manifest(manifest, folder)
 
@@ -234,23 +243,23 @@ def _slices(run: Run) -> list[str]:
     return slice_pictures(run.segmentation, parts, off=list(run.fidelity.off.values()))
 
 
-def _page(run: Run, manifest: RunManifest, slices: list[str], picture: str | None) -> str:
+def _page(run: Run, manifest: RunManifest, slices: list[str], picture: str | None, command: str) -> str:
     figures = [("points", run.quality.n_points)]
     figures += [(name, count) for name, count in run.quality.cells.items()]
     figures += [
         (f"facets {name}", int(np.sum(run.mesh.facet_tag == tag))) for name, tag in run.mesh.facet_names.items()
     ]
-    colours = dict(zip((n for n in run.mesh.facet_names if n.startswith(("endo", "epi"))), STROKES))
+    names = [name for name in run.mesh.facet_names if name.startswith(("endo", "epi"))]
     return report_page(
         manifest,
-        passed=run.quality.passed,
-        failures=run.quality.failures,
+        run.quality,
         figures=figures,
         histograms=quality_charts(run.quality),
-        details=quality_tables(run.quality),
         fidelity=fidelity_tables(run.fidelity.records, run.options.limits.maximum_label_distance),
         slices=slices,
         bulls_eyes=report_bulls_eyes(run.mesh),
-        colours=colours,
+        colours={name: colour(name) for name in names},
         picture=picture,
+        scene=scene(run.mesh, run.quality),
+        command=command,
     )

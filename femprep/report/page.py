@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final
 
+from femprep.report.checks import check_lines
+from femprep.report.colours import SCALE
 from femprep.report.manifest import RunManifest
 from femprep.report.methods import FILES, methods
+from femprep.report.templates import asset, render
+
+if TYPE_CHECKING:
+    from femprep.volume.quality.report import QualityReport
+
+#: Worst elements of each measure on a page.
+_WORST: Final = 5
 
 #: Style sheet of femprep's pages.
-STYLE = """
-body{font:15px/1.5 system-ui,sans-serif;max-width:980px;margin:2em auto;padding:0 1em;color:#222}
-h1{font-size:1.5em}h2{font-size:1.15em;margin-top:2em;border-bottom:1px solid #ddd}
-table{border-collapse:collapse}td,th{padding:.2em .8em .2em 0;text-align:left;border-bottom:1px solid #eee}
-td.n{text-align:right;font-variant-numeric:tabular-nums}
-.grid{display:flex;flex-wrap:wrap;gap:8px}svg{background:#fff;border:1px solid #eee}
-img{max-width:100%}.bad{color:#b3202a;font-weight:600}.good{color:#1d7a3a;font-weight:600}
-"""
+STYLE = asset("pages.css")
 
 
 def histogram(edges: Sequence[float], counts: Sequence[int], caption: str) -> str:
@@ -57,72 +60,87 @@ _VOLUMES = ("", "mesh, mL", "segmentation, mL", "difference, %", "of it extrapol
 
 def report_page(
     manifest: RunManifest,
+    quality: QualityReport,
     *,
-    passed: bool,
-    failures: Sequence[str],
     figures: Sequence[tuple[Any, ...]],
     histograms: Sequence[str],
-    details: str,
     fidelity: str,
     slices: Sequence[str],
     bulls_eyes: Sequence[str],
     colours: Mapping[str, str],
     picture: str | None,
+    scene: Mapping[str, Any],
+    command: str = "",
 ) -> str:
     """The page as text.
 
     Parameters
     ----------
     manifest : RunManifest
-    passed, failures
-        Whether the mesh reached its limits, and where it did not.
+    quality : QualityReport
+        Limits, failures, worst elements.
     figures : rows of (name, value...)
         Counts and quality.
     histograms, slices, bulls_eyes : sequences of SVG
-    details : str
-        Limits and worst elements, HTML.
     fidelity : str
         Distances to the labels, HTML.
     colours : mapping
         Line colour by surface name.
     picture : str, optional
         ``data:`` address of the picture of the mesh.
+    scene : mapping
+        What the 3-D view shows.
+    command : str
+        What was typed.
     """
-    title = manifest.input.path or "mesh"
-    verdict = (
-        '<p class="good">Every check passed.</p>'
-        if passed
-        else '<p class="bad">Checks failed:</p><ul>'
-        + "".join(f"<li>{escape(item)}</li>" for item in failures)
-        + "</ul>"
-    )
-    notices = "".join(f"<li>{escape(item)}</li>" for item in manifest.notices) or "<li>Nothing.</li>"
-    legend = ", ".join(f'<span style="color:{colour}">{escape(name)}</span>' for name, colour in colours.items())
-    drawn = (
-        f'<img src="{picture}" alt="The mesh, and a cut through it">'
-        if picture
-        else "<p>No picture: VTK could not render.</p>"
-    )
-    segments = f'<h2>AHA segments</h2><div class="grid">{"".join(bulls_eyes)}</div>' if bulls_eyes else ""
     volumes = [
         (v.name, v.mesh_ml, v.segmentation_ml, v.difference_percent, v.extrapolated_ml or None)
         for v in manifest.volumes
     ]
-    return f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{escape(title)} - femprep</title><style>{STYLE}</style></head><body>
-<h1>{escape(title)}</h1>
-{verdict}
-<h2>The mesh</h2>{drawn}
-<h2>The data with the mesh drawn over it</h2><p>{legend}; red dots where it leaves the labels</p>
-<div class="grid">{"".join(slices)}</div>
-<h2>Distance of the mesh to the labels' outlines</h2>{fidelity}
-<h2>Volumes</h2>{table(volumes, _VOLUMES)}
-<h2>Quality</h2>{table(figures)}<div class="grid">{"".join(histograms)}</div>
-{details}
-{segments}
-<h2>What was repaired, guessed or extrapolated</h2><ul>{notices}</ul>
-<h2>Time</h2>{table([(s.name, round(s.seconds, 2)) for s in manifest.stages], ("stage", "s"))}
-<h2>For a paper</h2><p>{escape(methods(manifest).plain)}</p>
-<p>The same with citation keys is in {FILES[0]}, the references in {FILES[1]}.</p>
-</body></html>
-"""
+    return render(
+        "run.html",
+        title=manifest.input.path or "mesh",
+        manifest=manifest,
+        passed=quality.passed,
+        failures=quality.failures,
+        limits_from=quality.limits_from,
+        purpose=quality.options.purpose,
+        checks=check_lines(quality.limits),
+        solution=manifest.solution,
+        worst=_worst(quality),
+        figures=table(figures),
+        volumes=table([tuple(map(_rounded, row)) for row in volumes], _VOLUMES),
+        stages=table([(s.name, round(s.seconds, 2)) for s in manifest.stages], ("stage", "s")),
+        histograms=histograms,
+        fidelity=fidelity,
+        slices=slices,
+        bulls_eyes=bulls_eyes,
+        colours=colours,
+        picture=picture,
+        scene=scene,
+        scale=SCALE,
+        methods=methods(manifest).plain,
+        files=FILES,
+        command=command,
+        date=time.strftime("%Y-%m-%d %H:%M %Z"),
+        options=manifest.options.model_dump_json(indent=1),
+    )
+
+
+def _rounded(value: Any) -> Any:
+    """A volume or a share in as many digits as voxels tell."""
+    return round(value, 1) if isinstance(value, float) else value
+
+
+def _worst(quality: QualityReport) -> list[dict[str, Any]]:
+    """The worst elements of each measure, with their places."""
+    shown: dict[str, int] = {}
+    found = []
+    for item in quality.worst:
+        shown[item.measure] = shown.get(item.measure, 0) + 1
+        if shown[item.measure] <= _WORST:
+            line = {"measure": item.measure.replace("_", " "), "value": item.value, "region": item.region}
+            place = " ".join(f"{x:.1f}" for x in item.centroid)
+            line |= {"element": f"{item.type} {item.element}", "place": list(item.centroid), "shown": place}
+            found.append(line)
+    return found

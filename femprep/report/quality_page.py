@@ -56,8 +56,8 @@ def quality_tables(report: QualityReport) -> str:
     )
 
 
-def write_quality_page(report: QualityReport, path: Path, *, title: str) -> None:
-    """Write the report of one mesh as a page: one file, no network.
+def write_quality_page(report: QualityReport, path: Path, *, title: str, before: str = "") -> None:
+    """Write the report of one mesh as a page: one file, no network; ``before`` is HTML that stands before it.
 
     Raises
     ------
@@ -77,6 +77,7 @@ def write_quality_page(report: QualityReport, path: Path, *, title: str) -> None
 <h1>{escape(title)}</h1>
 {verdict}
 <p>{report.n_points} points, {", ".join(f"{count} {escape(kind)}" for kind, count in report.cells.items())}</p>
+{before}
 <h2>Quality</h2>{table(measures, ("", "min", "mean", "median", "max"))}
 <div class="grid">{"".join(quality_charts(report))}</div>
 {quality_tables(report)}

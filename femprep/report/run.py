@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from femprep.image import LabelObject, Segmentation
 from femprep.model import Surface, VolumeMesh, Wall
+from femprep.model.solution import SolutionRecord
 from femprep.options import Options
 from femprep.report.manifest import VolumeRecord
 from femprep.volume import QualityReport
@@ -36,6 +37,8 @@ class Run:
         Volumes beside those of the labels.
     seconds : mapping of str to float
         Wall-clock time of each stage, in order.
+    solution : SolutionRecord, optional
+        What a solver made of the mesh, where one was asked for.
 
     Examples
     --------
@@ -53,6 +56,7 @@ class Run:
     fidelity: Fidelity = field(default_factory=Fidelity)
     volumes: tuple[VolumeRecord, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
+    solution: SolutionRecord | None = None
 
     def __repr__(self) -> str:
         verdict = "passed" if self.quality.passed else "failed"

@@ -9,11 +9,11 @@ import numpy.typing as npt
 
 from femprep.image import Segmentation
 from femprep.model import FloatArray, IntArray
+from femprep.report.colours import colour
 
-#: Fill of each structure, stroke of each surface.
+#: Fill of each structure.
 FILLS = ("#cfe3f5", "#f7d9cf", "#d5ecd4", "#eee3c0", "#e3d5ee")
 _OFF = "#ff0000"
-STROKES = ("#b3202a", "#14508c", "#1d7a3a", "#7a4b14", "#5c2a7a")
 
 
 def plane_cut(points: FloatArray, triangles: IntArray, height: FloatArray) -> FloatArray:
@@ -87,8 +87,8 @@ def slice_pictures(
         for fill, mask in zip(FILLS, masks.values()):
             path = _runs(mask[low[0] : high[0], low[1] : high[1], k])
             body.append(f'<path d="{path}" fill="{fill}"/>')
-        for stroke, (name, (_, triangles)) in zip(STROKES, surfaces.items()):
-            index = indices[name]
+        for name, (_, triangles) in surfaces.items():
+            stroke, index = colour(name), indices[name]
             segments = plane_cut(index, triangles, index[:, axis] - (k + 1e-9))[:, :, across] - low[:2] + 0.5
             path = "".join(f"M{a[0]:.2f} {a[1]:.2f}L{b[0]:.2f} {b[1]:.2f}" for a, b in segments)
             body.append(f'<path d="{path}" stroke="{stroke}" fill="none" vector-effect="non-scaling-stroke"/>')

@@ -82,7 +82,7 @@ def recover(out: Path) -> None:
         elif (old / MARKER).is_file():
             old.rename(out)
     for partial in _left(out, _PARTIAL):
-        with _held(partial, wait=False) as free:
+        with held(partial, wait=False) as free:
             if free:
                 shutil.rmtree(partial, ignore_errors=True)
 
@@ -90,14 +90,14 @@ def recover(out: Path) -> None:
 @contextmanager
 def alone(folder: Path) -> Iterator[None]:
     """No two runs change names in one folder at a time."""
-    with _held(folder, wait=True):
+    with held(folder, wait=True):
         yield
 
 
 @contextmanager
 def at_work(partial: Path) -> Iterator[None]:
     """Let other runs see that a folder is being made; the system takes the sign away when this process ends."""
-    with _held(partial, wait=False):
+    with held(partial, wait=False):
         yield
 
 
@@ -181,8 +181,8 @@ def _exchange(one: Path, two: Path) -> bool:
 
 
 @contextmanager
-def _held(folder: Path, wait: bool) -> Iterator[bool]:
-    """Hold the lock of a folder, which ends with this process at the latest; whether nobody else holds it."""
+def held(folder: Path, wait: bool) -> Iterator[bool]:
+    """Hold the lock of a folder or file, which ends with this process at the latest; whether nobody else holds it."""
     try:
         handle = os.open(folder, os.O_RDONLY)
     except OSError:  # Windows opens no folders

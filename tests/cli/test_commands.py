@@ -105,6 +105,7 @@ def test_compare_measures_concentric_spheres(tmp_path: Path, capsys: pytest.Capt
     assert float(same[1]) < 1e-12
 
 
+@pytest.mark.slow
 def test_compare_puts_every_method_beside_the_truth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     heart = lv_ellipsoid()
     seg = heart.segmentation((2.0, 2.0, 8.0))

@@ -55,10 +55,11 @@ def test_missing_file(tmp_path: Path) -> None:
 
 def test_structures_are_parsed() -> None:
     assert parse_structures(["lv=3", "myo=2,4"]) == {"lv": (3,), "myo": (2, 4)}
+    assert parse_structures(["lv=Left ventricle"]) == {"lv": ("Left ventricle",)}  # a segment's name
     assert parse_structures(None) is None
 
 
-@pytest.mark.parametrize("item", ["lv", "lv=", "=3", "lv=x", "lv=1,,2"])
+@pytest.mark.parametrize("item", ["lv", "lv=", "=3", "lv=1,,2"])
 def test_wrong_structure_is_refused(item: str) -> None:
     with pytest.raises(OptionError, match="--structure"):
         parse_structures([item])

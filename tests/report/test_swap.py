@@ -51,6 +51,7 @@ def prepared(folder: Path) -> Path:
     return out
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("exchange", [True, False], ids=["names exchanged", "renamed twice"])
 @pytest.mark.parametrize("link", [True, False], ids=["links", "no links"])

@@ -20,7 +20,7 @@ _ELEMENTS: Final = {
 
 def filling(manifest: RunManifest) -> list[str]:
     """How the wall was filled, by which mesher."""
-    if manifest.options.volume.mesher == "sweep":
+    if "sweep" in (manifest.options.volume.mesher, manifest.details.get("volume", {}).get("mesher")):
         return [_swept(manifest)]
     return _tetrahedra(manifest)
 

@@ -1,0 +1,126 @@
+"""A finished run in, what its page's 3-D view shows out: corners, fields and facets, packed into text."""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.anatomy import wall_thickness
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
+from femprep.model import FloatArray, VolumeMesh, tag_name
+from femprep.report.bullseyes import quality_measures
+from femprep.report.colours import OTHERS, SEGMENTS, colour
+from femprep.volume import QualityReport
+
+#: Steps of a coordinate across the mesh: 2 micrometres of a heart of 13 cm.
+_STEPS: Final = 65535
+#: Measures of quality that the view can show, with their titles.
+_MEASURES: Final = {"mean_ratio": "mean ratio", "minimum_dihedral": "smallest dihedral angle, degrees"}
+
+
+def scene(mesh: VolumeMesh, quality: QualityReport) -> dict[str, Any]:
+    """All that the view needs, JSON-ready.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        Elements of order 2 are shown by their corners.
+    quality : QualityReport
+        Whose worst elements are shown.
+    """
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    size = float((high - low).max())
+    points = np.rint((mesh.points - low) * (_STEPS / size)).astype(np.uint16)
+    number = np.uint16 if len(points) <= _STEPS else np.uint32
+    blocks, centres = [], []
+    for name, block in mesh.cells.items():
+        kind = ELEMENTS[name]
+        corners = block[:, : kind.corners]
+        faces = [[node for node in face if node < kind.corners] for face in kind.faces]
+        blocks.append({"corners": kind.corners, "faces": faces, "nodes": _packed(corners.astype(number))})
+        centres.append(mesh.points[corners].mean(axis=1))
+    facets = [
+        {"corners": FACET_CORNERS[name], "nodes": _packed(block[:, : FACET_CORNERS[name]].astype(number))}
+        for name, block in mesh.facets.items()
+    ]
+    return {
+        "points": _packed(points),
+        "low": low.tolist(),
+        "step": size / _STEPS,
+        "blocks": blocks,
+        "facets": facets,
+        "facetTags": _packed(_ranks(mesh.facet_tag)),
+        "facetNames": [
+            {"name": name, "colour": colour(name, k)} for k, name in enumerate(map(tag_name, np.unique(mesh.facet_tag)))
+        ],
+        "fields": _fields(mesh),
+        "fibres": _fibres(mesh),
+        "axes": _axes(mesh, np.concatenate(centres)),
+        "worst": [
+            {"element": item.element, "measure": item.measure, "value": item.value, "place": list(item.centroid)}
+            for item in quality.worst
+        ],
+    }
+
+
+def _fields(mesh: VolumeMesh) -> list[dict[str, Any]]:
+    """What elements can be coloured by: region, segment, thickness, quality."""
+    tags = np.unique(mesh.region)
+    found = [
+        _classes("region", mesh.region, [(tag_name(tag), OTHERS[k % len(OTHERS)]) for k, tag in enumerate(tags)]),
+    ]
+    if "aha" in mesh.cell_data:
+        segment = np.asarray(mesh.cell_data["aha"])
+        shown = np.unique(segment).tolist()
+        names = [("none", "#ffffff") if k < 1 else (str(int(k)), SEGMENTS[(int(k) - 1) % 17]) for k in shown]
+        found.append(_classes("AHA segment", segment, names))
+    if sum(name == "epi" or name.startswith("endo") for name in mesh.facet_names) > 1:
+        found.append(_values("wall thickness, mm", wall_thickness(mesh)))
+    measured = quality_measures(mesh)
+    return found + [_values(title, measured[name]) for name, title in _MEASURES.items() if name in measured]
+
+
+def _classes(title: str, values: npt.ArrayLike, names: list[tuple[str, str]]) -> dict[str, Any]:
+    classes = [{"name": name, "colour": shade} for name, shade in names]
+    return {"title": title, "classes": classes, "values": _packed(_ranks(values))}
+
+
+def _values(title: str, values: FloatArray) -> dict[str, Any]:
+    """Figures in 256 steps between their 1st and 99th percentile, beyond which colours do not change."""
+    known = np.nan_to_num(values, nan=float(np.nanmedian(values)))
+    low, high = (float(x) for x in np.percentile(known, (1.0, 99.0)))
+    steps = np.clip((known - low) * (255.0 / max(high - low, 1e-12)), 0.0, 255.0)
+    return {"title": title, "low": low, "high": high, "values": _packed(np.rint(steps).astype(np.uint8))}
+
+
+def _fibres(mesh: VolumeMesh) -> dict[str, Any] | None:
+    if "fiber" not in mesh.cell_data:
+        return None
+    return _packed(np.rint(127.0 * np.asarray(mesh.cell_data["fiber"])).astype(np.int8))
+
+
+def _axes(mesh: VolumeMesh, centres: FloatArray) -> list[list[float]]:
+    """Three directions at right angles, of which the last is the long axis, towards the base."""
+    _, axes = np.linalg.eigh(np.cov(centres.T))
+    base = mesh.planes.get("base")
+    up = axes[:, 2] if base is None else np.asarray(base.normal)
+    across = axes[:, 0] - up * float(axes[:, 0] @ up)
+    if np.linalg.norm(across) < 0.1:
+        across = axes[:, 1] - up * float(axes[:, 1] @ up)
+    across = across / np.linalg.norm(across)
+    return [across.tolist(), np.cross(up, across).tolist(), up.tolist()]
+
+
+def _ranks(values: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+    """Number of each value among those that occur."""
+    return np.unique(np.asarray(values), return_inverse=True)[1].ravel().astype(np.uint8)
+
+
+def _packed(array: npt.NDArray[Any]) -> dict[str, Any]:
+    """An array as text: deflated, the type beside it."""
+    flat = np.ascontiguousarray(array).ravel()
+    return {"type": str(array.dtype), "data": base64.b64encode(zlib.compress(flat.tobytes())).decode("ascii")}

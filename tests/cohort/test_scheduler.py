@@ -1,0 +1,27 @@
+"""A scheduler that goes away is told in one line, however dask tells it."""
+
+from __future__ import annotations
+
+import asyncio
+from concurrent.futures import CancelledError
+
+import pytest
+
+from femprep.errors import StageError
+
+distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
+
+
+@pytest.mark.parametrize("kind", ["closed", "cancelled", "cancelled by the loop"])
+def test_scheduler_that_went_away_is_one_line(kind: str) -> None:
+    from distributed.comm import CommClosedError
+
+    from femprep.cohort.run import _scheduler_there
+
+    error = {"closed": CommClosedError, "cancelled": CancelledError, "cancelled by the loop": asyncio.CancelledError}
+    with (
+        pytest.raises(StageError, match="the scheduler went away, 3 subjects are done") as told,
+        _scheduler_there([1, 2, 3]),
+    ):
+        raise error[kind]("in <TCP local> while fetching")
+    assert "\n" not in str(told.value)
