@@ -98,7 +98,7 @@ def limits() -> str:
 
 def options() -> str:
     """Every option, by group."""
-    from femprep.options import Options
+    from femprep.options import AnnotateOptions, Options
 
     schema = Options.model_json_schema()
     own = {name: entry for name, entry in schema["properties"].items() if not _group(entry)}
@@ -110,6 +110,10 @@ def options() -> str:
             parts.append(
                 f"## `[{name}]`\n\n{words}\n\n" + _table(_OPTION_HEAD, map(_option, found["properties"].items()))
             )
+    named = AnnotateOptions.model_json_schema()["properties"]
+    alone = {name: entry for name, entry in named.items() if not _group(entry)}
+    words = "Of `femprep annotate`, beside the groups `check`, `fibres` and `export`, which are those above."
+    parts.append(f"## Annotating a mesh\n\n{words}\n\n" + _table(_OPTION_HEAD, map(_option, alone.items())))
     return "\n".join(parts)
 
 
@@ -196,6 +200,22 @@ def record_run() -> str:
 def record_quality() -> str:
     """What stands in quality.json."""
     return _record("quality.json")
+
+
+def record_cohort() -> str:
+    """What stands in cohort.json, and in a row of it."""
+    from femprep.cohort.records import SubjectRecord
+
+    rows = ((f"`{name}`", field.description or "") for name, field in SubjectRecord.model_fields.items())
+    return _record("cohort.json") + "\n" + _table(("of a subject", "what"), rows)
+
+
+def reasons() -> str:
+    """Every way a subject of a cohort can end, by code."""
+    from femprep.cohort.reasons import REASONS
+
+    rows = ((f"`{one.code}`", one.status, one.what, one.remedy) for one in REASONS)
+    return _table(("reason", "status", "what", "what to do"), rows)
 
 
 def record_sequence() -> str:
@@ -286,6 +306,8 @@ PARTS: Final[Mapping[str, Callable[[], str]]] = {
     "record-run": record_run,
     "record-quality": record_quality,
     "record-sequence": record_sequence,
+    "record-cohort": record_cohort,
+    "reasons": reasons,
     "coordinates": coordinates,
     "segments": segments,
     "signs": signs,

@@ -145,6 +145,7 @@ def test_no_position_hangs_on_the_last_digit_of_a_function_of_numpy(tmp_path: Pa
     assert told(_SHAKEN, tmp_path, processors()[-1], 2) == "{}\n"
 
 
+@pytest.mark.slow
 def test_a_large_surface_is_the_same_by_one_and_two_threads(tmp_path: Path) -> None:
     name = processors()[-1]
     assert told(_DESCENT, tmp_path, name, 1) == told(_DESCENT, tmp_path, name, 2)

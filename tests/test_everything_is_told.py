@@ -24,7 +24,8 @@ from femprep.phantoms import biventricular, lv_ellipsoid
 from femprep.report.notices import gather
 from femprep.surface.fitting.outlined import outline_surface
 from femprep.sweeping.matching.match import match_surfaces
-from femprep.volume.tetrahedra import _notices as attempts_told
+from femprep.volume.runs import attempt_notices as attempts_told
+from femprep.volume.tetwild.attempts import RunRecord
 from femprep.wall import Envelope, Part, build_wall, extend_apex, find_base, find_common_base, keep_apart, thin_wall
 from femprep.wall.assumed import assumed_wall, closed_openings, filled_groove, unused_structures
 from femprep.wall.chambers.holes import open_wall
@@ -143,7 +144,20 @@ def atria(**changes: Any) -> list[Notice]:
 
 
 RING = stack(list("ooooo"), radii=[10.0, 26.0, 24.0, 22.0, 20.0])
-RUNS = [{"outcome": "the mesher was ended by SIGSEGV"}, {"outcome": "8.0 degrees: below what was asked"}]
+RUN = RunRecord(
+    way="direct",
+    status="reached",
+    outcome="reached",
+    refined_levels=0,
+    edge_length_mm=(2.0, 2.0),
+    envelope_mm=0.1,
+    stop_energy=10.0,
+    time_limit_s=40.0,
+)
+RUNS = [
+    RUN.model_copy(update={"status": "crashed", "outcome": "the mesher was ended by SIGSEGV"}),
+    RUN.model_copy(update={"status": "missed", "outcome": "8.0 degrees: below what was asked"}),
+]
 
 #: What is done, how; kind, words, unit, and whether there is a place to name.
 CASES: dict[str, tuple[Any, str, str, str | None, bool]] = {
@@ -187,6 +201,7 @@ CASES: dict[str, tuple[Any, str, str, str | None, bool]] = {
     "thin layers": (thin_for_layers, "repaired", "too thin for its layers of elements", "mm", True),
     "attempts": (lambda: attempts_told(RUNS, False), "not reached", "fTetWild run 1 of 2: the mesher was", None, False),
     "quality": (lambda: attempts_told(RUNS, False), "not reached", "did not reach the quality", None, False),
+    "undone": (lambda: attempts_told([RUN], True, ["refined: why"]), "left out", "undone: refined: why", None, False),
     "septum of segments": (lambda: on_left_ventricle(add_aha), "assumed", "the septum was assumed", None, False),
     "septum": (lambda: on_left_ventricle(add_coordinates), "assumed", "the septum was assumed", None, False),
     "hand": (lambda: on_left_ventricle(add_fibres), "assumed", "--flip, or --mirrored yes", None, False),
@@ -229,10 +244,11 @@ def test_nothing_is_said_where_nothing_was_done() -> None:
     epi, endo = ellipsoids()
     wall = build_wall(epi=epi, endo={"lv": endo}, base=plane_z(12.0))
     assert gather(wall.info, solid(box(5, 20)), apex("cooom"), find_base(stack(list("cooo"))).record()) == []
-    assert attempts_told([{"outcome": "reached"}], True) == base_moved_with_phases(0.0) == []
+    assert attempts_told([RUN], True) == base_moved_with_phases(0.0) == []
     assert losses(thick_ellipsoid(size=2, layers=1).mesh, "medit") == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("module", ["volume.smooth", "sweeping.elements.quadratic"])
 def test_edges_made_straight_are_said(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     import importlib
@@ -265,6 +281,7 @@ def test_whoever_warns_tells() -> None:
     assert silent == []
 
 
+@pytest.mark.slow
 def test_a_missing_picture_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import femprep.report.output
 

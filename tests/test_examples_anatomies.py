@@ -10,6 +10,7 @@ import pytest
 EXAMPLE = Path(__file__).parent.parent / "examples" / "06_anatomies.py"
 
 
+@pytest.mark.slow
 def test_ventricles_with_their_blood(tmp_path) -> None:
     example = runpy.run_path(str(EXAMPLE))
     found = example["main"](edge=4.5, only=("lv",), vertices=700, pictures=tmp_path)["lv"]

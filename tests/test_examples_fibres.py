@@ -11,6 +11,7 @@ import pytest
 EXAMPLE = Path(__file__).parent.parent / "examples" / "04_fibres.py"
 
 
+@pytest.mark.slow
 def test_fibres(tmp_path: Path) -> None:
     image = pytest.importorskip("matplotlib.image", reason="matplotlib is not installed: no bull's eye")
     figures = runpy.run_path(str(EXAMPLE))["main"](edge=6.0, picture=tmp_path / "fibres.png")

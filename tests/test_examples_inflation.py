@@ -27,6 +27,7 @@ def main() -> Callable[..., dict[str, Any]]:
     return found
 
 
+@pytest.mark.slow
 def test_linear_inflation_of_the_phantom(main: Callable[..., dict[str, Any]], tmp_path: Path) -> None:
     figures = main(edge=6.0, out=tmp_path / "decks", picture=tmp_path / "inflation.png")
     # CalculiX prints seven digits.

@@ -10,6 +10,7 @@ import pytest
 EXAMPLE = Path(__file__).parent.parent / "examples" / "02_left_ventricle.py"
 
 
+@pytest.mark.slow
 def test_left_ventricle(tmp_path: Path) -> None:
     picture = tmp_path / "pictures" / "lv.png"
     figures = runpy.run_path(str(EXAMPLE))["main"](edge=5.0, picture=picture)

@@ -41,6 +41,7 @@ def faults_of_table(example, rows) -> list[str]:
     return found
 
 
+@pytest.mark.slow
 def test_one_heart_is_as_good_as_the_papers(example, capsys):
     rows = example.main(subjects=1)
     assert faults_of_table(example, rows) == []

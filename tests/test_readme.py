@@ -32,7 +32,7 @@ def test_every_command_is_shown() -> None:
 def test_the_two_commands_stand_alone() -> None:
     blocks = re.findall(r"^```\n(.*?)\n```$", README, re.DOTALL | re.MULTILINE)
     assert blocks[0].endswith("femprep demo -o demo")
-    assert blocks[1].endswith("python -m pytest")
+    assert blocks[1].endswith("python -m pytest -n auto")
     assert all("\n" not in block for block in blocks[:2])
 
 

@@ -15,9 +15,10 @@ import pytest
 import SimpleITK as sitk
 
 import femprep as fp
+from femprep.model.stages import Stages
 from femprep.options import Options
 from femprep.phantoms import biventricular
-from femprep.pipeline import Stages, begin, fit_surfaces
+from femprep.pipeline import begin, fit_surfaces
 
 OPTIONS = Options(preset="acdc", surface={"vertices": 300})
 OBJECTS = {"lv": ("lv",)}

@@ -268,6 +268,7 @@ for options in THREADED:
 THREADED = [SMALL, SMALL | {"method": "even"}, {"method": "smooth", "vertices": 1500}]
 
 
+@pytest.mark.slow
 def test_same_bytes_with_one_thread_and_two() -> None:
     digests = set()
     for threads in ("1", "2"):
@@ -286,6 +287,7 @@ def test_same_bytes_with_one_thread_and_two() -> None:
     assert len(set(*digests)) == len(THREADED)
 
 
+@pytest.mark.slow
 @pytest.mark.data
 @pytest.mark.parametrize("method", ["paper", "smooth"])
 @pytest.mark.parametrize(

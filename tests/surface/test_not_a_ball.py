@@ -25,6 +25,7 @@ def ball(centre: tuple[float, float, float], radius: float) -> np.ndarray:
     return np.linalg.norm(PLACE - centre, axis=1) < radius
 
 
+@pytest.mark.slow
 def test_a_tunnel_is_closed_over_and_said(caplog: pytest.LogCaptureFixture) -> None:
     drilled = ball((0.0, 0.0, 0.0), 28.0) & ~(np.hypot(PLACE[:, 0] - 6.0, PLACE[:, 1]) < 2.5)
     with caplog.at_level(logging.WARNING):
@@ -51,6 +52,7 @@ def test_strict_policy_refuses_pieces_with_the_reason() -> None:
         labelled(ball((-12.0, 0.0, 0.0), 20.0) | ball((30.0, 0.0, 0.0), 10.0), policy="strict")
 
 
+@pytest.mark.slow
 def test_a_c_shaped_object_keeps_its_gap() -> None:
     ring = np.abs(np.hypot(PLACE[:, 0], PLACE[:, 1]) - 26.0) < 7.0
     gap = (PLACE[:, 0] > 0.0) & (np.abs(PLACE[:, 1]) < 9.0)

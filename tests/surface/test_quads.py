@@ -22,6 +22,7 @@ OBJECTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["paper", "even", "smooth"])
 @pytest.mark.parametrize("name", OBJECTS)
 def test_every_object_is_meshed_with_quadrilaterals(name, method):
@@ -40,6 +41,7 @@ def test_every_object_is_meshed_with_quadrilaterals(name, method):
     assert surface.volume == pytest.approx(fp.fit_surface(obj, vertices=600, method=method).volume, rel=0.02)
 
 
+@pytest.mark.slow
 def test_moving_vertices_makes_quadrilaterals_better():
     obj = biventricular().segmentation(SPACING).object("rv")
     paper, even = (
@@ -68,6 +70,7 @@ def test_quad_quality_by_hand():
     assert quad_quality(arrow, corner) == pytest.approx(0.0)
 
 
+@pytest.mark.slow
 def test_the_command_line_writes_quadrilaterals_that_are_read_back(tmp_path):
     seg = lv_ellipsoid().segmentation(SPACING)
     write_segmentation(seg, tmp_path / "heart.nii.gz")
@@ -82,6 +85,7 @@ def test_the_command_line_writes_quadrilaterals_that_are_read_back(tmp_path):
     assert surface_quality(read).sound
 
 
+@pytest.mark.slow
 def test_quadrilaterals_of_real_hearts(data):
     for number, frame in (("007", "01"), ("021", "13"), ("084", "01")):
         path = data / "acdc" / "training" / f"patient{number}" / f"patient{number}_frame{frame}_gt.nii.gz"

@@ -54,6 +54,7 @@ def test_distance_to_the_truth(heart, method, chamber):
         assert found == pytest.approx(OURS[method][chamber], abs=0.005)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chamber", LABELS)
 def test_smooth_is_a_fifth_closer_than_methods_in_use(heart, chamber):
     """Of those of the list above that are in use; modified Akima between slices is femprep's own proposal."""

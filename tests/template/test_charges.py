@@ -140,6 +140,7 @@ print(digest.hexdigest())
 """
 
 
+@pytest.mark.slow
 def test_same_bytes_with_one_thread_and_two(tmp_path: Path) -> None:
     # 4000 charges: beyond the size at which OpenBLAS splits sums among threads.
     digests = []

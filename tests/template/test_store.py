@@ -78,6 +78,7 @@ def test_nothing_half_made_is_left(cache: Path, monkeypatch: pytest.MonkeyPatch)
     assert [path.name for path in cache.iterdir()] == ["charges-v2-60.npz"]
 
 
+@pytest.mark.slow
 def test_processes_that_make_the_same_template_at_once(cache: Path) -> None:
     code = "from femprep.template import charge_template; print(charge_template(333).directions.tobytes().hex()[:64])"
     children = [

@@ -58,6 +58,7 @@ def faults_of_placing(lengths, waves, bend, turn, connectivity) -> list[str]:
     return found
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(**BODIES)
 def test_bodies_are_covered_soundly(lengths, waves, bend, turn, connectivity):

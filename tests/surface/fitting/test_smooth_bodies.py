@@ -61,6 +61,7 @@ def faults_of_surface(lengths, waves, bend, pixel, slices, seed) -> list[str]:
 CHECKS = list(HealthCheck)
 
 
+@pytest.mark.slow
 @settings(max_examples=6, deadline=None, derandomize=True, suppress_health_check=CHECKS)
 @given(**BODIES)
 def test_the_surface_of_a_body_is_sound(lengths, waves, bend, pixel, slices, seed):

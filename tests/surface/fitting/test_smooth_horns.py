@@ -41,6 +41,7 @@ def faults_of_horns(thickness: float, shift: float) -> list[str]:
     return [name for name, held in holds.items() if not held] + notices
 
 
+@pytest.mark.slow
 def test_horns_are_followed_with_even_triangles() -> None:
     assert faults_of_horns(8.0, 3.0) == []
 

@@ -82,6 +82,7 @@ def faults_of_motion(lengths, waves, bend, pixel, slices, seed, storage) -> list
 CHECKS = list(HealthCheck)
 
 
+@pytest.mark.slow
 @settings(max_examples=2, deadline=None, derandomize=True, suppress_health_check=CHECKS)
 @given(**BODIES, storage=STORAGES)
 def test_a_surface_is_carried_along_with_its_image(lengths, waves, bend, pixel, slices, seed, storage):
@@ -95,6 +96,7 @@ def test_many_surfaces_are_carried_along_with_their_images(lengths, waves, bend,
     assert faults_of_motion(lengths, waves, bend, pixel, slices, seed, storage) == []
 
 
+@pytest.mark.slow
 def test_an_image_turned_or_moved_by_whole_voxels_gives_the_same_surface_there() -> None:
     obj = sampled((25.0, 20.0, 27.0), [0.3, -0.2, 0.5, 0.1, -0.4, 0.2], 0.97, 1.5, 8.0, 4)[0]
     surface = fit_surface(obj, vertices=400)
@@ -108,6 +110,7 @@ def test_an_image_turned_or_moved_by_whole_voxels_gives_the_same_surface_there()
     assert np.abs(fit_surface(same, vertices=400).points - surface.points).max() < ROUNDING
 
 
+@pytest.mark.slow
 def test_a_heart_turned_in_the_world_gives_its_surfaces_turned() -> None:
     """With its frame, and with an apex that is extrapolated."""
     turn, shift = Rotation.random(random_state=3).as_matrix(), np.array([12.3, -145.6, 78.9])

@@ -72,6 +72,7 @@ def test_resolved_mesh_has_short_edges_and_is_whole() -> None:
     assert np.einsum("ij,ij->i", a, np.cross(b, c)).min() > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.data
 @pytest.mark.parametrize(("frame", "structures"), [("01", ("lv",)), ("01", ("lv", "myo")), ("07", ("lv",))])
 def test_a_real_heart_has_better_triangles_than_the_paper(data: Path, frame: str, structures: tuple[str, ...]) -> None:

@@ -81,6 +81,7 @@ print(hashlib.sha256(ends.tobytes() + field.gradient(ends).tobytes()).hexdigest(
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", ["1", "2"])
 def test_bytes_do_not_depend_on_the_number_of_threads(threads: str) -> None:
     child = subprocess.run(

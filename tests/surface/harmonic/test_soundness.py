@@ -81,6 +81,7 @@ def test_what_cannot_be_mended_is_refused_with_place_and_remedy() -> None:
         sound_map(target, even=False)
 
 
+@pytest.mark.slow
 @pytest.mark.data
 def test_a_real_heart_whose_triangles_crossed_is_mended(data: Path) -> None:
     case = data / "acdc" / "training" / "patient014" / "patient014_frame13_gt.nii.gz"

@@ -31,6 +31,7 @@ def test_every_method_gives_a_sound_ball_where_the_image_lies(method, mirrored):
     np.testing.assert_allclose(surface.points.mean(axis=0), centre, atol=1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_repeats_exactly(method):
     obj, _ = ball_object(radius=12.0, seed=2)
@@ -39,6 +40,7 @@ def test_every_method_repeats_exactly(method):
     assert one.cells.tobytes() == two.cells.tobytes()
 
 
+@pytest.mark.slow
 def test_marching_cubes_passes_through_the_boundary_points():
     obj, _ = ball_object(radius=12.0, seed=9)
     surface = marching_cubes(obj)

@@ -37,6 +37,7 @@ def test_smooth_walls_are_left_alone(endo) -> None:
     assert lines(matched.info) == []
 
 
+@pytest.mark.slow
 def test_a_ledge_is_softened_until_layers_are_sound(endo) -> None:
     epi = ellipsoid((34.0, 34.0, 52.0), "epi", SHIFT)
     matched = match_surfaces(endo=endo, epi=epi, base=BASE, edge_length=2.5, element="wedge")
