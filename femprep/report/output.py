@@ -88,6 +88,7 @@ def write_run(
                 write_format(run.mesh, folder, name, options=run.options.export)
             (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
             slices, volumes, details = _slices(run), list(run.volumes), _details(run)
+            content = _content(run)
             picture = finish_picture(painter, png)
         finally:
             end_painter(painter)
@@ -103,7 +104,10 @@ def write_run(
             update={"thickness_mm": thickness_of_segments(run.mesh), "solution": run.solution}
         )
         write_methods(methods(manifest), folder)
-        (folder / "report.html").write_text(_page(run, manifest, slices, picture, command), encoding="utf-8")
+        (folder / "report.html").write_text(
+            report_page(manifest, run.quality, slices=slices, picture=picture, command=command, **content),
+            encoding="utf-8",
+        )
         manifest = _write_manifest(manifest, folder)
     report("write", 1.0)
     return manifest
@@ -243,23 +247,19 @@ def _slices(run: Run) -> list[str]:
     return slice_pictures(run.segmentation, parts, off=list(run.fidelity.off.values()))
 
 
-def _page(run: Run, manifest: RunManifest, slices: list[str], picture: str | None, command: str) -> str:
+def _content(run: Run) -> dict[str, Any]:
+    """What the page holds that depends on the run alone."""
     figures = [("points", run.quality.n_points)]
     figures += [(name, count) for name, count in run.quality.cells.items()]
     figures += [
         (f"facets {name}", int(np.sum(run.mesh.facet_tag == tag))) for name, tag in run.mesh.facet_names.items()
     ]
     names = [name for name in run.mesh.facet_names if name.startswith(("endo", "epi"))]
-    return report_page(
-        manifest,
-        run.quality,
-        figures=figures,
-        histograms=quality_charts(run.quality),
-        fidelity=fidelity_tables(run.fidelity.records, run.options.limits.maximum_label_distance),
-        slices=slices,
-        bulls_eyes=report_bulls_eyes(run.mesh),
-        colours={name: colour(name) for name in names},
-        picture=picture,
-        scene=scene(run.mesh, run.quality),
-        command=command,
-    )
+    return {
+        "figures": figures,
+        "histograms": quality_charts(run.quality),
+        "fidelity": fidelity_tables(run.fidelity.records, run.options.limits.maximum_label_distance),
+        "bulls_eyes": report_bulls_eyes(run.mesh),
+        "colours": {name: colour(name) for name in names},
+        "scene": scene(run.mesh, run.quality),
+    }
