@@ -100,10 +100,8 @@ def mesh_surfaces(
         judged = with_given_fidelity(quality, given_fidelity(mesh, given))
         mesher = str(verdict_of(mesh).get("mesher", options.volume.mesher))
         mesh = carry(mesh, quality.options, mesher, judged.failures[len(quality.failures) :])
-    volumes = tuple(_volumes(mesh, wall, own))
-    return Run(
-        None, options, {}, parts.surfaces, wall, mesh, judged, volumes=volumes, seconds=stages.seconds, given=own
-    )
+    made = (None, options, {}, parts.surfaces, wall, mesh, judged)
+    return Run(*made, volumes=tuple(_volumes(mesh, wall, own)), seconds=stages.seconds, given=own)
 
 
 def _facets(name: str, own: OwnSurfaces) -> str:

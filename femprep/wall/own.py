@@ -158,8 +158,8 @@ def anatomy_of(surfaces: Mapping[str, object]) -> str:
     own = tuple(name for name in CAVITIES if name in surfaces)
     if unknown:
         raise InputError(
-            f"there is no surface named {unknown[0]!r}; endocardia are {', '.join(CAVITIES)}, the epicardium around all "
-            f"of them is {OUTER}"
+            f"there is no surface named {unknown[0]!r}; endocardia are {', '.join(CAVITIES)}, the epicardium around "
+            f"all of them is {OUTER}"
         )
     if OUTER not in surfaces or own not in _ANATOMY:
         ways = "; ".join(f"{' '.join((*names, OUTER))} ({anatomy})" for names, anatomy in _ANATOMY.items())

@@ -1,4 +1,4 @@
-"""Anyone's triangles in; one sound piece of surface, wound outward, its tiny holes filled, out - or what is wrong, where.
+"""Anyone's triangles in; one sound piece of surface, wound outward, tiny holes filled, out; or what is wrong, where.
 
 What is done changes nothing that a modeller would miss, and each step is a notice with its place.
 """

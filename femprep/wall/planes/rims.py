@@ -14,7 +14,9 @@ from femprep.model.notice import spot
 
 #: Rims whose corners lie this near to one plane lie in it, mm: surfaces are continued beyond them by as much.
 _FLAT: Final = 0.3
-#: Most of the heart's length that may be cut away where rims lie in no plane.
+#: Most of the heart's length that may be cut away where rims lie in no plane: where all rims are taken for the base's,
+#: as those of several valves, and where the longest of each surface are alone.
+_ALL_DEEP: Final = 0.12
 _DEEP: Final = 0.3
 #: So far below the base a rim may lie, mm.
 _BELOW: Final = 0.5
@@ -51,7 +53,7 @@ def base_of_rims(surfaces: Mapping[str, Surface]) -> Plane | None:
     middle = np.mean([surface.points.mean(axis=0) for surface in surfaces.values()], axis=0)
     everything = [rim for own in rims.values() for rim in own]
     plane, off, depth = _through(everything, middle, surfaces)
-    if depth > _DEEP:
+    if depth > _ALL_DEEP:
         # A hole in the side is no part of the base: the longest rims alone may lie in a plane.
         plane, off, depth = _through([own[0] for own in rims.values() if own], middle, surfaces)
         if depth > _DEEP:
