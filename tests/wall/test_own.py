@@ -81,7 +81,7 @@ def test_surfaces_of_no_hearts_size_or_of_different_units_are_refused() -> None:
 
 def test_an_endocardium_outside_is_refused_with_how_far_and_where() -> None:
     surfaces = shapes.heart()
-    moved = replace(surfaces["lv"], points=surfaces["lv"].points + [20.0, 0.0, 0.0])
+    moved = replace(surfaces["lv"], points=surfaces["lv"].points + np.array([20.0, 0.0, 0.0]))
     with pytest.raises(InputError, match=r"surface 'lv' lies up to 1\d\.\d mm outside of surface 'epi', at \(4"):
         prepare_surfaces({**surfaces, "lv": moved}, base=TOP)
     with pytest.raises(InputError, match="have the names changed places"):
