@@ -39,7 +39,7 @@ def doors(folder: Path, vertices: int) -> dict[str, dict[str, fp.Surface]]:
     """Surfaces by the door they come through; all but the first by STL files."""
     made = {
         "STL, closed": shapes.heart(vertices),
-        "STL, closed, 3000 vertices": shapes.heart(3000),
+        "STL, closed, 6000 vertices": shapes.heart(6000),
         "STL, open cups": {name: shapes.cup(name, vertices=vertices) for name in ("lv", "epi")},
         "STL, flat lids": {name: shapes.lidded(name, vertices=vertices) for name in ("lv", "epi")},
         "STL, metres, turned inside out": {

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import InputError
+from femprep.mesh.plane_sections import plane_sections
 from femprep.mesh.topology import border_loops
 from femprep.model import FloatArray, Notice, Plane, Surface
 from femprep.model.notice import spot
@@ -20,6 +21,8 @@ _ALL_DEEP: Final = 0.12
 _DEEP: Final = 0.3
 #: So far below the base a rim may lie, mm.
 _BELOW: Final = 0.5
+#: Steps in which a plane that cuts a surface twice is lowered, mm.
+_STEP: Final = 1.0
 _GIVE: Final = "give the base plane by --base X,Y,Z,NX,NY,NZ"
 
 
@@ -63,7 +66,24 @@ def base_of_rims(surfaces: Mapping[str, Surface]) -> Plane | None:
                 f"cutting there would take {100 * depth:.0f} % of the heart's length; {_GIVE}"
             )
     _hold_no_holes(rims, plane)
-    return plane
+    return _in_one_loop(surfaces, plane)
+
+
+def _in_one_loop(surfaces: Mapping[str, Surface], plane: Plane) -> Plane:
+    """The plane lowered to where it cuts each surface in one loop, as a right ventricle below both of its valves."""
+    length = max(float(np.ptp(surface.points @ plane.normal)) for surface in surfaces.values())
+    for low in np.arange(0.0, _DEEP * length, _STEP):
+        # A rim in the plane itself is one loop; a section there would be none.
+        lowered = Plane(plane.point - (low + _FLAT) * plane.normal, plane.normal)
+        if all(len(plane_sections(s.points, s.triangles, [lowered])[0]) == 1 for s in surfaces.values()):
+            break
+    else:
+        raise InputError(f"no plane below the rims of {', '.join(surfaces)} cuts each of them in one loop; {_GIVE}")
+    if not low:
+        return plane
+    words = "the base was lowered by {amount}, to where it cuts each surface in one loop"
+    notice = Notice.of("moved", words, amount=low, unit="mm", place=plane.point)
+    return Plane(plane.point - low * plane.normal, plane.normal, plane.source, (*plane.notices, notice))
 
 
 def require_rims_above(surfaces: Mapping[str, Surface], base: Plane) -> None:
