@@ -100,8 +100,8 @@ def mesh_surfaces(
         judged = with_given_fidelity(quality, given_fidelity(mesh, given))
         mesher = str(verdict_of(mesh).get("mesher", options.volume.mesher))
         mesh = carry(mesh, quality.options, mesher, judged.failures[len(quality.failures) :])
-    made = (None, options, {}, parts.surfaces, wall, mesh, judged)
-    return Run(*made, volumes=tuple(_volumes(mesh, wall, own)), seconds=stages.seconds, given=own)
+    volumes, took = tuple(_volumes(mesh, wall, own)), stages.seconds
+    return Run(None, options, {}, parts.surfaces, wall, mesh, judged, volumes=volumes, seconds=took, given=own)
 
 
 def _facets(name: str, own: OwnSurfaces) -> str:
