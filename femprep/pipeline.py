@@ -87,12 +87,10 @@ def mesh_segmentation(
     seg, layout, axes = begin(seg, options, stages)
     with advised(seg, options):
         parts = ANATOMIES[options.anatomy](seg, layout, options, stages)
-        fill = _swept if options.volume.mesher == "sweep" else _tetrahedra
         wall, mesh = fill(parts, options, stages)
-    wall = replace(wall, info=noted(wall.info, *parts.notices))
     if axes is not None:
         with stages("anatomy"):
-            mesh = _with_anatomy(mesh, axes, options)
+            mesh = with_anatomy(mesh, axes, options)
     with stages("quality"):
         quality = check(mesh, options=options.check)
         volumes = volumes_beside_labels(mesh, parts.objects, wall.planes)
@@ -120,7 +118,7 @@ def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmenta
         return seg, layout, check_labels(seg, layout, options)
 
 
-def _with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> VolumeMesh:
+def with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> VolumeMesh:
     """The mesh with coordinates, segments and fibres; where they fail, without, and with what failed in its verdict.
 
     The mesh is good for much without them, and took most of the time.
@@ -150,6 +148,12 @@ def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentati
         with stages("slice shifts"):
             seg = align_slices(seg)
     return orient(seg, basal_end=options.wall.basal_end)
+
+
+def fill(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
+    """The wall of some surfaces, and the mesh in it, by the mesher asked for."""
+    wall, mesh = (_swept if options.volume.mesher == "sweep" else _tetrahedra)(parts, options, stages)
+    return replace(wall, info=noted(wall.info, *parts.notices)), mesh
 
 
 def _tetrahedra(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
@@ -193,7 +197,8 @@ def _tetwild(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, Volu
 def _swept(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
     """Match the surfaces and fill the wall between them by layers; its boundary is the wall."""
     assert parts.base is not None  # anatomy lv, as the options make sure
-    layers, frame = options.layers, parts.objects["lv"].frame
+    layers = options.layers
+    frame = parts.objects["lv"].frame if "lv" in parts.objects else None
     if layers.toward is None and frame is not None:
         x, y, z = frame[:, 0].tolist()
         layers = layers.model_copy(update={"toward": (x, y, z)})

@@ -96,6 +96,25 @@ def parse_masks(items: Sequence[str] | None) -> dict[str, list[Path]]:
     return found
 
 
+def parse_surfaces(items: Sequence[str] | None) -> dict[str, Path]:
+    """``["lv=endo.stl", "epi=epi.stl"]`` as files by name.
+
+    Raises
+    ------
+    OptionError
+        A text of another form, or a name given twice.
+    """
+    found: dict[str, Path] = {}
+    for item in items or ():
+        name, equals, file = item.partition("=")
+        if not (name.strip() and equals and file.strip()):
+            raise OptionError(f"--surface {item!r} is not NAME=FILE; write for example --surface lv=endo.stl")
+        if name.strip() in found:
+            raise OptionError(f"--surface {name.strip()} is given twice; one file per name")
+        found[name.strip()] = Path(file.strip())
+    return found
+
+
 def parse_valves(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | None:
     """Openings given as ``mitral=X,Y,Z,NX,NY,NZ,R``; None where there are none, so that a file's stand.
 

@@ -11,7 +11,14 @@ import typer
 
 from femprep.cli import _arguments as shared
 from femprep.cli._arguments import FIBRES, INPUT, OUTPUT
-from femprep.cli._configuration import parse_masks, parse_plane, parse_structures, parse_valves, read_options
+from femprep.cli._configuration import (
+    parse_masks,
+    parse_plane,
+    parse_structures,
+    parse_surfaces,
+    parse_valves,
+    read_options,
+)
 from femprep.cli._fields import option, takes_options_of
 from femprep.cli._names import mesh_names, sequence_names
 from femprep.errors import OptionError
@@ -32,6 +39,7 @@ def mesh_options(
     frame: shared.Frame = None,
     anatomy: Annotated[str | None, option(Options, "anatomy", panel=INPUT)] = None,
     preset: shared.Preset = None,
+    unit: Annotated[str | None, option(Options, "unit", panel=INPUT)] = None,
     structure: Annotated[
         list[str] | None,
         typer.Option(
@@ -128,6 +136,7 @@ def mesh_options(
         config,
         anatomy=anatomy,
         preset=preset,
+        unit=unit,
         structures=parse_structures(structure),
         formats=tuple(format) if format else None,
         flip=flip,
@@ -182,19 +191,34 @@ def mesh(
         ),
     ] = None,
     mask: shared.Mask = None,
+    surface: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="NAME=FILE, repeatable, in place of SEG: your own surfaces, .stl, .ply, .obj, .off, .vtp or .vtk; lv "
+            "(rv, la, ra) is an endocardium, epi the epicardium around all.",
+            rich_help_panel=INPUT,
+        ),
+    ] = None,
     quiet: shared.Quiet = False,
     json: Annotated[
         bool, typer.Option("--json", help="Print run and quality records as JSON.", rich_help_panel=OUTPUT)
     ] = False,
     **given: Any,
 ) -> int:
-    """Mesh the myocardial wall of a segmented image.
+    """Mesh the myocardial wall of a segmented image, or between your own surfaces (--surface).
 
     Makes the folder OUT: surfaces/*.vtp, wall.vtp, mesh.vtu, facets.vtp, one deck per --format, quality.json,
     run.json, report.html, methods.md and methods.bib. A run that fails writes nothing and leaves an earlier OUT as it
     was; one that succeeds replaces the files of the earlier run and leaves yours.
     """
     maps, masks = list(segmentation or ()), parse_masks(mask)
+    surfaces = parse_surfaces(surface)
+    if surfaces:
+        if maps or masks:
+            raise OptionError("give either surfaces or a label map or masks, not both")
+        if given["sequence"] or given["structure"] or given["preset"]:
+            raise OptionError("surfaces name themselves; leave --sequence, --structure and --preset out")
+        return mesh_own(surfaces, out, mesh_options(**given), quiet=quiet, json=json)
     if bool(maps) == bool(masks):
         raise OptionError("give either a label map or masks (--mask lv=FILE --mask myo=FILE), and one of them at least")
     if masks and (given["sequence"] or given["structure"] or given["preset"]):
@@ -205,6 +229,32 @@ def mesh(
     if given["sequence"]:
         return mesh_phases(maps, out, options, quiet=quiet, json=json)
     return mesh_file(maps[0] if maps else masks, out, options, quiet=quiet, json=json)
+
+
+def mesh_own(surfaces: dict[str, Path], out: Path, options: Options, *, quiet: bool, json: bool) -> int:
+    """Run the main job on surfaces; the exit status is 1 where the quality check fails."""
+    from femprep.cli._progress import bars
+    from femprep.export import require_formats
+    from femprep.report.folder import require_writable
+
+    require_formats(options.formats)
+    require_writable(out, mesh_names(options.formats))
+
+    from femprep.own_surfaces import mesh_surfaces
+    from femprep.report.output import write_run
+    from femprep.surface import read_surface
+
+    with bars(quiet or json) as progress:
+        run = mesh_surfaces({name: read_surface(path) for name, path in surfaces.items()}, options, progress=progress)
+        command = shlex.join(["femprep", *sys.argv[1:]])
+        manifest = write_run(run, out, source=surfaces, command=command, progress=progress)
+    if json:
+        _print_json(run, manifest)
+    elif not quiet:
+        from femprep.cli._summary import print_summary
+
+        print_summary(run, manifest, out)
+    return 0 if run.quality.passed else 1
 
 
 def _read_template(path: Path | None) -> dict[str, Any]:

@@ -40,6 +40,9 @@ class Options(StageOptions):
         default_factory=dict,
         description="Label numbers by structure name (lv, myo, rv, ...); of a .seg.nrrd also names of its segments.",
     )
+    unit: Literal["auto", "mm", "cm", "m", "um"] = Field(
+        "auto", description="Unit of length of given surfaces: guessed from the size of the heart, which is said."
+    )
     blood_pool: bool = Field(
         False,
         description="Mesh the blood in the cavities together with the wall: regions blood_lv, blood_rv..., facets "

@@ -70,10 +70,11 @@ def _shown(key: str) -> str:
 def methods(manifest: RunManifest) -> Words:
     """The words on one run: of ``femprep mesh``, or of ``femprep surface``, which has no wall and no mesh."""
     meshed = "volume" in manifest.details
-    spacing = " x ".join(f"{s:.4g}" for s in manifest.input.spacing_mm)
+    spacing = " x ".join(f"{s:.4g}" for s in manifest.input.spacing_mm or ())
     what = _MESHED[manifest.options.anatomy] if meshed else "Closed surfaces were made"
+    source = f"a segmented image with voxels of {spacing} mm" if spacing else "given surfaces"
     parts = [
-        f"{what} from a segmented image with voxels of {spacing} mm by femprep {manifest.femprep}.",
+        f"{what} from {source} by femprep {manifest.femprep}.",
         *image(manifest),
         *fitting(manifest),
     ]
