@@ -1,8 +1,8 @@
 """VolumeMesh with fibres in, the same with the time at which a beat activates each of its points out.
 
 The beat leaves the roots of the Purkinje fibres at 0 and enters the wall at their junctions; without such fibres it
-begins at all nodes of the endocardia at once, as the stimuli of the openCARP files do. Through the wall it spreads by the
-speeds along fibres, sheets and across: the eikonal equation, solved on the tetrahedra into which elements are cut
+begins at all nodes of the endocardia at once, as the stimuli of the openCARP files do. Through the wall it spreads by
+the speeds along fibres, sheets and across: the eikonal equation, solved on the tetrahedra into which elements are cut
 (:mod:`femprep.mesh.eikonal`). It tells within seconds whether fibres, nodes and stimuli fit each other, before a solver
 needs hours for it: what is reached late or never is seen at once.
 
@@ -110,9 +110,7 @@ def add_activation(mesh: VolumeMesh, options: ActivationOptions | None = None, *
         "never_reached": len(missed),
     }
     if len(missed):
-        words = (
-            f"{len(missed)} points of the ventricles are never activated, the first near {{place}}: no way leads there"
-        )
+        words = f"{len(missed)} points of the ventricles are never activated, the first near {{place}}: no way is there"
         record = noted(record, Notice.of("left out", words, place=mesh.points[missed[0]]))
     info = {**without_failure(mesh.info, ACTIVATION), ACTIVATION: record}
     return replace(mesh.with_data(point={ACTIVATION: value}), info=info)

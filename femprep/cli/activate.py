@@ -33,7 +33,7 @@ def activate(
         bool,
         typer.Option(
             "--purkinje/--no-purkinje",
-            help="Grow Purkinje fibres; without them a mesh's own are used, or the beat begins on the whole endocardium.",
+            help="Grow Purkinje fibres. Else the beat begins at those the mesh has, or on the whole endocardium.",
             rich_help_panel=PURKINJE,
         ),
     ] = True,

@@ -112,7 +112,10 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 filename="mesh.vtu",
                 home="vtu.write:write",
                 program="VTK, ParaView",
-                carries="regions, facet tags, all cell and point data, names, planes (facets and Purkinje fibres as field data)",
+                carries=(
+                    "regions, facet tags, all cell and point data, names, planes, Purkinje fibres (facets and these as "
+                    "field data)"
+                ),
                 elements="all",
                 units="mm",
                 read_by="VTK, meshio",

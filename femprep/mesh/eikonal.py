@@ -3,8 +3,8 @@
 The front obeys grad t . D grad t = 1: where D has the squares of speeds along its axes, it runs by that speed along
 each. On each tetrahedron the time at one node is the least over all straight ways from the face across, on which time
 is linear [1]_; nodes whose time falls are put in a queue, and have their neighbours done again, until none falls any
-more [2]_. What comes out does not depend on the order, but for rounding. A plane front is exact on any mesh; fronts that
-bend are late, by an error of first order in the length of the edges.
+more [2]_. What comes out does not depend on the order, but for rounding. A plane front is exact on any mesh; fronts
+that bend are late, by an error of first order in the length of the edges, or nearly, where they come from one node.
 
 References
 ----------

@@ -17,6 +17,7 @@ from femprep.activation import growth
 from femprep.errors import MissingDependencyError
 from femprep.mesh.closest import ClosestFinder
 from femprep.model import FACET_TAGS, PurkinjeNet
+from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.facets import facet_triangles
 
 pytestmark = pytest.mark.skipif(find_spec("fractal_tree") is None, reason="fractal-tree is not installed")
@@ -55,7 +56,7 @@ def test_the_net_fits_the_mesh(kind: str) -> None:
     ends = np.setdiff1d(net.edges[:, 1], net.edges[:, 0])
     assert np.array_equal(ends, net.junctions)
     np.testing.assert_array_equal(net.points[ends], mesh.points[net.mesh_point[ends]])
-    endocardial = np.unique(np.concatenate([block[mesh_rows(mesh, kind_)] for kind_, block in mesh.facets.items()]))
+    endocardial = nodes_of(chosen_rows(mesh.facets, np.isin(mesh.facet_tag, tags)))
     assert np.isin(net.mesh_point[ends], endocardial).all()
     assert len(np.unique(net.mesh_point[ends])) == len(ends)
     # One tree for each endocardium, reached whole from its root.
@@ -65,15 +66,6 @@ def test_the_net_fits_the_mesh(kind: str) -> None:
     assert np.isfinite(net.arrival).all()
     np.testing.assert_array_equal(net.arrival[net.roots], 0.0)
     assert np.all(net.lengths < 20.0)
-
-
-def mesh_rows(mesh: fp.VolumeMesh, kind: str) -> np.ndarray:
-    first = 0
-    for name, block in mesh.facets.items():
-        if name == kind:
-            return np.isin(mesh.facet_tag[first : first + len(block)], [101, 111, 112])
-        first += len(block)
-    raise AssertionError(kind)
 
 
 def test_roots_lie_high_on_the_septum_and_run_down() -> None:
@@ -142,12 +134,16 @@ def test_without_the_library_it_says_what_to_install(monkeypatch: pytest.MonkeyP
         fp.add_purkinje(wall("tetra"))
 
 
-def test_a_mirrored_heart_keeps_its_net_and_a_refined_one_says_that_it_lost_it() -> None:
+def test_a_mirrored_heart_keeps_its_net() -> None:
     mesh = with_net("tetra")
     twin = fp.flip(mesh)
     assert twin.purkinje is not None
     ends = twin.purkinje.junctions
     np.testing.assert_allclose(twin.purkinje.points[ends], twin.points[twin.purkinje.mesh_point[ends]], atol=1e-12)
-    fine = fp.refine(mesh, optimised=False)
+
+
+@pytest.mark.slow
+def test_a_refined_mesh_says_that_it_lost_its_net() -> None:
+    fine = fp.refine(with_net("tetra"), optimised=False)
     assert fine.purkinje is None
     assert any("Purkinje" in note["what"] for note in fine.info["notices"])

@@ -75,6 +75,7 @@ def test_units_scale_beams(tmp_path: Path) -> None:
     np.testing.assert_allclose(back.points, mesh.purkinje.points, atol=1e-6)  # type: ignore[union-attr]
 
 
+@pytest.mark.slow
 def test_pydyna_reads_the_beams(tmp_path: Path) -> None:
     keywords = pytest.importorskip("ansys.dyna.core")
     mesh = with_net("tetra")

@@ -43,8 +43,10 @@ def test_a_front_from_a_corner_converges_to_the_exact_one() -> None:
         # Times are those of ways through the mesh, so that none is before the exact one in a convex body.
         assert np.all(times > exact - 1e-9)
         errors.append(float(np.mean(times - exact) / exact.max()))
-    assert errors[2] < 0.6 * errors[1] < 0.45 * errors[0]
-    assert errors[2] < 0.03
+    # About a single node the error is that of h log h: halves of the edges leave two thirds of it.
+    assert errors[1] < 0.7 * errors[0]
+    assert errors[2] < 0.7 * errors[1]
+    assert errors[2] < 0.01
 
 
 def test_turning_the_mesh_and_its_metric_changes_nothing() -> None:
