@@ -84,6 +84,11 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, Any], list[str]
         ["all nodes of the endocardia at once", "0.5, 0.3 and 0.17 m/s"],
         ["Strocchi", "Caldwell", "Purkinje"],
     ),
+    "outflow tracts": (
+        *({"anatomy": "whole-heart", "fibres": {"rule": "doste"}}, {}, {}),
+        ["Doste et al. 2019", "10.1002/cnm.3185", "from +90 to -25"],
+        ["interpolated first"],
+    ),
     "lv, tetwild": (
         *({}, {"apex": OPEN_APEX}, {}),
         [

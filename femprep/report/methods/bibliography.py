@@ -265,6 +265,19 @@ REFERENCES: Final = MappingProxyType(
             volume="2",
             number="4",
         ),
+        "doste2019": _article(
+            "Doste et al. 2019",
+            "Doste, Ruben and Soto-Iglesias, David and Bernardino, Gabriel and Alcaine, Alejandro and "
+            "Sebastian, Rafael and Giffard-Roisin, Sophie and Sermesant, Maxime and Berruezo, Antonio and "
+            "Sanchez-Quintana, Damian and Camara, Oscar",
+            "A Rule-Based Method to Model Myocardial Fiber Orientation in Cardiac Biventricular Geometries with Outflow "
+            "Tracts",
+            "International Journal for Numerical Methods in Biomedical Engineering",
+            2019,
+            "10.1002/cnm.3185",
+            volume="35",
+            number="4",
+        ),
         "streeter1969": _article(
             "Streeter et al. 1969",
             "Streeter, D. D. and Spotnitz, H. M. and Patel, D. P. and Ross, J. and Sonnenblick, E. H.",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+from femprep.anatomy.rules import DOSTE_RV
 from femprep.report.manifest import RunManifest
 
 _ELEMENTS: Final = {
@@ -86,11 +87,18 @@ def fibres(manifest: RunManifest) -> list[str]:
     record: dict[str, Any] = volume.get("fibres", {})
     angles = f"{options.endo_angle:+g} degrees at the endocardium to {options.epi_angle:+g} at the epicardium"
     right = (options.rv_endo_angle, options.rv_epi_angle)
-    if manifest.options.anatomy != "lv" and right != (None, None):
-        endo = options.endo_angle if right[0] is None else right[0]
-        epi = options.epi_angle if right[1] is None else right[1]
+    if manifest.options.anatomy != "lv" and (right != (None, None) or options.rule == "doste"):
+        usual = DOSTE_RV if options.rule == "doste" else (options.endo_angle, options.epi_angle)
+        endo = usual[0] if right[0] is None else right[0]
+        epi = usual[1] if right[1] is None else right[1]
         angles += f" (in the right ventricle from {endo:+g} to {epi:+g})"
-    if options.rule == "bayer":
+    if options.rule == "doste":
+        rule = (
+            "after Doste et al. [@doste2019], in which fibres turn towards the open outflow valves, to "
+            f"{options.outflow_endo_angle:+g} degrees at the endocardium of the outflow tracts and "
+            f"{options.outflow_epi_angle:+g} at the epicardium, in frames from Laplace fields [@bayer2012]"
+        )
+    elif options.rule == "bayer":
         rule = "by the rule of Bayer et al. as printed [@bayer2012]"
     else:
         rule = (
