@@ -106,8 +106,8 @@ def _toward_valves(fields: WallFields) -> tuple[FloatArray, FloatArray]:
     septal = fields.outside < 0.5 * (1 - np.abs(fields.across))
     right = np.where(septal, right, (fields.side < 0).astype(float))
     (left_way, left_share), (right_way, right_share) = found["lv"], found["rv"]
-    ways = (1 - right)[:, None] * left_way + right[:, None] * right_way
-    return ways, (1 - right) * left_share + right * right_share
+    way = (1 - right)[:, None] * left_way + right[:, None] * right_way
+    return way, (1 - right) * left_share + right * right_share
 
 
 def at_cells(space: LinearElements, nodes: Sites) -> Sites:

@@ -270,8 +270,8 @@ REFERENCES: Final = MappingProxyType(
             "Doste, Ruben and Soto-Iglesias, David and Bernardino, Gabriel and Alcaine, Alejandro and "
             "Sebastian, Rafael and Giffard-Roisin, Sophie and Sermesant, Maxime and Berruezo, Antonio and "
             "Sanchez-Quintana, Damian and Camara, Oscar",
-            "A Rule-Based Method to Model Myocardial Fiber Orientation in Cardiac Biventricular Geometries with Outflow "
-            "Tracts",
+            "A Rule-Based Method to Model Myocardial Fiber Orientation in Cardiac Biventricular Geometries with "
+            "Outflow Tracts",
             "International Journal for Numerical Methods in Biomedical Engineering",
             2019,
             "10.1002/cnm.3185",
