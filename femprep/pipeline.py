@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 
+from femprep.activation import add_activation, add_purkinje
 from femprep.anatomy import (
     VentricularAxes,
     WallFields,
@@ -91,6 +92,9 @@ def mesh_segmentation(
     if axes is not None:
         with stages("anatomy"):
             mesh = with_anatomy(mesh, axes, options)
+    if options.purkinje is not None or options.activation is not None:
+        with stages("activation"):
+            mesh = with_activation(mesh, axes, options)
     with stages("quality"):
         quality = check(mesh, options=options.check)
         volumes = volumes_beside_labels(mesh, parts.objects, wall.planes)
@@ -140,6 +144,22 @@ def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> V
         mesh = add(mesh, axes=axes, fields=fields)
     mesh = add_fibres(mesh, options.fibres, axes=axes, fields=fields)
     return mesh if options.pericardium is None else add_pericardium(mesh, options.pericardium)
+
+
+def with_activation(mesh: VolumeMesh, axes: VentricularAxes | None, options: Options) -> VolumeMesh:
+    """The mesh with Purkinje fibres and times of activation; what fails is left out, and stands in its verdict."""
+    added: dict[str, Callable[[VolumeMesh], VolumeMesh]] = {}
+    if options.purkinje is not None:
+        added["purkinje"] = partial(add_purkinje, options=options.purkinje, axes=axes)
+    if options.activation is not None:
+        added["activation"] = partial(add_activation, options=options.activation)
+    for name, add in added.items():
+        try:
+            mesh = add(mesh)
+        except FemprepError as error:
+            failures = {**verdict_of(mesh).get("failures", {}), name: [f"{name}: not made: {error}"]}
+            mesh = with_verdict(mesh, failures=failures)
+    return mesh
 
 
 def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:

@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from femprep.activation.growth import require_growth
 from femprep.anatomy import VentricularAxes, ventricular_axes
 from femprep.anatomy.laplace.fields import require_ventricle
 from femprep.errors import InputError, MissingDependencyError, OptionError
@@ -55,6 +56,8 @@ def check_options(options: Options) -> None:
             raise OptionError("option 'surface.cells' is 'quad'; the mesher tetwild takes a wall of triangles alone")
         if find_spec("pytetwild") is None:
             raise MissingDependencyError("the mesher tetwild needs pytetwild; install it with pip install pytetwild")
+    if options.purkinje is not None:
+        require_growth()
     if options.solve == "ccx":
         require_calculix()
     if options.wall.openings != "labels":

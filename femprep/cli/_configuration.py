@@ -140,6 +140,20 @@ def parse_valves(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | 
     return found or None
 
 
+def parse_point(text: str, name: str) -> tuple[float, float, float]:
+    """A point given as ``X,Y,Z``.
+
+    Raises
+    ------
+    OptionError
+        A text of another form.
+    """
+    values = parse_numbers(text)
+    if len(values) != 3:
+        raise OptionError(f"--{name.replace('_', '-')} {text!r} is not X,Y,Z; write for example 10.5,-20,31")
+    return values[0], values[1], values[2]
+
+
 def parse_places(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | None:
     """Places given as ``endo_lv=X,Y,Z``; None where there are none, so that a file's stand.
 

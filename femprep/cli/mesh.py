@@ -119,6 +119,18 @@ def mesh_options(
     pericardium: Annotated[
         float | None, option(PericardiumOptions, "stiffness", "--pericardium", panel=FIBRES, default="none")
     ] = None,
+    purkinje: Annotated[
+        bool,
+        typer.Option("--purkinje", help="Grow Purkinje fibres on the endocardia.", rich_help_panel=FIBRES),
+    ] = False,
+    activation: Annotated[
+        bool,
+        typer.Option(
+            "--activation",
+            help="Times of activation, from the Purkinje fibres or the endocardia; needs --fibres.",
+            rich_help_panel=FIBRES,
+        ),
+    ] = False,
     mirrored: shared.Mirrored = None,
     purpose: shared.Purpose = None,
     format: shared.Formats = None,
@@ -173,6 +185,8 @@ def mesh_options(
         fibres__epi_angle=epi_angle,
         fibres__mirrored=mirrored,
         pericardium__stiffness=pericardium,
+        purkinje={} if purkinje else None,
+        activation={} if activation else None,
         check__purpose=purpose,
         export__length_unit=length_unit,
         export__step=step,

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from femprep.options.activation import ActivationOptions, PurkinjeOptions
 from femprep.options.base import StageOptions
 from femprep.options.check import CheckOptions
 from femprep.options.export import ExportOptions
@@ -64,6 +65,14 @@ class Options(StageOptions):
         description="Springs of the pericardium on the epicardium; none where left out. They need the fibres' "
         "coordinates.",
     )
+    purkinje: PurkinjeOptions | None = Field(
+        None, description="Purkinje fibres on the endocardia of the ventricles; none where left out."
+    )
+    activation: ActivationOptions | None = Field(
+        None,
+        description="Times at which a beat activates each point, from the Purkinje fibres or, without them, the whole "
+        "endocardium; none where left out. They need fibres.",
+    )
     export: ExportOptions = ExportOptions()
     solve: Literal["none", "ccx"] = Field(
         "none",
@@ -118,6 +127,12 @@ class Options(StageOptions):
     def _the_pericardium_needs_coordinates(self) -> Options:
         if self.pericardium is not None and self.fibres is None:
             raise ValueError("the pericardium's stiffness depends on the coordinates that come with fibres; add fibres")
+        return self
+
+    @model_validator(mode="after")
+    def _activation_needs_fibres(self) -> Options:
+        if self.activation is not None and self.fibres is None:
+            raise ValueError("activation runs along fibres; add fibres")
         return self
 
     @property

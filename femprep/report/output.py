@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from femprep.export import write_facets, write_format, write_mesh, write_surface, write_wall
+from femprep.export import write_facets, write_format, write_mesh, write_purkinje, write_surface, write_wall
 from femprep.export.losses import losses
 from femprep.image import Segmentation
 from femprep.model import Notice, Progress, noted, verdict_of
@@ -163,6 +163,8 @@ def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | No
 def _write_vtk(run: Run, folder: Path) -> None:
     write_mesh(run.mesh, folder / "mesh.vtu")
     write_facets(run.mesh, folder / "facets.vtp")
+    if run.mesh.purkinje is not None:
+        write_purkinje(run.mesh, folder / "purkinje.vtp")
     _write_surfaces(run.surfaces, folder)
     _write_cavities(run, folder)
     write_wall(run.wall, folder / "wall.vtp")

@@ -12,7 +12,7 @@ from typing import Final
 
 from femprep.report.manifest import RunManifest, SequenceManifest
 from femprep.report.methods.bibliography import REFERENCES, bibtex
-from femprep.report.methods.fill import fibres, filling
+from femprep.report.methods.fill import activated, fibres, filling, held
 from femprep.report.methods.surfaces import epicardium, fitting, image
 from femprep.report.methods.wall import cuts, thickness
 
@@ -80,6 +80,7 @@ def methods(manifest: RunManifest) -> Words:
     ]
     if meshed:
         parts += [*epicardium(manifest), *cuts(manifest), *thickness(manifest), *filling(manifest), *fibres(manifest)]
+        parts += [*held(manifest), *activated(manifest)]
     return Words(" ".join(parts))
 
 
