@@ -186,6 +186,7 @@ def test_json_is_one_record(image: Path, tmp_path: Path, capsys: pytest.CaptureF
     assert json.loads(capsys.readouterr().out)["input"]["structures"] == {"lv": [3]}
 
 
+@pytest.mark.slow
 def test_a_left_ventricle_that_the_mesher_cannot_fill_is_swept(
     image: Path, tmp_path: Path, monkeypatch, capsys
 ) -> None:

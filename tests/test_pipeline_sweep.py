@@ -25,6 +25,7 @@ def mesh(image: Path, out: Path, *arguments: str) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_the_same_bytes_twice(image: Path, tmp_path: Path) -> None:
     one, two = (mesh(image, tmp_path / name, "--quiet", "--format", "abaqus") for name in ("one", "two"))
     for file in ("mesh.vtu", "facets.vtp", "wall.vtp", "mesh.inp", "quality.json", "surfaces/epi.vtp"):

@@ -31,7 +31,7 @@ def test_swept_phantom(case, kind):
     assert fallen(case, kind) == {}
 
 
-@pytest.mark.parametrize("kind", ["tetwild-fast", "tetwild-good-10"])
+@pytest.mark.parametrize("kind", ["tetwild-fast", pytest.param("tetwild-good-10", marks=pytest.mark.slow)])
 def test_tetwild_phantom(kind):
     assert fallen("round", kind) == {}
 

@@ -77,6 +77,7 @@ def test_the_harmonic_surface_does_not_depend_on_it():
     np.testing.assert_allclose(one.shape(directions), other.shape(directions), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_heart_without_ventricles_follows_the_image():
     seg = atrium().segmentation(SPACING)
     same = orient(seg)

@@ -158,6 +158,7 @@ def test_a_base_plane_takes_the_place_of_that_of_the_labels() -> None:
     assert given.source == "given"
 
 
+@pytest.mark.slow
 def test_the_command_meshes_masks_at_a_given_base(tmp_path: Path) -> None:
     seg = phantom()
     files = {name: write_mask(mask, seg, tmp_path / f"{name}.nii.gz") for name, mask in masks_of(seg).items()}

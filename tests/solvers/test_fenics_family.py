@@ -49,7 +49,9 @@ def volumes_and_areas(mesh: VolumeMesh) -> tuple[dict[str, float], dict[str, flo
 
 @pytest.mark.solver
 @pytest.mark.parametrize(
-    ("program", "format", "module"), [("dolfinx", "dolfinx", "dolfinx"), ("fenics", "fenics", "dolfin")]
+    ("program", "format", "module"),
+    # Old FEniCS compiles for ten seconds and more.
+    [("dolfinx", "dolfinx", "dolfinx"), pytest.param("fenics", "fenics", "dolfin", marks=pytest.mark.slow)],
 )
 @pytest.mark.parametrize("kind", ["tetra", *(pytest.param(k, marks=pytest.mark.slow) for k in ("wedge", "mixed"))])
 def test_tags_and_displacement(program: str, format: str, module: str, kind: str, tmp_path: Path) -> None:

@@ -97,6 +97,7 @@ def test_springs_are_linear_where_the_wall_is_not(tmp_path: Path) -> None:
     assert np.abs(left).max() <= 2e-6 * np.linalg.norm(pressure)
 
 
+@pytest.mark.slow
 def test_dolfinx_balances_and_tends_to_calculix(tmp_path: Path) -> None:
     """The same field as a Robin term: facet normals there, springs at points here; they meet on finer meshes."""
     require_system_module("dolfinx")

@@ -81,6 +81,7 @@ def test_a_direct_run_when_asked(wall, monkeypatch):
         assert asked == expected
 
 
+@pytest.mark.slow
 def test_a_step_that_spoils_the_mesh_is_undone(wall, monkeypatch):
     """What the mesher gave is sound: it is not thrown away because a step after it fails."""
     from femprep.volume import finish

@@ -174,6 +174,7 @@ def test_sweep_takes_no_sizing_field():
         choose(Options, None, {"volume": {"mesher": "sweep", "sizing": "field.vti"}})
 
 
+@pytest.mark.slow
 def test_edges_follow_the_field():
     """Fine on one side, coarse on the other: mean edges of either side within a fifth of what was asked for."""
     wall = ellipsoid_wall(rings=10, layers=2)
@@ -188,6 +189,7 @@ def test_edges_follow_the_field():
     assert mesh.info["edge_length_mm"] == [pytest.approx(3.0), pytest.approx(7.0)]
 
 
+@pytest.mark.slow
 def test_elements_through_the_wall_are_as_many_as_asked_for():
     wall = ellipsoid_wall(rings=10, layers=2)
     mesh = tetrahedralize(wall, quality="fast", retries=0, elements_through_wall=2)

@@ -55,6 +55,7 @@ def test_mesh_of_a_wall(coarse_wall, coarse_mesh):
     assert 0.0 < exact - cavity < area * 6.0**2 / (8 * 11.5)
 
 
+@pytest.mark.slow
 def test_wall_cut_at_base_and_apex():
     """A tube: two planes, oblique in space, four rims."""
     wall = tube()

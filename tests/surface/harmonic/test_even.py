@@ -29,6 +29,7 @@ def rod() -> HarmonicShape:
     return HarmonicShape(field, level, 0.1, 2.0, 40)
 
 
+@pytest.mark.slow
 def test_triangles_of_a_rod_become_even_and_stay_on_it() -> None:
     shape, ball = rod(), charge_template(500)
     before = triangle_quality(shape(ball.directions), ball.cells)

@@ -68,6 +68,7 @@ def test_lost_vertices_and_an_inside_out_surface_are_faults() -> None:
     assert str(find_faults(points, ball.cells, central_field())) == "1 lost vertex"
 
 
+@pytest.mark.slow
 def test_what_cannot_be_mended_is_refused_with_place_and_remedy() -> None:
     # A hoop a quarter of a millimetre thick and 60 mm long: 300 triangles' corners cannot be its surface.
     angle = np.linspace(-1.9, 1.9, 25)

@@ -35,6 +35,7 @@ def elements(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     return least_corner(np.ascontiguousarray(points.reshape(-1, 3)), solid, name)
 
 
+@pytest.mark.slow
 def test_tangled_nodes_are_untangled_on_their_surfaces_and_planes(matched):
     points = layered(matched)
     element = "wedge" if matched.cup.cells.shape[1] == 3 else "hexahedron"

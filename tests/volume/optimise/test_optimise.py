@@ -102,6 +102,7 @@ def test_spoiled_mesh_is_mended(coarse_wall, coarse_mesh, held, size):
     assert outcome.off_wall < 0.05
 
 
+@pytest.mark.slow
 def test_sound_mesh_gets_no_worse(coarse_mesh, held):
     cells = coarse_mesh.cells["tetra"]
     outcome = optimise(coarse_mesh.points, cells, held)

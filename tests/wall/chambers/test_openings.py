@@ -71,6 +71,7 @@ def test_a_hole_that_would_meet_another_cavity_is_made_smaller_or_left_out(heart
         open_wall(heart, [given])
 
 
+@pytest.mark.slow
 def test_an_opened_wall_is_meshed_with_its_tags(heart):
     openings = [
         up("mitral", "lv", "la", (0.0, 0.0, 21.0), (0.0, 0.0, 1.0), 10.0),
