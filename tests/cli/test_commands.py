@@ -92,7 +92,6 @@ def test_missing_file(command: list[str], capsys: pytest.CaptureFixture[str]) ->
     assert "none.vt" in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_compare_measures_concentric_spheres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     a, b = sphere(tmp_path / "a.vtp", 20.0), sphere(tmp_path / "b.vtp", 23.0)
     assert main(["compare", str(a), str(b), "--json"]) == 0
