@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly, reado
 from femprep.model.convert import Convertible
 from femprep.model.plane import Plane
 from femprep.model.tags import tag_name
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +42,8 @@ class VolumeMesh(Convertible):
         Planes the facets of that name lie in.
     info : mapping
         How it was made. JSON-ready.
+    nested : Nested, optional
+        The coarser mesh it is a refinement of. Copies keep it as long as points and elements are the same.
 
     Examples
     --------
@@ -58,6 +63,7 @@ class VolumeMesh(Convertible):
     facet_data: Mapping[str, Any] = field(default_factory=dict)
     planes: Mapping[str, Plane] = field(default_factory=dict)
     info: Mapping[str, Any] = field(default_factory=dict)
+    nested: Nested | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -80,6 +86,8 @@ class VolumeMesh(Convertible):
         put(self, "facet_data", readonly_table(self.facet_data, self.n_facets, "facet data"))
         put(self, "planes", MappingProxyType(dict(self.planes)))
         put(self, "info", MappingProxyType(dict(self.info)))
+        if self.nested is not None and not self.nested.fits(self):
+            put(self, "nested", None)
 
     def __repr__(self) -> str:
         cells = ", ".join(f"{len(block)} {kind}" for kind, block in self.cells.items())
@@ -138,3 +146,25 @@ class VolumeMesh(Convertible):
             point_data={**self.point_data, **(point or {})},
             facet_data={**self.facet_data, **(facet or {})},
         )
+
+
+class Nested(Protocol):
+    """What a mesh knows of the coarser one it is a refinement of."""
+
+    @property
+    def coarse(self) -> VolumeMesh:
+        """The coarser mesh, which may have one in turn."""
+
+    @property
+    def down(self) -> sp.csr_array:
+        """Values at the mesh's nodes from those of the coarser one; exact for linear fields."""
+
+    @property
+    def parent(self) -> IntArray:
+        """The coarser mesh's element that each element is a part of, ``(n_cells,)``."""
+
+    def fits(self, mesh: VolumeMesh) -> bool:
+        """Whether points and elements of a mesh are still those that this was made for."""
+
+    def part(self, mesh: VolumeMesh, nodes: IntArray, elements: IntArray) -> Nested:
+        """That of a mesh of some of the elements, given by their numbers and those of the nodes that are left."""
