@@ -56,8 +56,7 @@ def write_dataset(dataset: Any, path: Path) -> None:
         for name, own in cells.items():
             _section(file, name, _ends(own))
         if not polygons:
-            kinds = _numpy(dataset.GetCellTypesArray())
-            _section(file, "Cells", [*_ends(dataset.GetCells()), ("types", kinds)])
+            _section(file, "Cells", [*_ends(dataset.GetCells()), ("types", _kinds(dataset))])
         _line(file, f"</Piece>\n</{kind}>\n</VTKFile>")
 
 
@@ -66,6 +65,14 @@ def _numpy(array: Any) -> npt.NDArray[Any]:
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     return np.asarray(vtk_to_numpy(array))
+
+
+def _kinds(grid: Any) -> npt.NDArray[Any]:
+    """VTK's type of each cell."""
+    try:
+        return _numpy(grid.GetCellTypes())
+    except TypeError:  # before VTK 9.6
+        return _numpy(grid.GetCellTypesArray())
 
 
 def _arrays(data: Any) -> Iterable[tuple[str, npt.NDArray[Any]]]:
