@@ -58,9 +58,7 @@ def rows(*columns: npt.ArrayLike, separator: str = ", ", width: int | None = FIE
     return text.replace(b",", separator.encode()).decode() + "\n"
 
 
-def lines(
-    *columns: npt.ArrayLike, separator: str = ", ", width: int | None = FIELD, before: str = ""
-) -> Iterator[str]:
+def lines(*columns: npt.ArrayLike, separator: str = ", ", width: int | None = FIELD, before: str = "") -> Iterator[str]:
     """The same lines some at a time, for tables of any length; ``before`` is put at the beginning of each."""
     blocks = [np.asarray(column) for column in columns]
     for first in range(0, len(blocks[0]), _ROWS):

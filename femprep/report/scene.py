@@ -67,7 +67,12 @@ def scene(content: Shown, quality: QualityReport) -> dict[str, Any]:
         "fibres": _fibres(mesh),
         "axes": _axes(mesh, np.concatenate(centres)),
         "worst": [
-            {"element": content.element(item.element), "measure": item.measure, "value": item.value, "place": list(item.centroid)}
+            {
+                "element": content.element(item.element),
+                "measure": item.measure,
+                "value": item.value,
+                "place": list(item.centroid),
+            }
             for item in quality.worst
         ],
     }

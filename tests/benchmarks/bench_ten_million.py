@@ -73,9 +73,7 @@ class Table:
 
 def processor() -> float:
     """Seconds of the processor of this process and of those that it waited for."""
-    return sum(
-        sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
-    )
+    return sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
 
 
 def row(name: str, seconds: float, clock: float, gigabytes: float) -> None:
@@ -89,7 +87,7 @@ def make(image: Path, edge: float, folder: Path) -> None:
         table("read", 0.0)
         seg = fp.read_segmentation(image, preset="acdc")
         table("read", 1.0)
-        volume = {"edge_length": length, "memory_limit": 12.0}
+        volume = {"edge_length": length, "memory_limit": 24.0}
         made = fp.mesh_segmentation(seg, preset="acdc", volume=volume, fibres={}, formats=("opencarp",), progress=table)
         fp.write_run(made, out, source=image, progress=table)
         return made.mesh

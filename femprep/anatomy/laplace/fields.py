@@ -115,7 +115,8 @@ class WallFields:
     @cached_property
     def _down(self) -> sp.csr_array:
         """Values at the nodes from those of the coarser mesh."""
-        assert self.mesh.nested is not None and self._coarser is not None
+        assert self.mesh.nested is not None
+        assert self._coarser is not None
         down = self.mesh.nested.down
         ours, theirs = self.space.nodes, self._coarser.space.nodes
         if (len(ours), len(theirs)) == down.shape:
