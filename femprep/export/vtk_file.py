@@ -108,7 +108,7 @@ def _line(file: BinaryIO, text: str) -> None:
 
 def _words(file: BinaryIO, array: npt.NDArray[Any]) -> None:
     """The numbers of an array: sizes of its blocks, then the blocks, each of both in base 64."""
-    raw = memoryview(array.reshape(-1)).cast("B") if array.size else memoryview(b"")
+    raw = array.reshape(-1).view(np.uint8).data
     blocks: list[bytes] = []
     level = 1
     for start in range(0, len(raw), _BLOCK):

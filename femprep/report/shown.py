@@ -122,4 +122,4 @@ def _direction(vectors: FloatArray, parent: IntArray, count: int) -> FloatArray:
     sign = np.where(np.einsum("ij,ij->i", vectors, first[parent]) < 0.0, -1.0, 1.0)
     total = np.stack([np.bincount(parent, weights=sign * column, minlength=count) for column in vectors.T], axis=1)
     length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.divide(total, length, out=first, where=length > 0.0)
+    return np.asarray(np.divide(total, length, out=first, where=length > 0.0))

@@ -31,7 +31,7 @@ from femprep.anatomy.laplace.multilevel import Solved, solve_coarsest, solve_nes
 from femprep.anatomy.part import refuse_blood
 from femprep.errors import InputError
 from femprep.mesh.elements import ELEMENTS
-from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
+from femprep.model import FACET_TAGS, FloatArray, IntArray, Progress, VolumeMesh
 from femprep.model.blocks import chosen_rows
 
 logger = logging.getLogger(__name__)
@@ -143,6 +143,14 @@ class WallFields:
         if self._is_coarser:
             self._solved[key] = solved
         return solved.values
+
+    def solve(self, progress: Progress | None = None) -> None:
+        """Solve for all fields now, which are solved when first asked for otherwise; ``progress`` is told of each."""
+        names = ("across", "upward", "across_distance", "upward_distance", "turn")
+        for done, name in enumerate(names, 1):
+            getattr(self, name)
+            if progress is not None:
+                progress("fields", done / len(names))
 
     def _nodes(self, *names: str) -> IntArray:
         return self.space.facet_nodes(*(FACET_TAGS[name] for name in names))
