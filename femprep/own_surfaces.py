@@ -94,9 +94,9 @@ def mesh_surfaces(
             mesh = on_wall(mesh, lambda part: replace(part, region=regions_by_place(part)))
     axes = None
     if options.fibres is not None:
-        with stages("anatomy"):
+        with stages("anatomy") as report:
             axes = ventricular_axes(mesh, mirrored=options.fibres.mirrored)
-            mesh = with_anatomy(mesh, axes, options)
+            mesh = with_anatomy(mesh, axes, options, report)
     if options.purkinje is not None or options.activation is not None:
         with stages("activation"):
             mesh = with_activation(mesh, axes, options)

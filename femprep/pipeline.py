@@ -90,13 +90,14 @@ def mesh_segmentation(
         parts = ANATOMIES[options.anatomy](seg, layout, options, stages)
         wall, mesh = fill(parts, options, stages)
     if axes is not None:
-        with stages("anatomy"):
-            mesh = with_anatomy(mesh, axes, options)
+        with stages("anatomy") as report:
+            mesh = with_anatomy(mesh, axes, options, report)
     if options.purkinje is not None or options.activation is not None:
         with stages("activation"):
             mesh = with_activation(mesh, axes, options)
-    with stages("quality"):
+    with stages("quality") as report:
         quality = check(mesh, options=options.check)
+        report("quality", 0.6)
         volumes = volumes_beside_labels(mesh, parts.objects, wall.planes)
         fidelity = mesh_fidelity(mesh, parts.outlines, seg.grid, quality.options.maximum_label_distance)
         judged = judge_wall_volume(quality, wall_difference(volumes))
@@ -122,13 +123,13 @@ def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmenta
         return seg, layout, check_labels(seg, layout, options)
 
 
-def with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> VolumeMesh:
+def with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options, report: Progress) -> VolumeMesh:
     """The mesh with coordinates, segments and fibres; where they fail, without, and with what failed in its verdict.
 
     The mesh is good for much without them, and took most of the time.
     """
     try:
-        return on_wall(mesh, partial(_with_fibres, axes=axes, options=options))
+        return on_wall(mesh, partial(_with_fibres, axes=axes, options=options, report=report))
     except FemprepError as error:
         failures = {"fibres": [f"fibres: not made: {error}"]}
         for name, reason in refusals(content_of(mesh), options.formats, options.export).items():
@@ -136,12 +137,14 @@ def with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> V
         return with_verdict(mesh, failures=failures)
 
 
-def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> VolumeMesh:
+def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: Options, report: Progress) -> VolumeMesh:
     """A wall with coordinates, segments, fibres and, where asked for, its pericardium, by the same fields."""
     assert options.fibres is not None
     fields = WallFields(mesh, axes)
+    fields.solve(lambda stage, fraction: report(stage, 0.6 * fraction))
     for add in (add_coordinates, add_aha):
         mesh = add(mesh, axes=axes, fields=fields)
+    report("anatomy", 0.7)
     mesh = add_fibres(mesh, options.fibres, axes=axes, fields=fields)
     return mesh if options.pericardium is None else add_pericardium(mesh, options.pericardium)
 

@@ -33,7 +33,7 @@ from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.part import refuse_blood
 from femprep.errors import InputError
 from femprep.mesh.elements import ELEMENTS, match_facets
-from femprep.model import FACET_TAGS, FloatArray, VolumeMesh, noted
+from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh, noted
 from femprep.model.blocks import chosen_rows, nodes_of
 
 #: Names of the segments: 1-17 of the left ventricle, 21-29 of the right ventricular free wall.
@@ -56,6 +56,8 @@ SEGMENTS: Final = MappingProxyType(
     }
 )
 
+#: Elements that are measured at once.
+_CHUNK: Final = 50_000
 _SIXTHS: Final = np.array([2, 1, 6, 5, 4, 3])
 _QUARTERS: Final = np.array([14, 13, 16, 15])
 
@@ -212,19 +214,25 @@ def _elements(mesh: VolumeMesh) -> tuple[FloatArray, FloatArray]:
     """Centres ``(n_cells, 3)`` and volumes of the elements, from their corners, by the divergence theorem."""
     centres, volumes = [np.empty((0, 3))], [np.empty(0)]
     for name, block in mesh.cells.items():
-        kind = ELEMENTS[name]
-        x = mesh.points[block[:, : kind.corners]]
-        centre = x.mean(axis=1)
-        volume = np.zeros(len(block))
-        for face in kind.faces:
-            ring = x[:, face]
-            middle = ring.mean(axis=1)
-            for i in range(len(face)):
-                a, b = ring[:, i] - centre, ring[:, (i + 1) % len(face)] - centre
-                volume += np.einsum("ni,ni->n", np.cross(a, b), middle - centre) / 6
-        centres.append(centre)
-        volumes.append(volume)
+        parts = [_centres(mesh.points, block[i : i + _CHUNK], name) for i in range(0, len(block), _CHUNK)]
+        centres += [centre for centre, _ in parts]
+        volumes += [volume for _, volume in parts]
     return np.concatenate(centres), np.concatenate(volumes)
+
+
+def _centres(points: FloatArray, block: IntArray, name: str) -> tuple[FloatArray, FloatArray]:
+    """Those of elements of one type."""
+    kind = ELEMENTS[name]
+    x = points[block[:, : kind.corners]]
+    centre = x.mean(axis=1)
+    volume = np.zeros(len(block))
+    for face in kind.faces:
+        ring = x[:, face]
+        middle = ring.mean(axis=1)
+        for i in range(len(face)):
+            a, b = ring[:, i] - centre, ring[:, (i + 1) % len(face)] - centre
+            volume += np.einsum("ni,ni->n", np.cross(a, b), middle - centre) / 6
+    return centre, volume
 
 
 def _facet_centres(mesh: VolumeMesh) -> FloatArray:

@@ -34,7 +34,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -42,12 +42,15 @@ from femprep.anatomy.axes import VentricularAxes, hand_notices
 from femprep.anatomy.frames import make_frames
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.laplace.shapes import quadrature
-from femprep.anatomy.rules import Sites, at_cells, at_points, node_fields, triads
+from femprep.anatomy.rules import Sites, at_centres, at_points, node_fields, triads
 from femprep.errors import InputError
-from femprep.model import FloatArray, Notice, VolumeMesh, noted, without_failure
+from femprep.model import FloatArray, Notice, VolumeMesh, frozen, noted, without_failure
 from femprep.options import FibreOptions, choose, takes
 
 logger = logging.getLogger(__name__)
+
+#: Names of the three directions of a triad.
+_NAMES: Final = ("fiber", "sheet", "normal")
 
 
 @takes(FibreOptions)
@@ -101,9 +104,17 @@ def add_fibres(
     fields = fields or WallFields(mesh, axes)
     mirrored = _mirrored(fields, chosen)
     nodes = node_fields(fields, chosen.rule)
-    cells = at_cells(fields.space, nodes)
-    result, degenerate = triads(cells, chosen, biventricular=fields.biventricular, mirrored=mirrored)
-    cell = _named(result)
+    # Some elements at a time: on the way there are twenty times as many numbers as in what comes out.
+    cell = {name: np.empty((fields.space.n_cells, 3)) for name in _NAMES}
+    degenerate = np.empty(fields.space.n_cells, dtype=np.bool_)
+    free = []
+    for rows, corners in fields.space.parts():
+        sites = at_centres(nodes, corners)
+        result, degenerate[rows] = triads(sites, chosen, biventricular=fields.biventricular, mirrored=mirrored)
+        for name, values in _named(result).items():
+            cell[name][rows] = values
+        free.append(_free_walls(sites, result[:, :, 0], mirrored))
+    cell = {name: frozen(values) for name, values in cell.items()}
     point = None
     if chosen.nodes:
         point = _named(_at_all_points(fields, nodes, chosen, mirrored))
@@ -112,7 +123,7 @@ def add_fibres(
         "mirrored": mirrored,
         "convention": "helix angle positive where a fibre climbs to the right seen from outside with the base up",
         "degenerate_elements": int(np.count_nonzero(degenerate)),
-        "depth_angle_correlation": _correlation(cells, cell["fiber"], mirrored),
+        "depth_angle_correlation": _correlation(free),
     }
     if "hand" in fields.axes.info.get("assumed", ()) and chosen.mirrored == "auto":
         record["assumed"] = "the heart is not mirrored: nothing in the mesh tells"
@@ -204,23 +215,30 @@ def _at_all_points(fields: WallFields, nodes: Sites, options: FibreOptions, mirr
 
 
 def _named(result: FloatArray) -> dict[str, FloatArray]:
-    return {name: result[:, :, i] for i, name in enumerate(("fiber", "sheet", "normal"))}
+    return {name: result[:, :, i] for i, name in enumerate(_NAMES)}
 
 
-def _correlation(cells: Sites, fibre: FloatArray, mirrored: bool) -> dict[str, float | None]:
-    """Pearson correlation of depth and helix angle over the elements of each free wall, as measured on the fibres.
+def _free_walls(cells: Sites, fibre: FloatArray, mirrored: bool) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Depth and helix angle at the elements of each free wall, as measured on the fibres.
 
     The angle is the anatomical one: that of a mirrored heart is the negative of what is measured on its mesh.
     """
-    out: dict[str, float | None] = {}
+    out = {}
     free = cells.outside >= 0.5 * (1 - np.abs(cells.across))
     for name, side, outward in (("lv", cells.across >= 0, -1.0), ("rv", cells.across < 0, 1.0)):
         at = free & side
-        if not at.any():
-            continue
         angle = helix_angle(fibre[at], cells.to_base[at], outward * cells.to_across[at])
-        angle = -angle if mirrored else angle
-        depth = 1 - np.abs(cells.across_distance[at])
+        out[name] = 1 - np.abs(cells.across_distance[at]), -angle if mirrored else angle
+    return out
+
+
+def _correlation(parts: list[dict[str, tuple[FloatArray, FloatArray]]]) -> dict[str, float | None]:
+    """Pearson correlation of depth and helix angle over the elements of each free wall."""
+    out: dict[str, float | None] = {}
+    for name in ("lv", "rv"):
+        depth, angle = (np.concatenate([part[name][i] for part in parts]) for i in (0, 1))
+        if not len(angle):
+            continue
         flat = np.ptp(angle) < 1e-6 or np.ptp(depth) < 1e-12
         out[name] = None if flat else round(float(np.corrcoef(depth, angle)[0, 1]), 4)
     return out

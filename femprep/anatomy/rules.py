@@ -25,7 +25,7 @@ from femprep.anatomy.frames import bislerp, make_frames, normalise, rotate
 from femprep.anatomy.laplace.fem import LinearElements
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.laplace.shapes import shape_functions
-from femprep.model import BoolArray, FloatArray
+from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.options import FibreOptions
 
 #: Helix angles at the RV's endocardium and epicardium by Doste et al. 2019, degrees.
@@ -113,6 +113,11 @@ def _toward_valves(fields: WallFields) -> tuple[FloatArray, FloatArray]:
 def at_cells(space: LinearElements, nodes: Sites) -> Sites:
     """The fields at element centres."""
     return Sites(*(space.to_cells(getattr(nodes, name)) for name in nodes.__dataclass_fields__))
+
+
+def at_centres(nodes: Sites, corners: IntArray) -> Sites:
+    """The fields at the centres of elements, given by their corner nodes ``(c, p)``."""
+    return Sites(*(getattr(nodes, name)[corners].mean(axis=1) for name in nodes.__dataclass_fields__))
 
 
 def at_points(space: LinearElements, nodes: Sites, name: str, points: FloatArray) -> Sites:

@@ -13,7 +13,8 @@ from femprep.annotation.reading import Name, Reading
 from femprep.annotation.shell import Shell
 from femprep.errors import OptionError
 from femprep.export.names import FOREIGN
-from femprep.mesh.elements import FACET_CORNERS, set_numbers
+from femprep.mesh.elements import FACET_CORNERS
+from femprep.mesh.numbering import set_numbers
 from femprep.model import FACET_TAGS, REGION_TAGS, TagArray, VolumeMesh, tag_name
 from femprep.model.blocks import block_rows
 from femprep.model.tags import endo_tags

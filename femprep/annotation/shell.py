@@ -10,7 +10,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from femprep.errors import InputError
-from femprep.mesh.elements import FACET_CORNERS, boundary_faces, set_numbers
+from femprep.mesh.elements import FACET_CORNERS, boundary_faces
+from femprep.mesh.numbering import set_numbers
 from femprep.mesh.topology import border_loops, closed_by_fans, volume
 from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh
 from femprep.model.blocks import block_rows

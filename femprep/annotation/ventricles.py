@@ -12,7 +12,8 @@ from scipy.sparse.csgraph import connected_components
 from femprep.anatomy import WallFields, add_aha, add_coordinates, add_fibres, ventricular_axes
 from femprep.anatomy.part import part_of, spread_over
 from femprep.annotation.shell import shell_of
-from femprep.mesh.elements import FACET_CORNERS, set_numbers
+from femprep.mesh.elements import FACET_CORNERS
+from femprep.mesh.numbering import set_numbers
 from femprep.model import FACET_TAGS, REGION_TAGS, BoolArray, VolumeMesh
 from femprep.model.blocks import block_rows
 from femprep.options import FibreOptions

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -321,15 +322,19 @@ def mesh_file(
     require_writable(out, mesh_names(options.formats))
 
     from femprep.image import read_masks, read_segmentation
+    from femprep.model.stages import Stages
 
     with bars(quiet or json) as progress:
-        if isinstance(segmentation, dict):
-            seg, source = read_masks(segmentation, options=options.image), None
-        else:
-            preset = "slicer" if options.preset == "slicer" else None
-            seg = read_segmentation(segmentation, options.labels, preset, options=options.image)
-            source = segmentation
-        run, manifest = mesh_and_write(seg, out, options, source=source, progress=progress)
+        stages = Stages(progress)
+        with stages("read"):
+            if isinstance(segmentation, dict):
+                seg, source = read_masks(segmentation, options=options.image), None
+            else:
+                preset = "slicer" if options.preset == "slicer" else None
+                seg = read_segmentation(segmentation, options.labels, preset, options=options.image)
+                source = segmentation
+        before = stages.seconds
+        run, manifest = mesh_and_write(seg, out, options, source=source, before=before, progress=progress)
     if json:
         _print_json(run, manifest)
     elif not quiet:
@@ -339,12 +344,15 @@ def mesh_file(
     return 0 if run.quality.passed else 1
 
 
-def mesh_and_write(seg: Any, out: Path, options: Options, *, source: Path | None, progress: Any) -> tuple[Any, Any]:
-    """The pipeline, then its folder."""
+def mesh_and_write(
+    seg: Any, out: Path, options: Options, *, source: Path | None, before: dict[str, float], progress: Any
+) -> tuple[Any, Any]:
+    """The pipeline, then its folder; ``before`` are the seconds of earlier stages."""
     from femprep.pipeline import mesh_segmentation
     from femprep.report.output import write_run
 
     run = mesh_segmentation(seg, options, progress=progress)
+    run = replace(run, seconds={**before, **run.seconds})
     return run, write_run(run, out, source=source, command=shlex.join(["femprep", *sys.argv[1:]]), progress=progress)
 
 

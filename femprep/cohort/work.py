@@ -18,6 +18,7 @@ from femprep.cohort.subjects import Subject
 from femprep.cohort.watch import Watch
 from femprep.errors import DiskFullError, FemprepError, cannot_write
 from femprep.image import read_segmentation
+from femprep.model.stages import Stages
 from femprep.pipeline import fit_surfaces, mesh_segmentation
 from femprep.report.output import write_run, write_surfaces
 from femprep.sequence import mesh_sequence, write_sequence
@@ -122,13 +123,19 @@ def _made(job: Job, *, again: bool) -> tuple[SubjectRecord, float]:
 def _make(subject: Subject, folder: Path) -> None:
     """The folder of a subject, as the commands ``mesh``, ``mesh --sequence`` and ``surface`` make it."""
     options = subject.options
-    maps = [read_segmentation(path, structures=options.labels, options=options.image) for path in subject.images]
+    stages = Stages(None)
+    with stages("read"):
+        maps = [read_segmentation(path, structures=options.labels, options=options.image) for path in subject.images]
     if subject.kind == "sequence":
         write_sequence(mesh_sequence(maps, options), folder, sources=subject.images)
     elif subject.kind == "surfaces":
-        write_surfaces(fit_surfaces(maps[0], options.objects, options), folder, source=subject.images[0])
+        fitted = fit_surfaces(maps[0], options.objects, options)
+        fitted = replace(fitted, seconds={**stages.seconds, **fitted.seconds})
+        write_surfaces(fitted, folder, source=subject.images[0])
     else:
-        write_run(mesh_segmentation(maps[0], options), folder, source=subject.images[0])
+        run = mesh_segmentation(maps[0], options)
+        run = replace(run, seconds={**stages.seconds, **run.seconds})
+        write_run(run, folder, source=subject.images[0])
 
 
 def _known(error: BaseException) -> BaseException:

@@ -36,11 +36,13 @@ def _unit(values: object, count: int, name: str) -> FloatArray:
     array = np.asarray(values, dtype=np.float64)
     if array.shape != (count, 3):
         raise InputError(f"cell data {name!r} have shape {array.shape}, expected ({count}, 3): one vector per element")
-    length = np.linalg.norm(array, axis=1, keepdims=True)
+    length = np.sqrt(np.einsum("ij,ij->i", array, array))[:, None]
     wrong = np.flatnonzero(~(length[:, 0] > 0))
     if wrong.size:
         raise InputError(f"cell data {name!r} have no direction in {wrong.size} elements, first in element {wrong[0]}")
     # Unit vectors stay as they are, bit for bit.
+    if np.abs(length - 1.0).max(initial=0.0) < 1e-12:
+        return array
     return np.where(np.abs(length - 1.0) < 1e-12, array, array / length)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,8 @@ FIELD = 20
 _SHORT = (0.1, 1e16)
 #: From this size on Python and JSON write floats alike.
 _PLAIN = 1e-4
+#: Rows that are put into words at once: their numbers and words are held in memory.
+_ROWS: Final = 100_000
 
 
 def number(value: float, width: int = FIELD) -> str:
@@ -53,6 +56,14 @@ def rows(*columns: npt.ArrayLike, separator: str = ", ", width: int | None = FIE
     # Compiled code puts nested lists into the words of JSON: each float is the shortest text that reads back as it.
     text = to_json(list(zip(*lists)))[2:-2].replace(b'"', b"").replace(b"],[", b"\n")
     return text.replace(b",", separator.encode()).decode() + "\n"
+
+
+def lines(*columns: npt.ArrayLike, separator: str = ", ", width: int | None = FIELD, before: str = "") -> Iterator[str]:
+    """The same lines some at a time, for tables of any length; ``before`` is put at the beginning of each."""
+    blocks = [np.asarray(column) for column in columns]
+    for first in range(0, len(blocks[0]), _ROWS):
+        text = rows(*(block[first : first + _ROWS] for block in blocks), separator=separator, width=width)
+        yield before + text[:-1].replace("\n", "\n" + before) + "\n" if before else text
 
 
 def _texts(column: npt.NDArray[Any], width: int | None) -> list[Any]:

@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from femprep.errors import FileError, InputError
+from femprep.errors import InputError
+from femprep.export.vtk_file import write_dataset
 
 #: Name of the field array (UTF-8 bytes of JSON) that keeps what VTK has no place for.
 RECORD = "femprep_json"
 
 
-def add_arrays(data: Any, arrays: Mapping[str, Any], what: str) -> None:
-    """Add numpy arrays to point, cell or field data of a VTK data set.
+def add_arrays(data: Any, arrays: Mapping[str, Any], what: str, *, shared: bool = False) -> None:
+    """Add numpy arrays to point, cell or field data of a VTK data set; where ``shared``, they are not copied.
 
     Raises
     ------
@@ -31,7 +32,7 @@ def add_arrays(data: Any, arrays: Mapping[str, Any], what: str) -> None:
             raise InputError(
                 f"{what} {name!r} is {array.dtype} with {array.ndim} axes; VTK files hold numbers with one or two axes"
             )
-        vtk = numpy_to_vtk(array.astype(np.uint8) if array.dtype == bool else array, deep=True)
+        vtk = numpy_to_vtk(array.astype(np.uint8) if array.dtype == bool else array, deep=not shared)
         vtk.SetName(name)
         data.AddArray(vtk)
 
@@ -48,14 +49,14 @@ def arrays_of(data: Any) -> dict[str, np.ndarray]:
     return found
 
 
-def vtk_points(points: np.ndarray) -> Any:
-    """VTK points of an ``(n, 3)`` array, in double precision."""
+def vtk_points(points: np.ndarray, *, shared: bool = False) -> Any:
+    """VTK points of an ``(n, 3)`` array, in double precision; where ``shared``, they are not copied."""
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonCore import vtkPoints
 
     out = vtkPoints()
     out.SetDataTypeToDouble()
-    out.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=np.float64), deep=True))
+    out.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=np.float64), deep=not shared))
     return out
 
 
@@ -64,12 +65,15 @@ def vtk_cells(blocks: list[np.ndarray]) -> Any:
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonDataModel import vtkCellArray
 
-    sizes = np.concatenate([[0], *(np.full(len(block), block.shape[1]) for block in blocks)])
-    nodes = np.concatenate([np.empty(0, dtype=np.int64), *(block.ravel() for block in blocks)])
     # Numbers of 32 bits where they suffice: half as much to compress.
-    width = np.int32 if nodes.size < 2**31 and nodes.max(initial=0) < 2**31 else np.int64
+    short = sum(block.size for block in blocks) < 2**31
+    width = np.int32 if short and max((int(block.max(initial=0)) for block in blocks), default=0) < 2**31 else np.int64
+    none = np.empty(0, dtype=width)
+    sizes = np.concatenate([[0], *(np.full(len(block), block.shape[1]) for block in blocks)])
+    nodes = np.concatenate([none, *(block.ravel().astype(width, copy=False) for block in blocks)])
     out = vtkCellArray()
-    out.SetData(*(numpy_to_vtk(values.astype(width), deep=True) for values in (np.cumsum(sizes), nodes)))
+    # These arrays are nobody else's.
+    out.SetData(*(numpy_to_vtk(values, deep=False) for values in (np.cumsum(sizes, dtype=width), nodes)))
     return out
 
 
@@ -95,23 +99,9 @@ def record_of(fields: Mapping[str, np.ndarray]) -> dict[str, Any]:
 def save(dataset: Any, path: Path) -> None:
     """Write a VTK data set as binary XML, byte for byte the same each time.
 
-    VTK puts it into memory: on a full disk its own writing ends the process.
-
     Raises
     ------
     OSError
         The file cannot be written.
-    FileError
-        VTK could not put it into words.
     """
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
-
-    writer = vtkXMLPolyDataWriter() if dataset.IsA("vtkPolyData") else vtkXMLUnstructuredGridWriter()
-    writer.SetInputData(dataset)
-    writer.SetDataModeToBinary()
-    writer.SetCompressorTypeToZLib()
-    writer.SetCompressionLevel(1)
-    writer.WriteToOutputStringOn()
-    if not writer.Write():
-        raise FileError(f"{str(path)!r} could not be put into words by VTK")
-    path.write_text(writer.GetOutputString(), encoding="ascii", newline="\n")
+    write_dataset(dataset, path)

@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 
+from femprep.mesh.numbering import row_numbers, set_numbers
 from femprep.model import IntArray
 from femprep.model.blocks import block_rows, chosen_rows
 
@@ -128,30 +129,6 @@ def element_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
         found[facet].element[rows] = np.arange(number, number + len(block))
         found[facet].face[rows] = face
     return found
-
-
-def row_numbers(rows: IntArray) -> IntArray:
-    """Number from 0 for each row of integers, equal for equal rows, in their lexicographic order.
-
-    What ``np.unique(rows, axis=0, return_inverse=True)`` gives, many times faster: rows are packed into one number
-    each, compressed on the way where they would not fit.
-    """
-    least = rows.min(initial=0)
-    rows = rows - least if least < 0 else rows
-    size = int(rows.max(initial=0)) + 1
-    key, span = np.zeros(len(rows), dtype=np.int64), 1
-    for column in rows.T:
-        if span > 2**62 // size:
-            key = np.unique(key, return_inverse=True)[1].ravel()
-            span = len(rows)
-        key = key * size + column
-        span *= size
-    return np.asarray(np.unique(key, return_inverse=True)[1].ravel(), dtype=np.int64)
-
-
-def set_numbers(*blocks: IntArray) -> IntArray:
-    """Number from 0 for each row of integers of some blocks, equal for rows of the same numbers in any order."""
-    return row_numbers(np.sort(np.concatenate(blocks), axis=1))
 
 
 def boundary_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:

@@ -7,7 +7,7 @@ A changed copy comes from ``dataclasses.replace`` or a ``with_...`` method.
 
 from __future__ import annotations
 
-from femprep.model.arrays import BoolArray, FloatArray, IntArray, TagArray, readonly
+from femprep.model.arrays import BoolArray, FloatArray, IntArray, TagArray, frozen, readonly
 from femprep.model.notice import Notice, noted, records
 from femprep.model.plane import Plane
 from femprep.model.progress import Progress
@@ -15,7 +15,7 @@ from femprep.model.purkinje import PurkinjeNet
 from femprep.model.surface import SphereMap, Surface, split_quads
 from femprep.model.tags import FACET_TAGS, REGION_TAGS, endo_tags, is_blood, tag_name
 from femprep.model.verdict import verdict_of, with_verdict, without_failure
-from femprep.model.volume_mesh import VolumeMesh
+from femprep.model.volume_mesh import Nested, VolumeMesh
 from femprep.model.wall import BloodPools, Wall
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "BoolArray",
     "FloatArray",
     "IntArray",
+    "Nested",
     "Notice",
     "Plane",
     "Progress",
@@ -35,6 +36,7 @@ __all__ = [
     "VolumeMesh",
     "Wall",
     "endo_tags",
+    "frozen",
     "is_blood",
     "noted",
     "readonly",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from femprep.model.convert import Convertible
 from femprep.model.plane import Plane
 from femprep.model.purkinje import PurkinjeNet
 from femprep.model.tags import tag_name
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +45,8 @@ class VolumeMesh(Convertible):
         How it was made. JSON-ready.
     purkinje : PurkinjeNet, optional
         The net of Purkinje fibres on its endocardia.
+    nested : Nested, optional
+        The coarser mesh it is a refinement of. Copies keep it as long as points and elements are the same.
 
     Examples
     --------
@@ -62,6 +67,7 @@ class VolumeMesh(Convertible):
     planes: Mapping[str, Plane] = field(default_factory=dict)
     info: Mapping[str, Any] = field(default_factory=dict)
     purkinje: PurkinjeNet | None = None
+    nested: Nested | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -88,6 +94,8 @@ class VolumeMesh(Convertible):
             raise InputError(
                 f"the Purkinje net ends in point {self.purkinje.mesh_point.max()}, but there are {len(self.points)}"
             )
+        if self.nested is not None and not self.nested.fits(self):
+            put(self, "nested", None)
 
     def __repr__(self) -> str:
         cells = ", ".join(f"{len(block)} {kind}" for kind, block in self.cells.items())
@@ -146,3 +154,25 @@ class VolumeMesh(Convertible):
             point_data={**self.point_data, **(point or {})},
             facet_data={**self.facet_data, **(facet or {})},
         )
+
+
+class Nested(Protocol):
+    """What a mesh knows of the coarser one it is a refinement of."""
+
+    @property
+    def coarse(self) -> VolumeMesh:
+        """The coarser mesh, which may have one in turn."""
+
+    @property
+    def down(self) -> sp.csr_array:
+        """Values at the mesh's nodes from those of the coarser one; exact for linear fields."""
+
+    @property
+    def parent(self) -> IntArray:
+        """The coarser mesh's element that each element is a part of, ``(n_cells,)``."""
+
+    def fits(self, mesh: VolumeMesh) -> bool:
+        """Whether points and elements of a mesh are still those that this was made for."""
+
+    def part(self, mesh: VolumeMesh, nodes: IntArray, elements: IntArray) -> Nested:
+        """That of a mesh of some of the elements, given by their numbers and those of the nodes that are left."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final, Literal
 
 import numpy as np
@@ -21,12 +21,14 @@ SHOWN: Final[tuple[tuple[str, Statistic, str, str], ...]] = (
     ("mean_ratio", "mean", "mean ratio, mean", "{:.2f}"),
     ("minimum_dihedral", "least", "smallest dihedral angle", "{:.0f}"),
 )
+#: Elements that are measured at once.
+_CHUNK: Final = 200_000
 
 
 def element_field(mesh: VolumeMesh, name: str, measured: Mapping[str, FloatArray] | None = None) -> FloatArray:
     """A value per element: ``thickness``, a measure of element quality, or scalar cell data of the mesh.
 
-    ``measured`` are the measures of quality where they are known already.
+    ``measured`` are thickness and measures of quality where they are known already.
 
     Raises
     ------
@@ -34,7 +36,7 @@ def element_field(mesh: VolumeMesh, name: str, measured: Mapping[str, FloatArray
         There is no such field; the message lists those that are.
     """
     if name == "thickness":
-        return wall_thickness(mesh)
+        return measured[name] if measured is not None and name in measured else wall_thickness(mesh)
     if name in mesh.cell_data:
         values = np.asarray(mesh.cell_data[name], dtype=np.float64)
         if values.ndim != 1:
@@ -47,9 +49,16 @@ def element_field(mesh: VolumeMesh, name: str, measured: Mapping[str, FloatArray
     return measured[name]
 
 
-def quality_measures(mesh: VolumeMesh) -> dict[str, FloatArray]:
-    """Measures of quality of all elements; those that are for tetrahedra alone only where there are no others."""
-    found = [element_measures(mesh.points, block, kind) for kind, block in mesh.cells.items()]
+def quality_measures(mesh: VolumeMesh, wanted: Sequence[str] | None = None) -> dict[str, FloatArray]:
+    """Measures of quality of all elements; those that are for tetrahedra alone only where there are no others.
+
+    All measures, or the wanted ones of them.
+    """
+    found = []
+    for kind, block in mesh.cells.items():
+        for first in range(0, len(block), _CHUNK):
+            own = element_measures(mesh.points, block[first : first + _CHUNK], kind)
+            found.append(own if wanted is None else {name: own[name] for name in wanted if name in own})
     shared = [name for name in found[0] if all(name in block for block in found)]
     return {name: np.concatenate([block[name] for block in found]) for name in shared}
 
@@ -92,19 +101,21 @@ def draw(
     return bulls_eye_svg(values, label=f"{name}, {statistic}" if label is None else label, text=text)
 
 
-def thickness_of_segments(mesh: VolumeMesh) -> list[float | None] | None:
+def thickness_of_segments(
+    mesh: VolumeMesh, measured: Mapping[str, FloatArray] | None = None
+) -> list[float | None] | None:
     """Mean thickness of the wall in each of the 17 AHA segments, mm; None where the mesh has none."""
     if "aha" not in mesh.cell_data:
         return None
-    values = segment_values(mesh, wall_thickness(mesh)).tolist()
+    values = segment_values(mesh, element_field(mesh, "thickness", measured)).tolist()
     return [round(value, 4) if math.isfinite(value) else None for value in values]
 
 
-def report_bulls_eyes(mesh: VolumeMesh) -> list[str]:
+def report_bulls_eyes(mesh: VolumeMesh, measured: Mapping[str, FloatArray] | None = None) -> list[str]:
     """Bull's eyes of thickness and quality for the page of a run; none where the mesh has no AHA segments."""
     if "aha" not in mesh.cell_data:
         return []
-    measured = quality_measures(mesh)
+    measured = quality_measures(mesh) if measured is None else measured
     return [
         draw(mesh, name, statistic=statistic, label=title, text=text, measured=measured)
         for name, statistic, title, text in SHOWN

@@ -36,6 +36,7 @@ from femprep.report.picture import end_painter, finish_picture, start_painter, s
 from femprep.report.quality_page import quality_charts
 from femprep.report.run import Run, Surfaces
 from femprep.report.scene import scene
+from femprep.report.shown import Shown, shown
 from femprep.report.slices import slice_pictures
 from femprep.report.volumes import voxel_volume
 from femprep.wall import cavity_surface
@@ -91,14 +92,18 @@ def write_run(
         png = folder / ".picture.png"
         painter = start_painter()
         try:
-            start_picture(painter, run.mesh, png)
+            view = shown(run.mesh)
+            report("write", 0.1)
+            start_picture(painter, view.mesh, png)
             _write_vtk(run, folder)
+            report("write", 0.4)
             left_out = verdict_of(run.mesh).get("failures", {})
             for name in (name for name in run.options.formats if name not in left_out):
                 write_format(run.mesh, folder, name, options=run.options.export)
             (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
             slices, volumes, details = _slices(run), list(run.volumes), _details(run)
-            content = _content(run)
+            report("write", 0.8)
+            content = _content(run, view)
             picture = finish_picture(painter, png)
         finally:
             end_painter(painter)
@@ -111,14 +116,14 @@ def write_run(
         stages = {**run.seconds, "write": time.perf_counter() - start}
         manifest = _manifest(run, stages, source, volumes, details, folder, more=("report.html", *FILES))
         manifest = manifest.model_copy(
-            update={"thickness_mm": thickness_of_segments(run.mesh), "solution": run.solution}
+            update={"thickness_mm": thickness_of_segments(run.mesh, view.whole), "solution": run.solution}
         )
         write_methods(methods(manifest), folder)
         (folder / "report.html").write_text(
             report_page(manifest, run.quality, slices=slices, picture=picture, command=command, **content),
             encoding="utf-8",
         )
-        manifest = _write_manifest(manifest, folder)
+        manifest = _write_manifest(manifest, folder, start)
     report("write", 1.0)
     return manifest
 
@@ -148,6 +153,7 @@ def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | No
     >>> fp.write_surfaces(fitted, "fitted").files  # doctest: +SKIP
     ['methods.bib', 'methods.md', 'run.json', 'surfaces/lv.vtp']
     """
+    start = time.perf_counter()
     with whole_folder(Path(out)) as folder:
         _write_surfaces(fitted.surfaces, folder)
         volumes = [
@@ -157,7 +163,7 @@ def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | No
         details = {**_surface_details(fitted), "failures": list(fitted.failures)}
         manifest = _manifest(fitted, fitted.seconds, source, volumes, details, folder, more=FILES)
         write_methods(methods(manifest), folder)
-        return _write_manifest(manifest, folder)
+        return _write_manifest(manifest, folder, start)
 
 
 def _write_vtk(run: Run, folder: Path) -> None:
@@ -190,8 +196,12 @@ def write_methods(words: Words, folder: Path) -> None:
         (folder / name).write_text(text, encoding="utf-8")
 
 
-def _write_manifest(manifest: RunManifest, folder: Path) -> RunManifest:
+def _write_manifest(manifest: RunManifest, folder: Path, start: float) -> RunManifest:
+    """Write ``run.json``; its stage ``write``, which began at ``start``, ends with the hashes of all files."""
     manifest = manifest.model_copy(update={"sha256": hashes(folder, manifest.files)})
+    last = StageRecord(name="write", seconds=round(time.perf_counter() - start, 3))
+    stages = [*(stage for stage in manifest.stages if stage.name != "write"), last]
+    manifest = manifest.model_copy(update={"stages": stages})
     (folder / "run.json").write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
     return manifest
 
@@ -284,7 +294,7 @@ def _slices(run: Run) -> list[str]:
     return slice_pictures(run.segmentation, parts, off=list(run.fidelity.off.values()))
 
 
-def _content(run: Run) -> dict[str, Any]:
+def _content(run: Run, view: Shown) -> dict[str, Any]:
     """What the page holds that depends on the run alone."""
     figures = [("points", run.quality.n_points)]
     figures += [(name, count) for name, count in run.quality.cells.items()]
@@ -300,7 +310,7 @@ def _content(run: Run) -> dict[str, Any]:
             if run.given is not None
             else fidelity_tables(run.fidelity.records, run.options.limits.maximum_label_distance)
         ),
-        "bulls_eyes": report_bulls_eyes(run.mesh),
+        "bulls_eyes": report_bulls_eyes(run.mesh, view.whole),
         "colours": {name: colour(name) for name in names},
-        "scene": scene(run.mesh, run.quality),
+        "scene": scene(view, run.quality),
     }

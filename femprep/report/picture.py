@@ -19,7 +19,8 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import DiskFullError, cannot_write
-from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, boundary_faces, set_numbers
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, boundary_faces
+from femprep.mesh.numbering import set_numbers
 from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
 from femprep.model.blocks import chosen_rows, nodes_of
 

@@ -4,34 +4,39 @@ from __future__ import annotations
 
 import base64
 import zlib
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from femprep.anatomy import wall_thickness
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import FloatArray, VolumeMesh, tag_name
-from femprep.report.bullseyes import quality_measures
 from femprep.report.colours import OTHERS, SEGMENTS, colour
+from femprep.report.shown import Shown
 from femprep.volume import QualityReport
 
 #: Steps of a coordinate across the mesh: 2 micrometres of a heart of 13 cm.
 _STEPS: Final = 65535
-#: Measures of quality that the view can show, with their titles.
-_MEASURES: Final = {"mean_ratio": "mean ratio", "minimum_dihedral": "smallest dihedral angle, degrees"}
+#: Thickness and measures of quality that the view can show, with their titles.
+_MEASURES: Final = {
+    "thickness": "wall thickness, mm",
+    "mean_ratio": "mean ratio",
+    "minimum_dihedral": "smallest dihedral angle, degrees",
+}
 
 
-def scene(mesh: VolumeMesh, quality: QualityReport) -> dict[str, Any]:
+def scene(content: Shown, quality: QualityReport) -> dict[str, Any]:
     """All that the view needs, JSON-ready.
 
     Parameters
     ----------
-    mesh : VolumeMesh
+    content : Shown
         Elements of order 2 are shown by their corners.
     quality : QualityReport
         Whose worst elements are shown.
     """
+    mesh = content.mesh
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     size = float((high - low).max())
     points = np.rint((mesh.points - low) * (_STEPS / size)).astype(np.uint16)
@@ -49,6 +54,7 @@ def scene(mesh: VolumeMesh, quality: QualityReport) -> dict[str, Any]:
     ]
     return {
         "points": _packed(points),
+        "note": content.note,
         "low": low.tolist(),
         "step": size / _STEPS,
         "blocks": blocks,
@@ -57,17 +63,22 @@ def scene(mesh: VolumeMesh, quality: QualityReport) -> dict[str, Any]:
         "facetNames": [
             {"name": name, "colour": colour(name, k)} for k, name in enumerate(map(tag_name, np.unique(mesh.facet_tag)))
         ],
-        "fields": _fields(mesh),
+        "fields": _fields(mesh, content.fields),
         "fibres": _fibres(mesh),
         "axes": _axes(mesh, np.concatenate(centres)),
         "worst": [
-            {"element": item.element, "measure": item.measure, "value": item.value, "place": list(item.centroid)}
+            {
+                "element": content.element(item.element),
+                "measure": item.measure,
+                "value": item.value,
+                "place": list(item.centroid),
+            }
             for item in quality.worst
         ],
     }
 
 
-def _fields(mesh: VolumeMesh) -> list[dict[str, Any]]:
+def _fields(mesh: VolumeMesh, values: Mapping[str, FloatArray]) -> list[dict[str, Any]]:
     """What elements can be coloured by: region, segment, thickness, quality."""
     tags = np.unique(mesh.region)
     found = [
@@ -78,10 +89,7 @@ def _fields(mesh: VolumeMesh) -> list[dict[str, Any]]:
         shown = np.unique(segment).tolist()
         names = [("none", "#ffffff") if k < 1 else (str(int(k)), SEGMENTS[(int(k) - 1) % 17]) for k in shown]
         found.append(_classes("AHA segment", segment, names))
-    if sum(name == "epi" or name.startswith("endo") for name in mesh.facet_names) > 1:
-        found.append(_values("wall thickness, mm", wall_thickness(mesh)))
-    measured = quality_measures(mesh)
-    return found + [_values(title, measured[name]) for name, title in _MEASURES.items() if name in measured]
+    return found + [_values(title, values[name]) for name, title in _MEASURES.items() if name in values]
 
 
 def _classes(title: str, values: npt.ArrayLike, names: list[tuple[str, str]]) -> dict[str, Any]:

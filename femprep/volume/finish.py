@@ -11,7 +11,7 @@ import numpy as np
 from femprep.errors import StageError
 from femprep.mesh.measures.volume_elements import element_measures, element_volumes
 from femprep.mesh.tree import curve_order
-from femprep.model import FloatArray, IntArray, TagArray, VolumeMesh, endo_tags, tag_name
+from femprep.model import FloatArray, IntArray, Progress, TagArray, VolumeMesh, endo_tags, tag_name
 from femprep.options import VolumeOptions
 from femprep.volume.blood import Filling, TaggedFacets, check_cavities, find_facets
 from femprep.volume.optimise import REGULAR_SINE, optimise
@@ -67,8 +67,10 @@ class Candidate:
         )
 
 
-def finish(run: Run, filling: Filling, options: VolumeOptions, attempt: Attempt) -> Candidate:
-    """Check, tag, put in place and improve what the mesher gave.
+def finish(
+    run: Run, filling: Filling, options: VolumeOptions, attempt: Attempt, progress: Progress | None = None
+) -> Candidate:
+    """Check, tag, put in place, refine and improve what the mesher gave; ``progress`` is told of the refinement.
 
     Raises
     ------
@@ -96,7 +98,7 @@ def finish(run: Run, filling: Filling, options: VolumeOptions, attempt: Attempt)
     tag = filling.tags(merged, facets, region)
     planes = {**filling.wall.planes, **filling.caps}
     mesh = VolumeMesh(points, {"tetra": cells}, region, {"triangle": facets.nodes}, tag, planes=planes, info=info)
-    mesh, undone, fine = _in_steps(mesh, filling, options, attempt.levels)
+    mesh, undone, fine = _in_steps(mesh, filling, options, attempt.levels, progress)
     measures = element_measures(mesh.points, mesh.cells["tetra"], "tetra")
     mesh = replace(mesh, info={**mesh.info, **filled(measures["volume"], mesh.region, filling)})
     smallest, mean = float(measures["minimum_dihedral"].min()), float(measures["mean_ratio"].mean())
@@ -112,7 +114,7 @@ def _asked_dihedral(options: VolumeOptions, attempt: Attempt) -> float:
 
 
 def _in_steps(
-    mesh: VolumeMesh, filling: Filling, options: VolumeOptions, levels: int
+    mesh: VolumeMesh, filling: Filling, options: VolumeOptions, levels: int, progress: Progress | None
 ) -> tuple[VolumeMesh, tuple[str, ...], bool]:
     """The mesh refined to the edge length asked for, its boundary on the smooth surfaces of the wall, step by step.
 
@@ -141,7 +143,8 @@ def _in_steps(
         return found
 
     def refined(mesh: VolumeMesh) -> VolumeMesh:
-        found = refine(mesh, levels, wall=filling.sheets, optimised=options.optimise, poor=poor)
+        wall, optimised = filling.sheets, options.optimise
+        found = refine(mesh, levels, wall=wall, optimised=optimised, poor=poor, progress=progress)
         # Of the coarse mesh nothing is kept that the parents' numbers could point into.
         found = replace(found, cell_data={name: values for name, values in found.cell_data.items() if name != PARENT})
         require_sound(found, filling)

@@ -25,8 +25,9 @@ _log = logging.getLogger(__name__)
 
 #: Least room for temporary files, bytes for each element expected; the files hold 18 to 21, estimates lie within 30 %.
 _BYTES_PER_ELEMENT: Final = 12.0
-#: Share of the progress that belongs to the mesher.
-_MESHER_SHARE: Final = 0.9
+#: Share of the progress that belongs to the mesher, by how often its mesh is refined: each time takes eight times as
+#: long as the one before.
+_MESHER_SHARE: Final = (0.9, 0.8, 0.6, 0.2)
 #: Envelope of a run whose edges follow a thin wall, in the shortest of them: no wider, that its sides are not joined.
 _THIN_ENVELOPE: Final = 0.1
 
@@ -170,7 +171,10 @@ def _one(
             peak_bytes=run.peak_bytes,
             elements=len(run.cells),
         )
-        candidate = finish(run, filling, options, attempt)
+        share = _share(attempt.levels)
+        candidate = finish(
+            run, filling, options, attempt, lambda _, fraction: report("volume", share + (1.0 - share) * fraction)
+        )
     except StageError as error:
         status = "too long" if isinstance(error, TooLongError) else status
         return None, RunRecord(**told, status=status, outcome=str(error))
@@ -208,8 +212,12 @@ def _mesh(
         time_limit=limit,
         memory_limit=options.memory_limit,
         least_room=_BYTES_PER_ELEMENT * need.elements,
-        pulse=lambda gone: report("volume", _MESHER_SHARE * (1.0 - float(np.exp(-gone / expected)))),
+        pulse=lambda gone: report("volume", _share(attempt.levels) * (1.0 - float(np.exp(-gone / expected)))),
     )
+
+
+def _share(levels: int) -> float:
+    return _MESHER_SHARE[min(levels, len(_MESHER_SHARE) - 1)]
 
 
 def attempt_notices(records: list[RunRecord], reached: bool, undone: Iterable[str] = ()) -> list[Notice]:

@@ -22,7 +22,7 @@ import pyvista
 
 import femprep as fp
 from femprep.annotation.shell import shell_of
-from femprep.mesh.elements import set_numbers
+from femprep.mesh.numbering import set_numbers
 from femprep.model import FACET_TAGS, VolumeMesh
 
 #: Words in the names of their surfaces, and ours; the first that fits.

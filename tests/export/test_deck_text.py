@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from femprep.export.text import FIELD, number, rows, wrapped
+from femprep.export import text as deck_text
+from femprep.export.text import FIELD, lines, number, rows, wrapped
 
 
 @settings(deadline=None, max_examples=500)
@@ -49,3 +50,13 @@ def test_whole_numbers_are_written_as_python_does(values: list[int], per_line: i
 def test_wrapped_lines() -> None:
     assert wrapped([1, 2, 3], 2) == "1, 2\n3\n"
     assert wrapped([], 2) == ""
+
+
+def test_lines_come_some_at_a_time_and_are_the_same(monkeypatch) -> None:
+    monkeypatch.setattr(deck_text, "_ROWS", 4)
+    whole, points = np.arange(30).reshape(10, 3), np.linspace(0.0, 1.0, 10)
+    found = list(lines(whole, points, width=None))
+    assert len(found) == 3
+    assert "".join(found) == rows(whole, points, width=None)
+    assert "".join(lines(whole, separator=" ", before="Tt ")) == "".join(f"Tt {a} {b} {c}\n" for a, b, c in whole)
+    assert list(lines(np.empty((0, 3)))) == []

@@ -98,3 +98,20 @@ def test_data_that_are_no_numbers_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="'label' is <U1"):
         write_mesh(mesh.with_data(cell={"label": np.full(mesh.n_cells, "a")}), tmp_path / "mesh.vtu")
     assert not list(tmp_path.iterdir())
+
+
+def test_arrays_of_several_blocks_come_back_shrunk_or_stored(tmp_path: Path) -> None:
+    count = 300_000
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(count, 3))  # nothing to gain: stored
+    surface = Surface(points, np.arange(count).reshape(-1, 3), "cloud", point_data={"zero": np.zeros(count)})
+    path = write_surface(surface, tmp_path / "cloud.vtp")
+    found = pyvista.read(path)
+    assert np.array_equal(found.points, points)
+    assert np.array_equal(found.faces.reshape(-1, 4)[:, 1:], surface.cells)
+    assert not found.point_data["zero"].any()
+    # Four letters for three bytes, of the points whole, of the zeros next to nothing.
+    assert points.nbytes * 4 / 3 < path.stat().st_size < (points.nbytes + 0.5 * surface.cells.nbytes) * 4 / 3
+    first = path.read_bytes()
+    write_surface(surface, path)
+    assert path.read_bytes() == first

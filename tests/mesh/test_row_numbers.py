@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from femprep.mesh.elements import row_numbers
+from femprep.mesh.numbering import row_numbers
 
 
 @settings(deadline=None)

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from femprep.anatomy.laplace.conjugate import conjugate_gradients
 from femprep.anatomy.laplace.fem import LinearElements
 from femprep.errors import InputError
-from femprep.model import FloatArray, IntArray, tag_name
+from femprep.model import BoolArray, FloatArray, IntArray, tag_name
 
 logger = logging.getLogger(__name__)
 
@@ -42,6 +42,31 @@ def solve(
     StageError
         The iteration does not converge.
     """
+    out, free, inner, right = reduced(space, matrix, fixed, rhs)
+    if not free.any():
+        return out
+    diagonal = inner.diagonal()
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    inner.data *= scale[inner.indices] * np.repeat(scale, np.diff(inner.indptr))
+    u, steps = conjugate_gradients(inner, right * scale)
+    logger.debug("conjugate gradients: %d unknowns, %d iterations", len(u), steps)
+    out[free] = u * scale
+    return out
+
+
+def reduced(
+    space: LinearElements,
+    matrix: sp.csr_array,
+    fixed: Mapping[int, float] | tuple[IntArray, FloatArray],
+    rhs: FloatArray | None = None,
+) -> tuple[FloatArray, BoolArray, sp.csr_array, FloatArray]:
+    """The prescribed values at all nodes (0 elsewhere), which nodes are free, and matrix and right-hand side of those.
+
+    Raises
+    ------
+    InputError
+        A piece of the mesh has no node with a prescribed value.
+    """
     nodes, values = _fixed(space, fixed)
     without = np.setdiff1d(np.arange(space.n_pieces), space.piece[nodes])
     if len(without):
@@ -55,17 +80,8 @@ def solve(
     out[nodes] = values
     free = np.ones(space.n, dtype=bool)
     free[nodes] = False
-    if not free.any():
-        return out
     right = (np.zeros(space.n) if rhs is None else rhs) - matrix @ out
-    inner = matrix[free][:, free]
-    diagonal = inner.diagonal()
-    scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    inner.data *= scale[inner.indices] * np.repeat(scale, np.diff(inner.indptr))
-    u, steps = conjugate_gradients(inner, right[free] * scale)
-    logger.debug("conjugate gradients: %d unknowns, %d iterations", len(u), steps)
-    out[free] = u * scale
-    return out
+    return out, free, matrix[free][:, free], right[free]
 
 
 def _fixed(

@@ -15,6 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
+from femprep.anatomy.laplace.pattern import Pattern
 from femprep.anatomy.laplace.shapes import centre, quadrature, shape_functions
 from femprep.errors import InputError
 from femprep.mesh.blas import one_blas_thread
@@ -97,7 +98,11 @@ class LinearElements:
         self._blocks = blocks
         self.n_cells = first
         self.volume: FloatArray = np.concatenate(volumes)
-        self._pattern()
+        self._pattern = Pattern([(block.cells, *block.pairs) for block in blocks], self.n)
+        shape = (self.n, self.n)
+        ones = np.ones(len(self._pattern.indices), dtype=np.int8)
+        graph = sp.csr_array((ones, self._pattern.indices, self._pattern.indptr), shape=shape)
+        self.n_pieces, self.piece = connected_components(graph, directed=False)
 
     def _geometry(
         self,
@@ -126,34 +131,6 @@ class LinearElements:
             inverse = cross / det[..., None, None]  # row j is grad r_j
             yield part, np.matmul(slope[None], inverse), det * weights
 
-    def _pattern(self) -> None:
-        """Sort the node pairs of all elements once; every stiffness matrix then has the same pattern."""
-        low, high = [], []
-        for block in self._blocks:
-            a, b = block.cells[:, block.pairs[0]].ravel(), block.cells[:, block.pairs[1]].ravel()
-            low.append(np.minimum(a, b))
-            high.append(np.maximum(a, b))
-        key = np.concatenate(low) * self.n + np.concatenate(high)
-        unique, self._edge = np.unique(key, return_inverse=True)
-        i, j = unique // self.n, unique % self.n
-        proper = i != j  # a collapsed wedge or hexahedron names a node twice
-        self._proper, self._i, self._j = proper, i[proper], j[proper]
-        diagonal = np.arange(self.n)
-        row = np.concatenate([self._i, self._j, diagonal])
-        col = np.concatenate([self._j, self._i, diagonal])
-        self._order = np.lexsort((col, row))
-        self._indices = col[self._order].astype(np.int32)
-        self._indptr = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=self.n))]).astype(np.int32)
-        graph = sp.csr_array((np.ones(len(row)), self._indices, self._indptr), shape=(self.n, self.n))
-        self.n_pieces, self.piece = connected_components(graph, directed=False)
-
-    def _matrix(self, pair_values: FloatArray) -> sp.csr_array:
-        off = np.bincount(self._edge, weights=pair_values, minlength=len(self._proper))[self._proper]
-        diagonal = -np.bincount(self._i, weights=off, minlength=self.n)
-        diagonal -= np.bincount(self._j, weights=off, minlength=self.n)
-        data = np.concatenate([off, off, diagonal])[self._order]
-        return sp.csr_array((data, self._indices, self._indptr), shape=(self.n, self.n))
-
     def stiffness(
         self, direction: FloatArray | None = None, weight: FloatArray | None = None, cross: float = 0.0
     ) -> sp.csr_array:
@@ -168,10 +145,9 @@ class LinearElements:
         cross : float
             Diffusion across the direction, relative to that along it.
         """
-        values = []
-        for block in self._blocks:
+        data = self._pattern.zeros()
+        for number, block in enumerate(self._blocks):
             i, j = block.pairs
-            out = np.empty((len(block.cells), len(i)))
             for part, gradient, volume in self._chunks(block):
                 where = slice(block.first + part.start, block.first + part.stop)
                 if weight is not None:
@@ -187,9 +163,8 @@ class LinearElements:
                         scale = 1.0 if direction is None else cross
                         along = along + scale * np.einsum("cki,cki->ck", g[:, i], g[:, j])
                     term += volume[:, q, None] * along
-                out[part] = term
-            values.append(out.ravel())
-        return self._matrix(np.concatenate(values))
+                self._pattern.add(data, number, part, term)
+        return self._pattern.matrix(data)
 
     def load(self, vector: FloatArray) -> FloatArray:
         """Right-hand side ``(n,)``: the integral of T . grad v, for vectors T ``(n_cells, 3)``."""
@@ -213,8 +188,13 @@ class LinearElements:
 
     def gradient(self, values: FloatArray) -> FloatArray:
         """Gradient at element centres ``(n_cells, 3)`` of values at nodes ``(n,)``, 1/mm."""
-        parts = [np.einsum("cpi,cp->ci", block.slope, values[block.cells]) for block in self._blocks]
-        return np.concatenate(parts)
+        out = np.empty((self.n_cells, 3))
+        for block in self._blocks:
+            for start in range(0, len(block.cells), _CHUNK):
+                part = slice(start, min(start + _CHUNK, len(block.cells)))
+                where = slice(block.first + part.start, block.first + part.stop)
+                out[where] = np.einsum("cpi,cp->ci", block.slope[part], values[block.cells[part]])
+        return out
 
     def corners(self, values: FloatArray) -> list[FloatArray]:
         """Values at nodes, gathered at each element's corners: ``(k, p, ...)``, one block a type."""
@@ -244,7 +224,17 @@ class LinearElements:
 
     def to_cells(self, values: FloatArray) -> FloatArray:
         """Mean over each element's corners, which is the value at its centre, ``(n_cells, ...)``."""
-        return np.concatenate([values[block.cells].mean(axis=1) for block in self._blocks])
+        out = np.empty((self.n_cells, *values.shape[1:]))
+        for rows, nodes in self.parts():
+            out[rows] = values[nodes].mean(axis=1)
+        return out
+
+    def parts(self) -> Iterator[tuple[slice, IntArray]]:
+        """Go through all elements, some at a time: which they are, and their corner nodes ``(c, p)``."""
+        for block in self._blocks:
+            for start in range(0, len(block.cells), _CHUNK):
+                nodes = block.cells[start : start + _CHUNK]
+                yield slice(block.first + start, block.first + start + len(nodes)), nodes
 
     def to_points(self, values: FloatArray) -> FloatArray:
         """Values at all points of the mesh: mid-side nodes get the mean of their ends, unused points 0."""

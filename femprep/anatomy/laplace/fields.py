@@ -20,15 +20,18 @@ from functools import cached_property
 from typing import Final
 
 import numpy as np
+import scipy.sparse as sp
 
 from femprep.anatomy.axes import BASE_FACETS, VentricularAxes
 from femprep.anatomy.find_axes import ventricular_axes
 from femprep.anatomy.frames import normalise
 from femprep.anatomy.laplace.dirichlet import solve
 from femprep.anatomy.laplace.fem import LinearElements
+from femprep.anatomy.laplace.multilevel import Solved, solve_coarsest, solve_nested
 from femprep.anatomy.part import refuse_blood
 from femprep.errors import InputError
-from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
+from femprep.mesh.elements import ELEMENTS
+from femprep.model import FACET_TAGS, FloatArray, IntArray, Progress, VolumeMesh
 from femprep.model.blocks import chosen_rows
 
 logger = logging.getLogger(__name__)
@@ -66,6 +69,11 @@ class WallFields:
     axes : VentricularAxes, optional
         Found from the mesh where not given.
 
+    Notes
+    -----
+    On a mesh of linear elements that is a refinement (``mesh.nested``) each problem is solved on the coarser meshes
+    first, which makes it as many times quicker as the mesh is larger.
+
     Raises
     ------
     InputError
@@ -85,8 +93,66 @@ class WallFields:
         self.epi = self._nodes("epi")
         self.base = self._nodes(*BASE_FACETS)
         self.has_apex_plane = bool(np.any(mesh.facet_tag == tags["apex"]))
-        if self.biventricular and not self.axes.insertions:
-            self.axes = self._with_insertions(keep_septal=axes is not None)
+        self._solved: dict[str, Solved] = {}
+        if self.biventricular and not self.axes.insertions and not self._is_coarser:
+            self._take(self._with_insertions(keep_septal=axes is not None))
+
+    #: Whether these are the fields of a coarser mesh, which keeps what helps to solve them on the finer one.
+    _is_coarser = False
+
+    def _take(self, axes: VentricularAxes) -> None:
+        """Have other axes from now on, on the coarser meshes too."""
+        self.axes = axes
+        if self._coarser is not None:
+            self._coarser._take(axes)
+
+    @cached_property
+    def _coarser(self) -> WallFields | None:
+        """The fields on the mesh that this one is a refinement of."""
+        nested = self.mesh.nested
+        if nested is None or any(ELEMENTS[name].quadratic for name in (*self.mesh.cells, *nested.coarse.cells)):
+            return None
+        return _CoarserFields(nested.coarse, self.axes)
+
+    @cached_property
+    def _down(self) -> sp.csr_array:
+        """Values at the nodes from those of the coarser mesh."""
+        assert self.mesh.nested is not None
+        assert self._coarser is not None
+        down = self.mesh.nested.down
+        ours, theirs = self.space.nodes, self._coarser.space.nodes
+        if (len(ours), len(theirs)) == down.shape:
+            return down
+        return down[ours][:, theirs]
+
+    def _solve(
+        self,
+        field: str,
+        matrix: sp.csr_array,
+        sides: tuple[IntArray, FloatArray],
+        rhs: FloatArray | None = None,
+        step: int = 0,
+    ) -> FloatArray:
+        """Solve one of the problems of a field, on the coarser meshes first where there are any."""
+        coarser, key = self._coarser, f"{field} {step}"
+        if coarser is not None:
+            getattr(coarser, field)
+            solved = solve_nested(self.space, matrix, sides, rhs, self._down, coarser._solved.pop(key))
+        elif self._is_coarser:
+            solved = solve_coarsest(self.space, matrix, sides, rhs)
+        else:
+            return solve(self.space, matrix, sides, rhs)
+        if self._is_coarser:
+            self._solved[key] = solved
+        return solved.values
+
+    def solve(self, progress: Progress | None = None) -> None:
+        """Solve for all fields now, which are solved when first asked for otherwise; ``progress`` is told of each."""
+        names = ("across", "upward", "across_distance", "upward_distance", "turn")
+        for done, name in enumerate(names, 1):
+            getattr(self, name)
+            if progress is not None:
+                progress("fields", done / len(names))
 
     def _nodes(self, *names: str) -> IntArray:
         return self.space.facet_nodes(*(FACET_TAGS[name] for name in names))
@@ -115,7 +181,7 @@ class WallFields:
         Its zeros are the epicardium and the middle of the septum: w > 0 is the left ventricle, w < 0 the right one,
         and 1 - |w| runs from each endocardium to the epicardium or to the middle of the septum.
         """
-        return solve(self.space, self._laplace, self._transmural_sides)
+        return self._solve("across", self._laplace, self._transmural_sides)
 
     @property
     def _transmural_sides(self) -> tuple[IntArray, FloatArray]:
@@ -124,7 +190,7 @@ class WallFields:
     @cached_property
     def across_distance(self) -> FloatArray:
         """As :attr:`across`, made linear in distance through the wall."""
-        return np.clip(self.linear_in_distance(self.across, self._transmural_sides, CROSS["across"]), -1.0, 1.0)
+        return np.clip(self._linear("across", self.across, self._transmural_sides), -1.0, 1.0)
 
     @cached_property
     def side(self) -> FloatArray:
@@ -164,17 +230,18 @@ class WallFields:
         """Harmonic field: 1 on the epicardium, 0 on the endocardia (phi_epi of Bayer et al.)."""
         if not self.biventricular:
             return 1.0 - self.across
-        return solve(self.space, self._laplace, self._dirichlet((self.epi, 1.0), (self.lv, 0.0), (self.rv, 0.0)))
+        sides = self._dirichlet((self.epi, 1.0), (self.lv, 0.0), (self.rv, 0.0))
+        return self._solve("outside", self._laplace, sides)
 
     @cached_property
     def upward(self) -> FloatArray:
         """Harmonic field: 0 at the apex, 1 at the base (psi_ab of Bayer et al.)."""
-        return solve(self.space, self._laplace, self._apicobasal_sides)
+        return self._solve("upward", self._laplace, self._apicobasal_sides)
 
     @cached_property
     def upward_distance(self) -> FloatArray:
         """As :attr:`upward`, made linear in distance along its gradient lines."""
-        return np.clip(self.linear_in_distance(self.upward, self._apicobasal_sides, CROSS["upward"]), 0.0, 1.0)
+        return np.clip(self._linear("upward", self.upward, self._apicobasal_sides), 0.0, 1.0)
 
     def valves(self, ventricle: str) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Harmonic fields of a ventricle with open valves (Doste et al. 2019, doi 10.1002/cnm.3185, section 2.3).
@@ -244,13 +311,13 @@ class WallFields:
     def _elements_at(self, nodes: np.ndarray) -> np.ndarray:
         return np.concatenate([flags.any(axis=1) for flags in self.space.corners(nodes)])
 
-    def linear_in_distance(self, field: FloatArray, sides: tuple[IntArray, FloatArray], cross: float) -> FloatArray:
+    def _linear(self, name: str, field: FloatArray, sides: tuple[IntArray, FloatArray]) -> FloatArray:
         """The field with the same gradient lines and boundary values that is linear along each line."""
         gradient = self.space.gradient(field)
         size = np.linalg.norm(gradient, axis=1)
         weight = np.maximum(size, 1e-9 * size.max())
-        matrix = self.space.stiffness(normalise(gradient), weight, cross)
-        return solve(self.space, matrix, sides)
+        matrix = self.space.stiffness(normalise(gradient), weight, CROSS[name])
+        return self._solve(f"{name}_distance", matrix, sides)
 
     @cached_property
     def turn(self) -> tuple[FloatArray, FloatArray]:
@@ -270,14 +337,20 @@ class WallFields:
         start = around / square[:, None]  # the gradient of the geometric angle
         weight = square / square.max()
         anchor = (np.array([0]), np.array([0.0]))
-        v = solve(space, space.stiffness(weight=weight), anchor, -space.load(start * weight[:, None]))
+        v = self._solve("turn", space.stiffness(weight=weight), anchor, -space.load(start * weight[:, None]))
         total = start + space.gradient(v)
         length = np.linalg.norm(total, axis=1)
         direction, weight = normalise(total), np.maximum(weight * length, 1e-9 * (weight * length).max())
         along = np.sum(direction * start, axis=1, keepdims=True) * direction
         cross = CROSS["turn"]
         flow = weight[:, None] * (along + cross * (start - along))
-        v = solve(space, space.stiffness(direction, weight, cross), anchor, -space.load(flow))
+        v = self._solve("turn", space.stiffness(direction, weight, cross), anchor, -space.load(flow), step=1)
         mass = space.to_cells(v)
         v -= np.average(mass, weights=space.volume)
         return np.cos(angle + v), np.sin(angle + v)
+
+
+class _CoarserFields(WallFields):
+    """Fields on a coarser mesh."""
+
+    _is_coarser = True

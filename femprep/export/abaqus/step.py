@@ -11,7 +11,7 @@ from femprep.export.content import Content
 from femprep.export.fibres import directions, orthotropic
 from femprep.export.material import shear_and_bulk
 from femprep.export.names import facet_names
-from femprep.export.text import rows
+from femprep.export.text import lines
 from femprep.export.units import UNITS, Units
 from femprep.model import VolumeMesh
 from femprep.options import ExportOptions
@@ -31,7 +31,7 @@ def orientation(mesh: VolumeMesh) -> Iterator[str]:
     yield "*DISTRIBUTION TABLE, NAME=fibre_table\nCOORD3D, COORD3D\n"
     yield "*DISTRIBUTION, NAME=fibre_directions, LOCATION=ELEMENT, TABLE=fibre_table\n"
     yield ", 1., 0., 0., 0., 1., 0.\n"
-    yield rows(np.arange(1, mesh.n_cells + 1), *found)
+    yield from lines(np.arange(1, mesh.n_cells + 1), *found)
     yield f"*ORIENTATION, NAME={ORIENTATION}, SYSTEM=RECTANGULAR\nfibre_directions\n"
 
 

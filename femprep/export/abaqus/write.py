@@ -14,7 +14,7 @@ from femprep.export.abaqus.step import orientation, step
 from femprep.export.fibres import segments
 from femprep.export.names import facet_names, facet_nodes, region_names, region_nodes
 from femprep.export.springs import RING, ring_nodes
-from femprep.export.text import rows, wrapped
+from femprep.export.text import lines, rows, wrapped
 from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_comments
 from femprep.mesh.elements import match_facets
@@ -51,11 +51,11 @@ def _parts(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield f"** Units: {units.line}\n" + verdict_comments(mesh, "**")
     yield "** Tags: " + " ".join(f"{name}={tag}" for name, tag in {**regions, **facets}.items()) + "\n"
     yield "*NODE, NSET=NALL\n"
-    yield rows(np.arange(1, len(mesh.points) + 1), mesh.points * units.per_mm)
+    yield from lines(np.arange(1, len(mesh.points) + 1), mesh.points * units.per_mm)
     numbers = np.arange(1, mesh.n_cells + 1)
     for kind, block, own in block_rows(mesh.cells):
         yield f"*ELEMENT, TYPE={ABAQUS_TYPES[kind]}, ELSET=EALL\n"
-        yield element_rows(numbers[own], block + 1)
+        yield from element_rows(numbers[own], block + 1)
     for name, tag in regions.items():
         yield f"*ELSET, ELSET={name}\n" + wrapped(np.flatnonzero(mesh.region == tag) + 1, 16)
         yield f"*NSET, NSET={name}\n" + wrapped(region_nodes(mesh, tag) + 1, 16)
@@ -78,13 +78,13 @@ def _parts(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield from step(mesh, options)
 
 
-def element_rows(numbers: IntArray, nodes: IntArray) -> str:
+def element_rows(numbers: IntArray, nodes: IntArray) -> Iterator[str]:
     """Number and nodes of each element; those with more than fifteen nodes go on in a second line."""
     if nodes.shape[1] <= 15:
-        return rows(numbers, nodes)
-    one = rows(numbers, nodes[:, :15]).splitlines()
-    two = rows(nodes[:, 15:]).splitlines()
-    return "".join(f"{a},\n{b}\n" for a, b in zip(one, two))
+        yield from lines(numbers, nodes)
+        return
+    for one, two in zip(lines(numbers, nodes[:, :15]), lines(nodes[:, 15:])):
+        yield "".join(f"{a},\n{b}\n" for a, b in zip(one.splitlines(), two.splitlines()))
 
 
 def surface_rows(element: IntArray, face: IntArray) -> str:

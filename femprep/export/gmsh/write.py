@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.export.names import facet_names, region_names
-from femprep.export.text import rows
+from femprep.export.text import lines
 from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_lines
 from femprep.model import IntArray, VolumeMesh
@@ -106,7 +106,7 @@ def _entity(tag: int) -> int:
 def _nodes_22(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     points = mesh.points * UNITS[options.length_unit].per_mm
     yield f"$Nodes\n{len(points)}\n"
-    yield rows(np.arange(1, len(points) + 1), points, separator=" ", width=None)
+    yield from lines(np.arange(1, len(points) + 1), points, separator=" ", width=None)
     yield "$EndNodes\n"
 
 
@@ -115,7 +115,7 @@ def _elements_22(parts: list[_Part]) -> Iterator[str]:
     for part in parts:
         head = np.tile([GMSH_TYPES[part.kind][0], 2], (len(part.row), 1))
         entity = np.where(part.tags > 0, part.tags, 1_000_000 - part.tags)
-        yield rows(part.row + 1, head, np.maximum(part.tags, 0), entity, part.nodes, separator=" ")
+        yield from lines(part.row + 1, head, np.maximum(part.tags, 0), entity, part.nodes, separator=" ")
     yield "$EndElements\n"
 
 
@@ -138,8 +138,8 @@ def _nodes_41(mesh: VolumeMesh, parts: list[_Part], options: ExportOptions) -> I
     points = mesh.points * UNITS[options.length_unit].per_mm
     volume = next((_entity(int(part.tags[0])) for part in parts if part.dim == 3), 1)
     yield f"$Nodes\n1 {len(points)} 1 {len(points)}\n3 {volume} 0 {len(points)}\n"
-    yield rows(np.arange(1, len(points) + 1))
-    yield rows(points, separator=" ", width=None)
+    yield from lines(np.arange(1, len(points) + 1))
+    yield from lines(points, separator=" ", width=None)
     yield "$EndNodes\n"
 
 
@@ -148,7 +148,7 @@ def _elements_41(parts: list[_Part]) -> Iterator[str]:
     yield f"$Elements\n{len(parts)} {total} 1 {total}\n"
     for part in parts:
         yield f"{part.dim} {_entity(int(part.tags[0]))} {GMSH_TYPES[part.kind][0]} {len(part.row)}\n"
-        yield rows(np.arange(first, first + len(part.row)), part.nodes, separator=" ")
+        yield from lines(np.arange(first, first + len(part.row)), part.nodes, separator=" ")
         first += len(part.row)
     yield "$EndElements\n"
 
@@ -176,5 +176,5 @@ def _view(section: str, name: str, values: Any) -> Iterator[str]:
     width = next((n for n in (1, 3, 9) if n >= table.shape[1]), table.shape[1])
     table = np.pad(table, ((0, 0), (0, width - table.shape[1])))
     yield f'${section}\n1\n"{name}"\n1\n0.0\n3\n0\n{width}\n{len(table)}\n'
-    yield rows(np.arange(1, len(table) + 1), table, separator=" ", width=None)
+    yield from lines(np.arange(1, len(table) + 1), table, separator=" ", width=None)
     yield f"$End{section}\n"

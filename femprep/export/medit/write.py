@@ -11,7 +11,7 @@ import numpy as np
 from femprep.export.fibres import directions
 from femprep.export.names import facet_names, region_names
 from femprep.export.split import linear
-from femprep.export.text import rows
+from femprep.export.text import lines
 from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_comments
 from femprep.model import VolumeMesh
@@ -54,11 +54,11 @@ def _mesh(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     names = {**region_names(mesh), **facet_names(mesh)}
     yield "".join(f"# {tag} {name}\n" for name, tag in names.items())
     yield f"\nDimension 3\n\nVertices\n{len(mesh.points)}\n"
-    yield rows(mesh.points * units.per_mm, np.zeros(len(mesh.points), dtype=int), separator=" ", width=None)
+    yield from lines(mesh.points * units.per_mm, np.zeros(len(mesh.points), dtype=int), separator=" ", width=None)
     for blocks, tags in ((mesh.facets, mesh.facet_tag), (mesh.cells, mesh.region)):
         for kind, block, own in block_rows(blocks):
             yield f"\n{MEDIT_SECTIONS[kind]}\n{len(block)}\n"
-            yield rows(block + 1, tags[own], separator=" ")
+            yield from lines(block + 1, tags[own], separator=" ")
     yield "\nEnd\n"
 
 
@@ -68,5 +68,5 @@ def _solution(mesh: VolumeMesh, fields: tuple[np.ndarray, ...]) -> Iterator[str]
     yield "MeshVersionFormatted 2\n\nDimension 3\n"
     for kind, block, own in block_rows(mesh.cells):
         yield f"\nSolAt{MEDIT_SECTIONS[kind]}\n{len(block)}\n{kinds}\n"
-        yield rows(*(values[own] for values in fields), separator=" ", width=None)
+        yield from lines(*(values[own] for values in fields), separator=" ", width=None)
     yield "\nEnd\n"

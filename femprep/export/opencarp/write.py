@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Final
 
@@ -15,7 +16,7 @@ from femprep.export.opencarp.uvc import universal
 from femprep.export.purkinje import PURKINJE, directions_of
 from femprep.export.split import linear
 from femprep.export.springs import RING, ring_nodes
-from femprep.export.text import rows
+from femprep.export.text import lines, rows
 from femprep.mesh.elements import FACET_CORNERS
 from femprep.model import FloatArray, PurkinjeNet, VolumeMesh, is_blood
 from femprep.model.blocks import block_rows, chosen_rows
@@ -54,18 +55,19 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     """
     mesh = linear(mesh, "openCARP")
     with (folder / f"{stem}.pts").open("w", encoding="ascii", newline="\n") as file:
-        file.write(f"{len(mesh.points)}\n" + rows(mesh.points * MICROMETRES, separator=" ", width=None))
+        file.write(f"{len(mesh.points)}\n")
+        file.writelines(lines(mesh.points * MICROMETRES, separator=" ", width=None))
     with (folder / f"{stem}.elem").open("w", encoding="ascii", newline="\n") as file:
         file.write(f"{mesh.n_cells}\n")
         for kind, block, own in block_rows(mesh.cells):
             name, order = CARP_TYPES[kind]
-            text = rows(block[:, list(order)], mesh.region[own], separator=" ")
-            file.write("".join(f"{name} {line}\n" for line in text.splitlines()))
+            file.writelines(lines(block[:, list(order)], mesh.region[own], separator=" ", before=f"{name} "))
     with (folder / f"{stem}.lon").open("w", encoding="ascii", newline="\n") as file:
         axes = _axes(mesh)
-        file.write(f"{axes.shape[1] // 3}\n" + rows(axes, separator=" ", width=None))
+        file.write(f"{len(axes)}\n")
+        file.writelines(lines(*axes, separator=" ", width=None))
     for name, tag in facet_names(mesh).items():
-        (folder / f"{stem}.{name}.surf").write_text(_surface(mesh, tag), encoding="ascii")
+        _write(folder / f"{stem}.{name}.surf", _surface(mesh, tag))
         nodes = facet_nodes(mesh, tag)
         (folder / f"{stem}.{name}.vtx").write_text(f"{len(nodes)}\nextra\n{rows(nodes)}", encoding="ascii")
     if (ring := ring_nodes(mesh)).size:
@@ -75,39 +77,43 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
         for name, nodes in waves(mesh.purkinje).items():
             (folder / f"{stem}.{name}.vtx").write_text(f"{len(nodes)}\nextra\n{rows(nodes)}", encoding="ascii")
     if "aha" in mesh.cell_data:
-        (folder / f"{stem}.aha.dat").write_text(rows(np.asarray(mesh.cell_data["aha"])), encoding="ascii")
+        _write(folder / f"{stem}.aha.dat", lines(np.asarray(mesh.cell_data["aha"])))
     for name, values in universal(mesh).items():
-        (folder / f"{stem}.uvc_{name}.dat").write_text(rows(values, width=None), encoding="ascii")
+        _write(folder / f"{stem}.uvc_{name}.dat", lines(values, width=None))
     (folder / f"{stem}.par").write_text(parameters(mesh, stem), encoding="utf-8")
     names = {**region_names(mesh), **facet_names(mesh)}
     (folder / f"{stem}.tags.txt").write_text("".join(f"{tag} {name}\n" for name, tag in names.items()), "utf-8")
 
 
+def _write(path: Path, text: Iterable[str]) -> None:
+    with path.open("w", encoding="ascii", newline="\n") as file:
+        file.writelines(text)
+
+
 def _write_net(net: PurkinjeNet, folder: Path, stem: str) -> None:
     """Purkinje fibres as a mesh of lines, and which points of the wall's mesh its own are."""
-    lines = "".join(f"Ln {line}\n" for line in rows(net.edges, net.edge_tag, separator=" ").splitlines())
+    lined = "".join(f"Ln {line}\n" for line in rows(net.edges, net.edge_tag, separator=" ").splitlines())
     places = rows(net.points * MICROMETRES, separator=" ", width=None)
     (folder / f"{stem}.pts").write_text(f"{len(net.points)}\n{places}", encoding="ascii")
-    (folder / f"{stem}.elem").write_text(f"{len(net.edges)}\n{lines}", encoding="ascii")
+    (folder / f"{stem}.elem").write_text(f"{len(net.edges)}\n{lined}", encoding="ascii")
     (folder / f"{stem}.lon").write_text(f"1\n{rows(directions_of(net), separator=' ', width=None)}", encoding="ascii")
     (folder / f"{stem}.dat").write_text(f"# {net.speed!r} m/s\n{rows(net.mesh_point)}", encoding="ascii")
 
 
-def _axes(mesh: VolumeMesh) -> FloatArray:
-    """The numbers of ``.lon``, an element a row."""
+def _axes(mesh: VolumeMesh) -> tuple[FloatArray, ...]:
+    """The directions of ``.lon``, an element a row of each."""
     found = directions(mesh)
     if found is None:
-        axes = np.tile(NO_FIBRE, (mesh.n_cells, 1))
+        axes: tuple[FloatArray, ...] = (np.tile(NO_FIBRE, (mesh.n_cells, 1)),)
     else:
-        axes = np.hstack(found) if "sheet" in mesh.cell_data else found[0].copy()
-    axes[is_blood(mesh.region)] = 0.0
-    return axes
+        axes = found if "sheet" in mesh.cell_data else found[:1]
+    blood = is_blood(mesh.region)
+    return tuple(np.where(blood[:, None], 0.0, one) for one in axes) if blood.any() else axes
 
 
-def _surface(mesh: VolumeMesh, tag: int) -> str:
-    lines = []
-    for kind, chosen in chosen_rows(mesh.facets, mesh.facet_tag == tag).items():
+def _surface(mesh: VolumeMesh, tag: int) -> Iterator[str]:
+    found = chosen_rows(mesh.facets, mesh.facet_tag == tag)
+    yield f"{sum(map(len, found.values()))}\n"
+    for kind, chosen in found.items():
         corners = FACET_CORNERS[kind]
-        text = rows(chosen[:, list(INWARD[corners])], separator=" ")
-        lines += [f"{CARP_FACETS[corners]} {line}\n" for line in text.splitlines()]
-    return f"{len(lines)}\n" + "".join(lines)
+        yield from lines(chosen[:, list(INWARD[corners])], separator=" ", before=f"{CARP_FACETS[corners]} ")

@@ -37,25 +37,26 @@ FACETS, FACET_DATA = "facets_", "facet_data_"
 
 def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
     """Write ``stem.vtu``; lengths stay in mm."""
-    save(unstructured_grid(mesh), folder / f"{stem}.vtu")
+    save(unstructured_grid(mesh, shared=True), folder / f"{stem}.vtu")
 
 
-def unstructured_grid(mesh: VolumeMesh) -> Any:
+def unstructured_grid(mesh: VolumeMesh, *, shared: bool = False) -> Any:
     """The mesh as a VTK grid.
 
     Cell data ``region``; field data one ``[tag, dimension]`` per name, as Gmsh and meshio keep names; the facets as
-    field data too, so that one file is the whole mesh and every reader still finds volume cells alone.
+    field data too, so that one file is the whole mesh and every reader still finds volume cells alone. Where
+    ``shared``, the grid has the mesh's own arrays, to be read only.
 
     Raises
     ------
     InputError
         Data are called ``region``, or are no numbers.
     """
-    out = bare_grid(mesh)
+    out = bare_grid(mesh, shared=shared)
     if "region" in mesh.cell_data:
         raise InputError("cell data 'region' would hide the region tags; give it another name")
-    add_arrays(out.GetCellData(), {"region": mesh.region, **mesh.cell_data}, "cell data")
-    add_arrays(out.GetPointData(), mesh.point_data, "point data")
+    add_arrays(out.GetCellData(), {"region": mesh.region, **mesh.cell_data}, "cell data", shared=shared)
+    add_arrays(out.GetPointData(), mesh.point_data, "point data", shared=shared)
     names = {name: np.array([tag, 3], np.int32) for name, tag in region_names(mesh).items()}
     names |= {name: np.array([tag, 2], np.int32) for name, tag in facet_names(mesh).items()}
     facets = {FACETS + kind: block for kind, block in mesh.facets.items()}
@@ -67,14 +68,14 @@ def unstructured_grid(mesh: VolumeMesh) -> Any:
     return out
 
 
-def bare_grid(mesh: VolumeMesh) -> Any:
+def bare_grid(mesh: VolumeMesh, *, shared: bool = False) -> Any:
     """Points and volume cells of the mesh as a VTK grid, without any data."""
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 
     types = [np.full(len(block), VTK_TYPES[kind], dtype=np.uint8) for kind, block in mesh.cells.items()]
     out = vtkUnstructuredGrid()
-    out.SetPoints(vtk_points(mesh.points))
+    out.SetPoints(vtk_points(mesh.points, shared=shared))
     kinds = np.concatenate([np.empty(0, dtype=np.uint8), *types])
     out.SetCells(numpy_to_vtk(kinds, deep=True), vtk_cells(list(mesh.cells.values())))
     return out

@@ -13,7 +13,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from femprep.mesh.compiled import compiled
-from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, element_faces, row_numbers, set_numbers
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, element_faces
+from femprep.mesh.numbering import row_numbers, set_numbers
 from femprep.model import IntArray, VolumeMesh, is_blood
 from femprep.model.blocks import block_rows
 from femprep.volume.quality.report import Validity

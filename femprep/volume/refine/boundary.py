@@ -8,8 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from femprep.mesh.elements import ELEMENTS, boundary_faces, element_faces, set_numbers
+from femprep.mesh.elements import ELEMENTS, boundary_faces, element_faces
 from femprep.mesh.measures.volume_elements import element_measures
+from femprep.mesh.numbering import set_numbers
 from femprep.mesh.patches import PatchSurface
 from femprep.model import FloatArray, IntArray, Plane, TagArray
 from femprep.volume.optimise import LEAST, tet_quality

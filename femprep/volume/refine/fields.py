@@ -18,7 +18,7 @@ def carried(coarse: VolumeMesh, fine: VolumeMesh, ways: Mapping[str, TagArray]) 
     """The fine mesh with the coarse one's point data."""
     if not coarse.point_data:
         return fine
-    matrix = prolongation(coarse, fine, ways)
+    matrix = prolongation(coarse, fine.points, fine.cells, ways)
     found: dict[str, Any] = {}
     for name, values in coarse.point_data.items():
         array = np.asarray(values)

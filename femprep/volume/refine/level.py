@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, set_numbers
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.mesh.measures.sample_points import family, shape_values
+from femprep.mesh.numbering import set_numbers
 from femprep.model import FloatArray, IntArray, TagArray
 from femprep.volume.refine.kernels import cut_tetrahedra
 from femprep.volume.refine.templates import FACET_CHILDREN, cut_of

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from femprep.mesh.elements import ELEMENTS, match_facets
-from femprep.model import VolumeMesh
+from femprep.model import VolumeMesh, frozen
 from femprep.volume.optimise import tet_quality
 
 #: Rounds of taking away: flat elements lie upon each other two or three deep at most.
@@ -94,10 +94,12 @@ def _without(mesh: VolumeMesh, tags: list[int], poor: float) -> tuple[VolumeMesh
     number_of = np.cumsum(used) - 1
     found = replace(
         mesh,
-        points=mesh.points[used],
-        cells={"tetra": number_of[cells[kept]]},
+        points=frozen(mesh.points[used]),
+        cells={"tetra": frozen(number_of[cells[kept]])},
         region=mesh.region[kept],
         facets={"triangle": number_of[new]},
         facet_tag=np.concatenate([tag[left], np.array([t for _, t in added], dtype=np.int32)]),
     )
+    if mesh.nested is not None:
+        found = replace(found, nested=mesh.nested.part(found, np.flatnonzero(used), kept))
     return found, len(gone)

@@ -16,6 +16,7 @@ from femprep.mesh.measures.sample_points import family
 from femprep.model import FloatArray, IntArray, Notice, TagArray, VolumeMesh, Wall, noted
 from femprep.volume.optimise import POOR
 from femprep.volume.refine.boundary import untagged_faces
+from femprep.volume.refine.origin import Origin
 from femprep.volume.refine.sheets import Sheets, find_sheets
 from femprep.volume.refine.step import State, step
 from femprep.volume.refine.transfer import prolongation, restriction
@@ -48,7 +49,10 @@ class Level:
     @cached_property
     def down(self) -> sp.csr_array:
         """Values at the fine mesh's nodes from those of the coarse one, ``(fine, coarse)``."""
-        return prolongation(self.coarse, self.fine, self.ways)
+        origin = self.fine.nested
+        if origin is not None:
+            return origin.down
+        return prolongation(self.coarse, self.fine.points, self.fine.cells, self.ways)
 
     @cached_property
     def up(self) -> sp.csr_array:
@@ -229,6 +233,7 @@ def _refined(
         records.append(record)
         if number == levels - 1:
             state.mesh = _told(state.mesh, records, sheets, wall)
+        state.mesh = replace(state.mesh, nested=Origin(coarse, state.mesh.points, state.mesh.cells, ways))
         found.append(Level(coarse, state.mesh, ways))
         if progress is not None:
             progress("refine", float(work[number]))

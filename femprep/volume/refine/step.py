@@ -9,7 +9,7 @@ import numpy as np
 
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.quadratic import add_middles, number_edges
-from femprep.model import FloatArray, IntArray, TagArray, VolumeMesh
+from femprep.model import FloatArray, IntArray, TagArray, VolumeMesh, frozen
 from femprep.volume.optimise import optimise
 from femprep.volume.refine.boundary import constraints_of, moved_onto
 from femprep.volume.refine.fields import carried
@@ -48,8 +48,8 @@ def step(
         points, told = _improved(points, cells["tetra"], on, sheets, poor)
         record.update(told)
     fine = VolumeMesh(
-        points,
-        cells,
+        frozen(points),
+        {name: frozen(block) for name, block in cells.items()},
         np.repeat(mesh.region, 8),
         fine_facets,
         np.repeat(mesh.facet_tag, 4),

@@ -33,13 +33,15 @@ def child_places(name: str) -> FloatArray:
     return np.concatenate([corner, 0.5 * (corner[:, :, pairs[:, 0]] + corner[:, :, pairs[:, 1]])], axis=2)
 
 
-def prolongation(coarse: VolumeMesh, fine: VolumeMesh, ways: Mapping[str, TagArray]) -> sp.csr_array:
-    """Matrix ``(fine points, coarse points)``."""
-    taken = np.zeros(len(fine.points), dtype=np.bool_)
+def prolongation(
+    coarse: VolumeMesh, points: FloatArray, cells: Mapping[str, IntArray], ways: Mapping[str, TagArray]
+) -> sp.csr_array:
+    """Matrix ``(fine points, coarse points)`` of points ``(n, 3)`` and elements that a mesh was cut into."""
+    taken = np.zeros(len(points), dtype=np.bool_)
     parts = []
     for name, block in coarse.cells.items():
         quadratic = ELEMENTS[name].quadratic
-        children = fine.cells[QUADRATIC[family(name)] if quadratic else family(name)]
+        children = cells[QUADRATIC[family(name)] if quadratic else family(name)]
         places = child_places(name)
         for way in range(len(places)):
             rows = np.flatnonzero(ways[name] == way)
@@ -52,8 +54,8 @@ def prolongation(coarse: VolumeMesh, fine: VolumeMesh, ways: Mapping[str, TagArr
                     number, kept = np.unique(number[fresh], return_index=True)
                     taken[number] = True
                     element = block[rows[fresh[kept]]]
-                    parts.append(_rows(name, places[way, child, node], element, number, coarse.points, fine.points))
-    return _matrix(parts, len(fine.points), len(coarse.points))
+                    parts.append(_rows(name, places[way, child, node], element, number, coarse.points, points))
+    return _matrix(parts, len(points), len(coarse.points))
 
 
 def restriction(coarse: VolumeMesh, fine: VolumeMesh) -> sp.csr_array:
