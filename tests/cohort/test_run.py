@@ -56,6 +56,8 @@ def test_seconds_are_those_of_the_stages_and_memory_is_told(undisturbed: Quiet) 
     for number in range(3):
         row = timings[f"heart{number}"]
         assert float(row["stages_seconds"]) <= float(row["seconds"])
+        stages = json.loads((undisturbed.out / f"heart{number}" / "run.json").read_text())["stages"]
+        assert [stages[0]["name"], stages[-1]["name"]] == ["read", "write"]
         assert 50.0 < float(row["peak_memory_mb"]) < 5000.0
         assert row["attempts"] == "1"
 
