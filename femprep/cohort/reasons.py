@@ -162,6 +162,16 @@ REASONS: Final[tuple[Reason, ...]] = (
         "Mend the labels where the message says; another `--edge-length`, or `--mesher sweep`.",
         ("InputError volume", "InputError model", "InputError mesh", "InputError report"),
     ),
+    Reason(
+        *("surfaces-broken", "refused", "A surface that was given is open, crosses itself, or lies where it cannot."),
+        "Mend it where the message says.",
+        ("InputError surface.given", "InputError wall.own"),
+    ),
+    Reason(
+        *("activation-impossible", "refused", "Purkinje fibres or times of activation have nothing to begin from."),
+        "The message names what is missing: fibres, a place on the endocardium.",
+        ("InputError activation",),
+    ),
     # Failed on valid input.
     Reason(
         *("surface-not-fitted", "failed", "No way of fitting a surface gave one that is sound."),
@@ -189,9 +199,9 @@ REASONS: Final[tuple[Reason, ...]] = (
         ("StageError volume.tetwild.guard:_wait", "ResourceError volume.tetwild.guard:_wait"),
     ),
     Reason(
-        *("fibres-failed", "failed", "The equations of coordinates or fibres were not solved."),
-        "Another `--edge-length`, or leave `--fibres` out.",
-        ("StageError anatomy",),
+        *("fibres-failed", "failed", "Coordinates or fibres were not solved, or Purkinje fibres not grown."),
+        "Another `--edge-length`, or leave `--fibres` or `--purkinje` out.",
+        ("StageError anatomy", "StageError activation"),
     ),
     Reason(
         *("disk-full", "failed", "No room was left. The cohort stops, as all that follow would end so."),
