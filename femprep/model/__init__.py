@@ -12,7 +12,7 @@ from femprep.model.notice import Notice, noted, records
 from femprep.model.plane import Plane
 from femprep.model.progress import Progress
 from femprep.model.surface import SphereMap, Surface, split_quads
-from femprep.model.tags import FACET_TAGS, REGION_TAGS, endo_tags, is_blood, tag_name
+from femprep.model.tags import FACET_TAGS, REGION_TAGS, TISSUES, endo_tags, is_blood, tag_name
 from femprep.model.verdict import verdict_of, with_verdict, without_failure
 from femprep.model.volume_mesh import VolumeMesh
 from femprep.model.wall import BloodPools, Wall
@@ -29,6 +29,7 @@ __all__ = [
     "Progress",
     "SphereMap",
     "Surface",
+    "TISSUES",
     "TagArray",
     "VolumeMesh",
     "Wall",
