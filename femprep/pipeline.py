@@ -14,19 +14,22 @@ from femprep.anatomy import (
     add_coordinates,
     add_fibres,
     add_pericardium,
+    add_regions,
     flip,
     on_wall,
     orient,
+    sample_image,
+    ventricular_axes,
 )
 from femprep.errors import FemprepError, StageError
 from femprep.export.abaqus.calculix import inflate
 from femprep.export.content import content_of, refusals
-from femprep.image import Segmentation, align_slices
+from femprep.image import IntensityImage, Segmentation, align_slices
 from femprep.image.size import require_heart_size
 from femprep.model import Notice, Progress, VolumeMesh, Wall, noted, verdict_of, with_verdict
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
-from femprep.preflight import check_labels, check_options
+from femprep.preflight import check_labels, check_options, check_second_images
 from femprep.report.beside_labels import volumes_beside_labels, wall_difference
 from femprep.report.run import Run, Surfaces
 from femprep.surface import fit_surface
@@ -48,7 +51,13 @@ _log = logging.getLogger(__name__)
 
 @takes(Options)
 def mesh_segmentation(
-    seg: Segmentation, options: Options | None = None, progress: Progress | None = None, **changes: object
+    seg: Segmentation,
+    options: Options | None = None,
+    progress: Progress | None = None,
+    *,
+    tissue: Segmentation | None = None,
+    images: Mapping[str, IntensityImage] | None = None,
+    **changes: object,
 ) -> Run:
     """Mesh the wall of a segmented heart, the whole way.
 
@@ -61,6 +70,10 @@ def mesh_segmentation(
         All options; the defaults where not given.
     progress : callable, optional
         Called with ``(stage, fraction)``.
+    tissue : Segmentation, optional
+        A second image of labels, whose structures are scar, border zone, fat...: see :func:`femprep.add_regions`.
+    images : mapping of str to IntensityImage, optional
+        Images to sample, by the name of the field: see :func:`femprep.sample_image`.
     **changes
         Options by name in place of those given.
 
@@ -84,6 +97,7 @@ def mesh_segmentation(
     options = choose(Options, options, changes)
     _log.debug("options: %s", options)
     stages = Stages(progress)
+    check_second_images(seg, options, tissue, images or {})
     seg, layout, axes = begin(seg, options, stages)
     with advised(seg, options):
         parts = ANATOMIES[options.anatomy](seg, layout, options, stages)
@@ -93,9 +107,13 @@ def mesh_segmentation(
     if axes is not None:
         with stages("anatomy"):
             mesh = _with_anatomy(mesh, axes, options)
+    plain = mesh
+    if tissue is not None or images:
+        with stages("second images"):
+            mesh = _with_images(mesh, axes or ventricular_axes(seg), tissue, images or {})
     with stages("quality"):
         quality = check(mesh, options=options.check)
-        volumes = volumes_beside_labels(mesh, parts.objects, wall.planes)
+        volumes = volumes_beside_labels(plain, parts.objects, wall.planes)
         fidelity = mesh_fidelity(mesh, parts.outlines, seg.grid, quality.options.maximum_label_distance)
         judged = judge_wall_volume(quality, wall_difference(volumes))
         judged = with_fidelity(judged, fidelity, what_helps(seg, fidelity, parts, options))
@@ -142,6 +160,17 @@ def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> V
         mesh = add(mesh, axes=axes, fields=fields)
     mesh = add_fibres(mesh, options.fibres, axes=axes, fields=fields)
     return mesh if options.pericardium is None else add_pericardium(mesh, options.pericardium)
+
+
+def _with_images(
+    mesh: VolumeMesh, axes: VentricularAxes, tissue: Segmentation | None, images: Mapping[str, IntensityImage]
+) -> VolumeMesh:
+    """The mesh with what second images show along its wall; with coordinates and segments, where it had none."""
+    if "apicobasal" not in mesh.point_data:
+        mesh = on_wall(mesh, lambda part: add_aha(add_coordinates(part, axes=axes), axes=axes))
+    for name, image in images.items():
+        mesh = sample_image(mesh, image, name)
+    return mesh if tissue is None else add_regions(mesh, tissue)
 
 
 def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:

@@ -35,8 +35,8 @@ def kind_of(values: Any, name: str = "") -> Kind:
     array = np.asarray(values)
     if array.dtype.kind not in "fiub" or array.ndim > 2 or (array.ndim == 2 and array.shape[1] != 3):
         raise InputError(
-            f"field {name!r} has shape {array.shape} and type {array.dtype}; a number or three for each element or point "
-            "can be transferred"
+            f"field {name!r} has shape {array.shape} and type {array.dtype}; a number or three for each element "
+            "or point can be transferred"
         )
     if array.ndim == 1:
         return "number" if array.dtype.kind == "f" else "tag"

@@ -65,9 +65,7 @@ def correspond(source: VolumeMesh, target: VolumeMesh) -> Correspondence:
     return paired(source, target, wall_parts(source, "the source"), wall_parts(target, "the target"))
 
 
-def paired(
-    source: VolumeMesh, target: VolumeMesh, sources: list[WallPart], targets: list[WallPart]
-) -> Correspondence:
+def paired(source: VolumeMesh, target: VolumeMesh, sources: list[WallPart], targets: list[WallPart]) -> Correspondence:
     """The same of meshes whose parts are known."""
     _require_same_anatomy(source, target, sources, targets)
     pairs = []

@@ -58,8 +58,8 @@ def sample_image(mesh: VolumeMesh, image: IntensityImage, name: str) -> VolumeMe
     known = voxels_in(locator, image.grid) & np.isfinite(image.values)
     if not known.any():
         raise InputError(
-            f"no voxel of the image for {name!r} lies in the wall of the mesh; both have to be in the same world coordinates "
-            "(scanner, mm): compare their positions, or resample one onto the other"
+            f"no voxel of the image for {name!r} lies in the wall of the mesh; both have to be in the same world "
+            "coordinates (scanner, mm): compare their positions, or resample one onto the other"
         )
     maps = SliceMaps(np.nan_to_num(image.values), known, image.grid)
     cells, points = np.zeros(mesh.n_cells), np.zeros(len(mesh.points))

@@ -1,4 +1,4 @@
-"""Scores of some classes at points, each point a volume, in; the edges at which each class has the volume it is to, out."""
+"""Scores of some classes at points, each point a volume, in; the levels at which each class has its volume, out."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Labels or intensities of an image and the wall they lie in, in; maps of each slice that go on beyond the wall, out.
 
-A pixel outside the wall tells nothing of it: it gets what the nearest pixel of the wall in its slice has. So blood beside
-a scar does not wear it off, and fat outside an epicardium does not reach in.
+A pixel outside the wall tells nothing of it: it gets what the nearest pixel of the wall in its slice has. So blood
+beside a scar does not wear it off, and fat outside an epicardium does not reach in.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""A mesh and a label map of scar, border zone or fat in; the mesh with those as regions and a share of each element out.
+"""A mesh and a label map of scar, border zone or fat in; the mesh with those as regions and shares of elements out.
 
-Between slices labels are interpolated along the wall (see :mod:`femprep.anatomy.wall_slices`), by the distance from their
-outlines. The outlines then give way a little, the same everywhere, so that the volume is that of the labels; so does the
-share from which on an element belongs to the region, which is near one half.
+Between slices labels are interpolated along the wall (see :mod:`femprep.anatomy.wall_slices`), by the distance from
+their outlines. The outlines then give way a little, the same everywhere, so that the volume is that of the labels; so
+does the share from which on an element belongs to the region, which is near one half.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from femprep.anatomy.transmurality import transmurality
 from femprep.anatomy.wall_samples import Samples, sample_part
 from femprep.errors import InputError
 from femprep.image.segmentation import Segmentation
-from femprep.mesh.measures.volume_elements import centroids, element_volumes
+from femprep.mesh.measures.volume_elements import centroids
 from femprep.model import REGION_TAGS, TISSUES, FloatArray, IntArray, Notice, VolumeMesh, is_blood, noted
 from femprep.model.tissue import TissueRecord, TissuesRecord
 
@@ -54,9 +54,9 @@ def add_regions(
     image : Segmentation
         Of any grid and pose, in the same world coordinates.
     labels : mapping of str to int or several ints, optional
-        Labels by tissue: ``scar``, ``border``, ``fat``, ``edema``, ``hypoperfused``; the image's own structures where not
-        given. ``healthy`` names the rest of the wall: where it is given, voxels of neither tell nothing, and the nearest
-        ones that do count; else every voxel in the wall tells.
+        Labels by tissue: ``scar``, ``border``, ``fat``, ``edema``, ``hypoperfused``; the image's own structures where
+        not given. ``healthy`` names the rest of the wall: where it is given, voxels of neither tell nothing, and the
+        nearest ones that do count; else every voxel in the wall tells.
 
     Returns
     -------
@@ -87,15 +87,20 @@ def add_regions(
     levels = levels_for(sampled.scores, sampled.volume, wanted, 0.0, _GIVE * pixel)
     chosen = classes_of(sampled.scores, levels)
     size = np.bincount(sampled.element, weights=sampled.volume, minlength=mesh.n_cells)
-    shares = np.stack(
-        [
-            np.bincount(sampled.element, weights=sampled.volume * (chosen == k), minlength=mesh.n_cells)
-            for k in range(len(names))
-        ],
-        axis=1,
-    ) / np.maximum(size, 1e-300)[:, None]
-    thresholds = levels_for(shares, size, (shares * size[:, None]).sum(axis=0), 0.5, 0.4999)
-    tagged = classes_of(shares, thresholds)
+    shares = (
+        np.stack(
+            [
+                np.bincount(sampled.element, weights=sampled.volume * (chosen == k), minlength=mesh.n_cells)
+                for k in range(len(names))
+            ],
+            axis=1,
+        )
+        / np.maximum(size, 1e-300)[:, None]
+    )
+    shares = np.clip(shares, 0.0, 1.0)
+    ranked = _ranked(shares, sampled, size)
+    thresholds = levels_for(ranked, size, (shares * size[:, None]).sum(axis=0), 0.5, 0.4999)
+    tagged = classes_of(ranked, thresholds)
     tags = np.array([REGION_TAGS[name] for name in names], dtype=np.int32)
     region = np.where(tagged >= 0, tags[tagged], mesh.region).astype(np.int32)
     record = _record(field, names, sampled, wanted, levels, thresholds, shares, size, tagged)
@@ -103,6 +108,16 @@ def add_regions(
     data = {name: shares[:, k] for k, name in enumerate(names)}
     found = mesh.with_data(cell={**data, WALL_REGION: np.array(mesh.region)})
     return replace(found, region=region, info=noted(info, *_notices(record, _said(image))))
+
+
+def _ranked(shares: FloatArray, sampled: _Sampled, size: FloatArray) -> FloatArray:
+    """The shares; equal ones told apart by how far inside the tissue the element lies, in the mean."""
+    out = shares.copy()
+    for k in range(shares.shape[1]):
+        weight = sampled.volume * np.clip(sampled.scores[:, k], -10.0, 10.0)
+        deep = np.bincount(sampled.element, weights=weight, minlength=len(size)) / np.maximum(size, 1e-300)
+        out[:, k] += 1e-6 * deep
+    return out
 
 
 def without_tissue(mesh: VolumeMesh) -> VolumeMesh:
@@ -118,17 +133,27 @@ def _named(image: Segmentation, labels: Mapping[str, int | Sequence[int]] | None
     if labels is not None:
         own = {name: (n,) if isinstance(n, int | np.integer) else tuple(n) for name, n in labels.items()}
         image = replace(image, structures=own)
+    require_tissues(image)
+    return image
+
+
+def require_tissues(image: Segmentation) -> None:
+    """Make sure that the structures of an image are tissues, and occur in it.
+
+    Raises
+    ------
+    InputError
+    """
     names = [name for name in image.structures if name != HEALTHY]
     if wrong := [name for name in names if name not in TISSUES]:
         raise InputError(
-            f"{wrong[0]!r} is no tissue of a second image; choose from {', '.join(TISSUES)}, and {HEALTHY} for the rest "
-            "of the wall"
+            f"{wrong[0]!r} is no tissue of a second image; choose from {', '.join(TISSUES)}, and {HEALTHY} for the "
+            "rest of the wall"
         )
     if not names:
         raise InputError("no tissue named; give at least one, as in scar=1")
     for name in image.structures:
         image.numbers(name)
-    return image
 
 
 def _sample(field: TissueField) -> _Sampled:
@@ -139,9 +164,7 @@ def _sample(field: TissueField) -> _Sampled:
         feet = field.feet(k, samples.nodes, samples.weights)
         place = np.einsum("qi,qij->qj", samples.weights, part.mesh.points[samples.nodes])
         element = part.cells[samples.element]
-        found.append(
-            (field.scores(feet), field.nearest(feet), element, samples.volume, feet.position, place)
-        )
+        found.append((field.scores(feet), field.nearest(feet), element, samples.volume, feet.position, place))
     return _Sampled(*(np.concatenate(parts) for parts in zip(*found)))
 
 
@@ -226,17 +249,17 @@ def _notices(record: TissuesRecord, said: Sequence[Mapping[str, Any]]) -> list[N
         words = "{amount} of the wall lie beyond the second image, which tells of no tissue there"
         found.append(Notice.of("left out", words, amount=record.unknown_ml, unit="mL"))
     if record.beyond_ml > 0.01:
-        words = "{amount} of the wall lie beyond the outer faces of the second image's last slices, whose labels go on there"
+        words = "{amount} of the wall lie beyond the second image's last slices, whose labels go on there"
         found.append(Notice.of("extrapolated", words, amount=record.beyond_ml, unit="mL"))
     for one in record.tissues:
         if one.off_wall_ml > 0.02 * one.voxels_ml:
-            words = f"{{amount}} of the {one.voxels_ml:.1f} mL of label {one.name} lie a pixel or more off the wall: left out"
+            words = f"{{amount}} of the {one.voxels_ml:.1f} mL of {one.name} lie a pixel or more off the wall: left out"
             found.append(Notice.of("left out", words, amount=one.off_wall_ml, unit="mL"))
         miss = one.region_ml - one.wall_ml
         if one.wall_ml > 0 and abs(miss) > 0.05 * one.wall_ml:
             words = (
-                f"region {one.name} has {one.region_ml:.2f} mL where its labels have {one.wall_ml:.2f} mL: {{amount}} off, "
-                "as the elements are too large for it; use the shares, or smaller elements"
+                f"region {one.name} has {one.region_ml:.2f} mL where its labels have {one.wall_ml:.2f} mL: {{amount}} "
+                "off, as the elements are too large for it; use the shares, or smaller elements"
             )
             found.append(Notice.of("not reached", words, amount=abs(miss), unit="mL"))
     return found

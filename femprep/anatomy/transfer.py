@@ -13,9 +13,9 @@ from femprep.anatomy.correspondence import Correspondence, paired
 from femprep.anatomy.wall_parts import PARTS, wall_parts
 from femprep.errors import InputError
 from femprep.mesh.measures.volume_elements import element_volumes
-from femprep.volume.quality.transmural import mesh_edges
-from femprep.model import FloatArray, Notice, VolumeMesh, is_blood, noted, tag_name
+from femprep.model import FloatArray, Notice, VolumeMesh, is_blood, noted
 from femprep.model.transfer import FieldRecord, TransferRecord
+from femprep.volume.quality.transmural import mesh_edges
 
 #: The field that the regions of a mesh are.
 REGION: Final = "region"
@@ -78,16 +78,18 @@ def transfer(
         back = paired(target, source, targets, sources)
         record = _measured(record, there, back, cells, points, new_cells, new_points)
     else:
-        told = [_told(n, on, v, k) for on, own in (("elements", cells), ("points", points)) for n, (v, k) in own.items()]
+        told = [
+            _told(n, on, v, k) for on, own in (("elements", cells), ("points", points)) for n, (v, k) in own.items()
+        ]
         record = record.model_copy(update={"fields": told})
     region = np.where(is_blood(target.region), target.region, new_cells.pop(REGION, target.region))
     info = {**target.info, "transfer": record.model_dump(mode="json")}
-    return replace(target.with_data(cell=new_cells, point=new_points), region=region, info=noted(info, *_notices(record)))
+    return replace(
+        target.with_data(cell=new_cells, point=new_points), region=region, info=noted(info, *_notices(record))
+    )
 
 
-def _chosen(
-    source: VolumeMesh, names: list[str]
-) -> tuple[dict[str, tuple[Any, Kind]], dict[str, tuple[Any, Kind]]]:
+def _chosen(source: VolumeMesh, names: list[str]) -> tuple[dict[str, tuple[Any, Kind]], dict[str, tuple[Any, Kind]]]:
     """Values and kind of the fields asked for: of the elements, of the points."""
     cells, points = {}, {}
     if not names:
@@ -129,7 +131,7 @@ def _measured(
     new_points: dict[str, Any],
 ) -> TransferRecord:
     """The record with what comes back."""
-    source, target = there.source, there.target
+    source = there.source
     size = np.concatenate([element_volumes(source.points, block, kind) for kind, block in source.cells.items()])
     size = np.where(is_blood(source.region), 0.0, size)
     used = np.zeros(len(source.points))
@@ -201,7 +203,7 @@ def _notices(record: TransferRecord) -> list[Notice]:
     if record.outside_share < 0.01:
         return []
     words = (
-        "{amount} of the target's elements have coordinates that the source has not, as where one wall goes on; they got "
-        "the values of the nearest ones"
+        "{amount} of the target's elements have coordinates that the source has not, as where one wall goes on; they "
+        "got the values of the nearest ones"
     )
     return [Notice.of("extrapolated", words, amount=100.0 * record.outside_share, unit="%")]

@@ -1,7 +1,7 @@
 """A wall with tissue in it in, the share of the wall's thickness that the tissue takes out, by AHA segment.
 
-Lines through the wall run at one height and angle of the coordinates from the endocardium outward, through the septum to
-the other endocardium. Each stands for the area of its patch of the mid-wall.
+Lines through the wall run at one height and angle of the coordinates from the endocardium outward, through the septum
+to the other endocardium. Each stands for the area of its patch of the mid-wall.
 """
 
 from __future__ import annotations

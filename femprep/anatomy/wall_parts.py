@@ -135,8 +135,8 @@ def wall_parts(mesh: VolumeMesh, what: str = "the mesh") -> list[WallPart]:
         mask = side == number
         if not mask.any():
             continue
-        part, own, nodes, _ = (whole, np.arange(whole.n_cells), np.arange(len(whole.points)), 0) if mask.all() else (
-            part_of(whole, mask)
+        part, own, nodes, _ = (
+            (whole, np.arange(whole.n_cells), np.arange(len(whole.points)), 0) if mask.all() else (part_of(whole, mask))
         )
         depth = 1.0 - (across if number == 0 else -across)[nodes]
         rest = (np.asarray(data[name], dtype=float)[nodes] for name in COORDINATES[1:])

@@ -58,8 +58,8 @@ def _lattice(cuts: int) -> FloatArray:
         (cuts - 3, (0.75, 0.75, 0.75, 0.75)),  # turned ones
     ):
         found += [np.add(part, offsets) for part in _compositions(total)]
-    # An octahedron has its corners at the middles of the edges of a tetrahedron of twice its size: four tetrahedra round
-    # the diagonal from (0, 1) to (2, 3), over the ring of the other four.
+    # An octahedron has its corners at the middles of the edges of a tetrahedron of twice its size: four tetrahedra
+    # round the diagonal from (0, 1) to (2, 3), over the ring of the other four.
     ring = [(0, 2), (1, 2), (1, 3), (0, 3)]
     for part in _compositions(cuts - 2):
         for k in range(4):

@@ -11,7 +11,15 @@ import typer
 
 from femprep.cli import _arguments as shared
 from femprep.cli._arguments import FIBRES, INPUT, OUTPUT
-from femprep.cli._configuration import parse_masks, parse_plane, parse_structures, parse_valves, read_options
+from femprep.cli._configuration import (
+    parse_masks,
+    parse_plane,
+    parse_samples,
+    parse_structures,
+    parse_valves,
+    read_options,
+    split_tissues,
+)
 from femprep.cli._fields import option, takes_options_of
 from femprep.cli._names import mesh_names, sequence_names
 from femprep.errors import OptionError
@@ -24,7 +32,7 @@ from femprep.options import (
     WallOptions,
 )
 
-WALL, VOLUME = "Wall", "Volume mesh"
+WALL, VOLUME, IMAGES = "Wall", "Volume mesh", "Further images"
 
 
 def mesh_options(
@@ -182,6 +190,22 @@ def mesh(
         ),
     ] = None,
     mask: shared.Mask = None,
+    regions: Annotated[
+        Path | None,
+        typer.Option(
+            help="Label map of scar, border zone, fat..., of any grid and pose; behind it NAME=LABEL[,LABEL...]: scar, "
+            "border, fat, edema, hypoperfused, and healthy for the rest of the wall.",
+            rich_help_panel=IMAGES,
+        ),
+    ] = None,
+    sample: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="[NAME=]FILE, repeatable: image of intensities whose value every element and point gets, in a field "
+            "of that name, or of the file's.",
+            rich_help_panel=IMAGES,
+        ),
+    ] = None,
     quiet: shared.Quiet = False,
     json: Annotated[
         bool, typer.Option("--json", help="Print run and quality records as JSON.", rich_help_panel=OUTPUT)
@@ -194,7 +218,17 @@ def mesh(
     run.json, report.html, methods.md and methods.bib. A run that fails writes nothing and leaves an earlier OUT as it
     was; one that succeeds replaces the files of the earlier run and leaves yours.
     """
-    maps, masks = list(segmentation or ()), parse_masks(mask)
+    maps, tissues = split_tissues(segmentation or ())
+    if bool(tissues) != bool(regions):
+        raise OptionError(
+            "--regions takes a label map and its tissues: --regions lge.nii.gz scar=1 border=2"
+            if regions
+            else f"{next(iter(tissues))}=... names tissue of a second image; give it by --regions FILE"
+        )
+    if given["sequence"] and (regions or sample):
+        raise OptionError("--regions and --sample belong to one heart; leave --sequence out, then femprep transfer")
+    images = parse_samples(sample)
+    masks = parse_masks(mask)
     if bool(maps) == bool(masks):
         raise OptionError("give either a label map or masks (--mask lv=FILE --mask myo=FILE), and one of them at least")
     if masks and (given["sequence"] or given["structure"] or given["preset"]):
@@ -204,7 +238,8 @@ def mesh(
     options = mesh_options(**given)
     if given["sequence"]:
         return mesh_phases(maps, out, options, quiet=quiet, json=json)
-    return mesh_file(maps[0] if maps else masks, out, options, quiet=quiet, json=json)
+    second = (regions, tissues, images)
+    return mesh_file(maps[0] if maps else masks, out, options, quiet=quiet, json=json, second=second)
 
 
 def _read_template(path: Path | None) -> dict[str, Any]:
@@ -245,7 +280,13 @@ def mesh_phases(paths: list[Path], out: Path, options: Options, *, quiet: bool, 
 
 
 def mesh_file(
-    segmentation: Path | dict[str, list[Path]], out: Path, options: Options, *, quiet: bool, json: bool
+    segmentation: Path | dict[str, list[Path]],
+    out: Path,
+    options: Options,
+    *,
+    quiet: bool,
+    json: bool,
+    second: tuple[Path | None, dict[str, tuple[int | str, ...]], dict[str, Path]] = (None, {}, {}),
 ) -> int:
     """Run the main job on one file and print its summary; the exit status is 1 where the quality check fails."""
     from femprep.cli._progress import bars
@@ -256,16 +297,21 @@ def mesh_file(
     require_formats(options.formats)
     require_writable(out, mesh_names(options.formats))
 
-    from femprep.image import read_masks, read_segmentation
+    from femprep.image import read_image, read_masks, read_segmentation
 
     with bars(quiet or json) as progress:
+        regions, tissues, images = second
+        tissue = read_segmentation(regions, structures=tissues) if regions else None
+        sampled = {name: read_image(path) for name, path in images.items()}
         if isinstance(segmentation, dict):
             seg, source = read_masks(segmentation, options=options.image), None
         else:
             preset = "slicer" if options.preset == "slicer" else None
             seg = read_segmentation(segmentation, options.labels, preset, options=options.image)
             source = segmentation
-        run, manifest = mesh_and_write(seg, out, options, source=source, progress=progress)
+        run, manifest = mesh_and_write(
+            seg, out, options, source=source, progress=progress, tissue=tissue, images=sampled
+        )
     if json:
         _print_json(run, manifest)
     elif not quiet:
@@ -275,12 +321,14 @@ def mesh_file(
     return 0 if run.quality.passed else 1
 
 
-def mesh_and_write(seg: Any, out: Path, options: Options, *, source: Path | None, progress: Any) -> tuple[Any, Any]:
+def mesh_and_write(
+    seg: Any, out: Path, options: Options, *, source: Path | None, progress: Any, **second: Any
+) -> tuple[Any, Any]:
     """The pipeline, then its folder."""
     from femprep.pipeline import mesh_segmentation
     from femprep.report.output import write_run
 
-    run = mesh_segmentation(seg, options, progress=progress)
+    run = mesh_segmentation(seg, options, progress=progress, **second)
     return run, write_run(run, out, source=source, command=shlex.join(["femprep", *sys.argv[1:]]), progress=progress)
 
 

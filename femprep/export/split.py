@@ -10,7 +10,7 @@ import numpy as np
 
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.mesh.operations.element_tets import element_tets, quads_to_triangles
-from femprep.model import IntArray, VolumeMesh
+from femprep.model import VolumeMesh
 from femprep.model.blocks import block_rows, nodes_of
 
 log = logging.getLogger(__name__)

@@ -20,6 +20,7 @@ from femprep.model.wall import BloodPools, Wall
 __all__ = [
     "FACET_TAGS",
     "REGION_TAGS",
+    "TISSUES",
     "BloodPools",
     "BoolArray",
     "FloatArray",
@@ -29,7 +30,6 @@ __all__ = [
     "Progress",
     "SphereMap",
     "Surface",
-    "TISSUES",
     "TagArray",
     "VolumeMesh",
     "Wall",

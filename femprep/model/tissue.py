@@ -16,8 +16,8 @@ class TissueRecord(Record):
     voxels_ml: float = Field(description="Volume of all its voxels, mL.")
     off_wall_ml: float = Field(description="Volume of those whose centre lies a pixel or more off the wall, mL.")
     wall_ml: float = Field(
-        description="Volume the labels have in the wall, mL: each slice's labels reach half-way to its neighbours, along "
-        "the wall. The shares and the region are held to it."
+        description="Volume the labels have in the wall, mL: each slice's labels reach half-way to its neighbours, "
+        "along the wall. The shares and the region are held to it."
     )
     shares_ml: float = Field(description="Sum of its share of each element, mL.")
     region_ml: float = Field(description="Volume of its region, mL.")
@@ -29,8 +29,8 @@ class TissueRecord(Record):
     centroid_mm: tuple[float, float, float] | None = Field(None, description="Centroid of its shares, mm LPS.")
     transmurality_percent: float | None = Field(
         None,
-        description="Mean share of the wall's thickness it takes, of the lines through the wall on which it takes a tenth "
-        "or more, %; of the left ventricle and the whole septum.",
+        description="Mean share of the wall's thickness it takes, of the lines through the wall on which it takes a "
+        "tenth or more, %; of the left ventricle and the whole septum.",
     )
     transmurality_of_segments: list[float | None] | None = Field(
         None, description="The same in each of the 17 AHA segments; null where no such line is."

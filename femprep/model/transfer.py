@@ -46,7 +46,8 @@ class TransferRecord(Record):
         "the nearest coordinates there were taken."
     )
     place_back_mean_mm: float | None = Field(
-        None, description="How far the centre of an element comes back from where it was, mean over the source's volume."
+        None,
+        description="How far the centre of an element comes back from where it was, mean over the volume.",
     )
     place_back_95_mm: float | None = Field(None, description="The same, not exceeded in 95 % of the volume.")
     place_back_largest_mm: float | None = Field(None, description="The same, largest.")

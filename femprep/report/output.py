@@ -100,7 +100,11 @@ def write_run(
         stages = {**run.seconds, "write": time.perf_counter() - start}
         manifest = _manifest(run, stages, source, volumes, details, folder, more=("report.html", *FILES))
         manifest = manifest.model_copy(
-            update={"thickness_mm": thickness_of_segments(run.mesh), "solution": run.solution}
+            update={
+                "thickness_mm": thickness_of_segments(run.mesh),
+                "tissues": run.quality.tissues,
+                "solution": run.solution,
+            }
         )
         write_methods(methods(manifest), folder)
         (folder / "report.html").write_text(_page(run, manifest, slices, picture, command), encoding="utf-8")

@@ -9,6 +9,7 @@ from pydantic import Field, computed_field
 from femprep.errors import QualityError
 from femprep.model.fidelity import FidelityRecord
 from femprep.model.record import Record
+from femprep.model.tissue import TissuesRecord
 from femprep.options import CheckOptions
 
 
@@ -136,6 +137,9 @@ class QualityReport(Record):
     limits: tuple[LimitRecord, ...]
     fidelity: tuple[FidelityRecord, ...] | None = Field(
         None, description="Distance to the labels the mesh was made from; null where they are not at hand."
+    )
+    tissues: TissuesRecord | None = Field(
+        None, description="Scar, border zone or other tissue of a second image, by AHA segment; null without one."
     )
     failures: tuple[str, ...] = Field(description="One line for each limit or condition that is not met.")
     notes: tuple[str, ...] = Field(description="What could not be judged, and why.")
