@@ -106,15 +106,15 @@ def _mixed(local: FloatArray, at: Located, kind: Kind) -> FloatArray:
 def _along(tensor: FloatArray, sense: FloatArray) -> FloatArray:
     """Unit vectors along the largest axis of tensors ``(q, 3, 3)``, the way of ``sense``; 0 where that is 0."""
     axis = np.linalg.eigh(tensor)[1][:, :, 2]
-    return axis * np.sign(np.sum(axis * sense, axis=1, keepdims=True))
+    return np.asarray(axis * np.sign(np.sum(axis * sense, axis=1, keepdims=True)))
 
 
 def _components(vectors: FloatArray, frames: FloatArray) -> FloatArray:
-    return np.einsum("nik,ni->nk", frames, vectors)
+    return np.asarray(np.einsum("nik,ni->nk", frames, vectors))
 
 
 def _anew(local: FloatArray, frames: FloatArray) -> FloatArray:
-    return np.einsum("nik,nk->ni", frames, local)
+    return np.asarray(np.einsum("nik,nk->ni", frames, local))
 
 
 def put_right(fields: dict[str, Any]) -> None:

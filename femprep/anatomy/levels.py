@@ -8,7 +8,7 @@ import numpy as np
 
 from femprep.model import FloatArray, IntArray
 
-_ROUNDS: Final = 6
+_ROUNDS: Final = 3
 
 
 def classes_of(scores: FloatArray, levels: FloatArray) -> IntArray:

@@ -87,7 +87,7 @@ def add_regions(
     levels = levels_for(sampled.scores, sampled.volume, wanted, 0.0, _GIVE * pixel)
     chosen = classes_of(sampled.scores, levels)
     size = np.bincount(sampled.element, weights=sampled.volume, minlength=mesh.n_cells)
-    shares = (
+    shares: FloatArray = (
         np.stack(
             [
                 np.bincount(sampled.element, weights=sampled.volume * (chosen == k), minlength=mesh.n_cells)
@@ -97,7 +97,6 @@ def add_regions(
         )
         / np.maximum(size, 1e-300)[:, None]
     )
-    shares = np.clip(shares, 0.0, 1.0)
     ranked = _ranked(shares, sampled, size)
     thresholds = levels_for(ranked, size, (shares * size[:, None]).sum(axis=0), 0.5, 0.4999)
     tagged = classes_of(ranked, thresholds)

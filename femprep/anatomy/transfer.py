@@ -91,7 +91,8 @@ def transfer(
 
 def _chosen(source: VolumeMesh, names: list[str]) -> tuple[dict[str, tuple[Any, Kind]], dict[str, tuple[Any, Kind]]]:
     """Values and kind of the fields asked for: of the elements, of the points."""
-    cells, points = {}, {}
+    cells: dict[str, tuple[Any, Kind]] = {}
+    points: dict[str, tuple[Any, Kind]] = {}
     if not names:
         raise InputError("no field named; give the name of one at least")
     for name in names:
@@ -104,7 +105,7 @@ def _chosen(source: VolumeMesh, names: list[str]) -> tuple[dict[str, tuple[Any, 
         if name not in cells and name not in points:
             have = ", ".join(dict.fromkeys([REGION, *source.cell_data, *source.point_data]))
             raise InputError(f"the source has no field {name!r}; it has {have}")
-    return cells, points  # type: ignore[return-value]
+    return cells, points
 
 
 def _record(there: Correspondence) -> TransferRecord:

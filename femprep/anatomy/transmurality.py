@@ -58,7 +58,7 @@ def _lines(part: WallPart) -> tuple[FloatArray, FloatArray]:
     rows = int(np.clip(round(length / _STEP), 12, 60))
     columns = int(np.clip(round(2 * math.pi * radius / _STEP), 24, 120))
     heights, angles = (np.arange(rows) + 0.5) / rows, 2 * math.pi * (np.arange(columns) + 0.5) / columns
-    return np.meshgrid(heights, angles, indexing="ij")  # type: ignore[return-value]
+    return np.meshgrid(heights, angles, indexing="ij")
 
 
 def _taken(

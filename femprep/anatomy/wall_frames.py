@@ -30,4 +30,4 @@ def _handed(frames: FloatArray, angle: FloatArray, weight: FloatArray) -> FloatA
     """The frames with their first axis the way the angle grows, in all or in none."""
     along = np.sum(frames[:, :, 0] * angle, axis=1)
     sense = 1.0 if float(np.sum(weight * np.sign(along))) >= 0.0 else -1.0
-    return frames * np.array([sense, 1.0, 1.0])
+    return np.asarray(frames * np.array([sense, 1.0, 1.0]))

@@ -33,7 +33,7 @@ class Samples:
     volume: FloatArray
 
 
-def sample_part(part: WallPart, step: float, most: int = 4) -> Samples:
+def sample_part(part: WallPart, step: float, most: int = 3) -> Samples:
     """Points at about a distance ``step``, mm, at most ``most`` along an edge."""
     tets, element = part.tets
     x = part.mesh.points[tets]
