@@ -165,12 +165,20 @@ def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> V
 def _with_images(
     mesh: VolumeMesh, axes: VentricularAxes, tissue: Segmentation | None, images: Mapping[str, IntensityImage]
 ) -> VolumeMesh:
-    """The mesh with what second images show along its wall; with coordinates and segments, where it had none."""
-    if "apicobasal" not in mesh.point_data:
-        mesh = on_wall(mesh, lambda part: add_aha(add_coordinates(part, axes=axes), axes=axes))
-    for name, image in images.items():
-        mesh = sample_image(mesh, image, name)
-    return mesh if tissue is None else add_regions(mesh, tissue)
+    """The mesh with what second images show along its wall; with coordinates and segments, where it had none.
+
+    Where that fails the mesh stays as it is, and what failed is in its verdict.
+    """
+    try:
+        found = mesh
+        if "apicobasal" not in mesh.point_data:
+            found = on_wall(mesh, lambda part: add_aha(add_coordinates(part, axes=axes), axes=axes))
+        for name, image in images.items():
+            found = sample_image(found, image, name)
+        return found if tissue is None else add_regions(found, tissue)
+    except FemprepError as error:
+        earlier = verdict_of(mesh).get("failures", {})
+        return with_verdict(mesh, failures={**earlier, "second images": [f"second images: not laid on: {error}"]})
 
 
 def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:

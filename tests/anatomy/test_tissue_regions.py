@@ -14,7 +14,6 @@ from femprep.anatomy.wall_samples import _lattice
 from femprep.errors import InputError
 from femprep.mesh.measures.volume_elements import centroids, element_volumes
 
-
 PIXELS = (1.6, 1.6, 8.0)
 
 
@@ -24,7 +23,7 @@ def sizes(mesh: fp.VolumeMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def truth() -> tuple[float, np.ndarray]:
-    """Volume, mL, and centroid of the middle half of the wall: the faces of the mesh, which are flat, cut none of it."""
+    """Volume, mL, and centroid of the middle half of the wall: the flat faces of the mesh cut none of it."""
     points = np.random.default_rng(0).uniform([-36, -36, -66], [36, 36, 15], (400_000, 3))
     mine = sector(points, 0.25, 0.75)
     return mine.mean() * 72 * 72 * 81 / 1e3, points[mine].mean(axis=0)

@@ -37,8 +37,11 @@ def test_there_and_back_between_unlike_meshes_is_below_an_element() -> None:
     assert record["place_back_95_mm"] < record["source_edge_mm"] < 0.7 * record["target_edge_mm"]
     told = {(one["name"], one["on"]): one for one in record["fields"]}
     assert told["transmural", "points"]["back_mean"] < 0.02
-    assert told["aha", "elements"]["back_mean"] < 15.0
     assert told["aha", "elements"]["unit"] == "%"
+    # Elements of the coarse mesh hold several of the fine one: by way of those their segments come back.
+    around = fp.transfer(coarse, fine, "aha").info["transfer"]
+    assert around["fields"][0]["back_mean"] < 5.0
+    assert around["place_back_mean_mm"] < 0.1 * around["source_edge_mm"]
     # The coarse mesh's own fibres, by the same rule.
     assert angles(found.cell_data["fiber"], coarse.cell_data["fiber"]).mean() < 6.0
     assert np.mean(found.cell_data["aha"] == coarse.cell_data["aha"]) > 0.9

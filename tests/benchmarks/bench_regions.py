@@ -3,9 +3,9 @@
     python tests/benchmarks/bench_regions.py [--edge-length MM] [--csv FILE]
 
 A scar is a sector of the wall of an LV ellipsoid, through a part of its depth; its volume, centroid and transmurality
-are those of a million points. The wall is swept from the phantom's own label map of 1.4 x 1.4 x 8 mm. The second
-image has slices of 8 mm too, in the same pose and tilted against the long axis. Beside each figure stands that of the
-nearest voxel: the label of the voxel at an element's centre. A biventricular phantom tells what leaks through the septum.
+are those of a million points. The wall is swept from the phantom's own label map of 1.4 x 1.4 x 8 mm. The second image
+has slices of 8 mm too, in the same pose and tilted against the long axis. Beside each figure stands that of the nearest
+voxel, the label of the voxel at an element's centre. A biventricular phantom tells what leaks through the septum.
 """
 
 from __future__ import annotations
