@@ -27,6 +27,8 @@ from femprep.model.tissue import TissueRecord, TissuesRecord
 HEALTHY: Final = "healthy"
 #: Cell data that keep the wall's own regions (lv, rv, septum) where tissue has taken their place.
 WALL_REGION: Final = "wall_region"
+#: End of the name of the cell data that are shares. The name itself is that of the region, in files too.
+SHARE: Final = "_share"
 #: Outlines give way by no more than this many pixels.
 _GIVE: Final = 1.0
 
@@ -61,8 +63,8 @@ def add_regions(
     Returns
     -------
     VolumeMesh
-        With the tissues as regions (``REGION_TAGS``), each one's share of each element, 0 to 1, in ``cell_data`` by its
-        name, the regions of the wall in ``cell_data["wall_region"]``, and ``info["tissues"]``: see
+        With the tissues as regions (``REGION_TAGS``), each one's share of each element, 0 to 1, in ``cell_data`` as
+        ``scar_share`` and so on, the regions of the wall in ``cell_data["wall_region"]``, and ``info["tissues"]``: see
         :class:`femprep.model.tissue.TissuesRecord`. Tissue of an earlier call is replaced.
 
     Raises
@@ -104,7 +106,7 @@ def add_regions(
     region = np.where(tagged >= 0, tags[tagged], mesh.region).astype(np.int32)
     record = _record(field, names, sampled, wanted, levels, thresholds, shares, size, tagged)
     info = {**mesh.info, "tissues": record.model_dump(mode="json")}
-    data = {name: shares[:, k] for k, name in enumerate(names)}
+    data = {f"{name}{SHARE}": shares[:, k] for k, name in enumerate(names)}
     found = mesh.with_data(cell={**data, WALL_REGION: np.array(mesh.region)})
     return replace(found, region=region, info=noted(info, *_notices(record, _said(image))))
 
@@ -123,7 +125,7 @@ def without_tissue(mesh: VolumeMesh) -> VolumeMesh:
     """A mesh with the regions of the wall itself, as before :func:`add_regions`."""
     if WALL_REGION not in mesh.cell_data:
         return mesh
-    gone = {WALL_REGION, *(name for name in TISSUES if name in mesh.cell_data)}
+    gone = {WALL_REGION, *(f"{name}{SHARE}" for name in TISSUES)}
     data = {name: values for name, values in mesh.cell_data.items() if name not in gone}
     return replace(mesh, region=mesh.cell_data[WALL_REGION], cell_data=data)
 

@@ -43,7 +43,7 @@ def test_a_sector_of_half_the_depth_has_its_volume_place_and_depth_from_slices_o
     assert all(segments[k - 1] is None or segments[k - 1] < 10 for k in (3, 4, 5, 9, 10, 11))
     assert min(segments[k - 1] for k in (1, 2, 7, 8)) > 40.0
     size, place = sizes(found)
-    share = found.cell_data["scar"]
+    share = found.cell_data["scar_share"]
     assert share.min() >= 0.0
     assert share.max() <= 1.0
     deep = depth(place)
@@ -65,10 +65,10 @@ def test_border_zone_beside_a_scar_and_healthy_wall_named() -> None:
     assert [scar["name"], border["name"]] == ["scar", "border"]
     for one in (scar, border):
         assert one["shares_ml"] == pytest.approx(one["wall_ml"], rel=0.01)
-    assert np.all(found.cell_data["scar"] + found.cell_data["border"] < 1.0 + 1e-9)
+    assert np.all(found.cell_data["scar_share"] + found.cell_data["border_share"] < 1.0 + 1e-9)
     assert border["transmurality_percent"] == pytest.approx(20.0, abs=5.0)
     again = fp.add_regions(found, image, {"scar": 1})
-    assert "border" not in again.cell_data
+    assert "border_share" not in again.cell_data
     np.testing.assert_array_equal(again.cell_data["wall_region"], 1)
 
 
@@ -91,7 +91,7 @@ def test_wall_beyond_the_image_has_no_tissue_and_is_told() -> None:
     assert any("lie beyond the second image, which" in one["what"] for one in found.info["notices"])
     _, place = sizes(found)
     top = half.to_world([[0, 0, 6]])[0, 2]
-    assert found.cell_data["scar"][place[:, 2] > top + 12.0].max() == 0.0
+    assert found.cell_data["scar_share"][place[:, 2] > top + 12.0].max() == 0.0
 
 
 def test_what_cannot_be_marked_is_refused() -> None:

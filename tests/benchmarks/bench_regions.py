@@ -123,7 +123,7 @@ def one(mesh: fp.VolumeMesh, row: tuple[Any, ...], grid: Grid, pose: str) -> dic
         "shares_percent": 100.0 * (told["shares_ml"] / volume - 1.0),
         "region_percent": 100.0 * (told["region_ml"] / volume - 1.0),
         "nearest_percent": 100.0 * (float(size[plain].sum()) / 1e3 / volume - 1.0),
-        "centroid_mm": off(found.cell_data["scar"] * size),
+        "centroid_mm": off(found.cell_data["scar_share"] * size),
         "nearest_centroid_mm": off(plain * size),
         "transmurality_true": through,
         "transmurality": told["transmurality_percent"],
@@ -143,7 +143,7 @@ def septum(edge_length: float) -> dict[str, Any]:
     image = labelled(seg.grid, scar(row))
     found = fp.add_regions(run.mesh, image)
     size = np.concatenate([element_volumes(found.points, block, kind) for kind, block in found.cells.items()])
-    share = found.cell_data["scar"]
+    share = found.cell_data["scar_share"]
     right = found.cell_data["transventricular"] > 0.5
     return {
         "scar": "left side of a septum",
