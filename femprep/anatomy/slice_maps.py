@@ -67,6 +67,9 @@ class SliceMaps:
                 )
                 own = own[tuple(nearest)]
             self.values.append(own)
+        # A slice that grazes the wall may hold no pixel of it: then it tells what the nearest one does that holds some.
+        some = np.flatnonzero(known.any(axis=tuple(self.plane)))
+        self.values = [self.values[int(some[np.abs(some - k).argmin()])] for k in range(len(self.values))]
 
     def nearest(self, feet: Feet) -> npt.NDArray[np.generic]:
         """Values of the nearest pixel in the nearer slice, ``(q,)``."""

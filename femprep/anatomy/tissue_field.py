@@ -50,7 +50,8 @@ class TissueField:
                 "coordinates (scanner, mm): compare their positions, or resample one onto the other"
             )
         if "healthy" in image.structures:
-            known = np.asarray(known & ((self.labels > 0) | image.mask("healthy")))
+            told: BoolArray = np.asarray((self.labels > 0) | image.mask("healthy"), dtype=np.bool_)
+            known = np.asarray(known & told, dtype=np.bool_)
             if not known.any():
                 raise InputError("none of the labels of the second image lies in the wall of the mesh")
         self.maps = SliceMaps(self.labels, known, self.grid)

@@ -99,6 +99,7 @@ def add_regions(
         )
         / np.maximum(size, 1e-300)[:, None]
     )
+    shares = np.asarray(shares, dtype=np.float64)
     ranked = _ranked(shares, sampled, size)
     thresholds = levels_for(ranked, size, (shares * size[:, None]).sum(axis=0), 0.5, 0.4999)
     tagged = classes_of(ranked, thresholds)

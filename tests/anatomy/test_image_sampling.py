@@ -11,10 +11,10 @@ from femprep.errors import InputError
 
 
 def image(grid: fp.Grid) -> fp.IntensityImage:
-    """Depth of the wall in hundreds; bright blood and dark lung right beside it."""
+    """Depth of the wall in hundreds; bright blood and dark lung beside it, where the mesh, of flat faces, ends."""
     points = centres(grid)
     through = depth(points)
-    values = np.where(through < 0.0, 5000.0, np.where(through > 1.0, -5000.0, 1000.0 + 100.0 * through))
+    values = np.where(through < -0.15, 5000.0, np.where(through > 1.0, -5000.0, 1000.0 + 100.0 * through))
     values[points[:, 2] > 15.0] = np.nan
     return fp.IntensityImage(values.reshape(grid.shape), grid)
 
