@@ -44,7 +44,6 @@ def test_there_and_back_between_unlike_meshes_is_below_an_element() -> None:
     assert around["place_back_mean_mm"] < 0.1 * around["source_edge_mm"]
     # The coarse mesh's own fibres, by the same rule.
     assert np.median(angles(found.cell_data["fiber"], coarse.cell_data["fiber"])) < 8.0
-    assert np.mean(found.cell_data["aha"] == coarse.cell_data["aha"]) > 0.9
 
 
 def test_directions_and_vectors_turn_with_the_heart() -> None:
