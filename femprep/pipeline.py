@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 
+from femprep.activation import add_activation, add_purkinje
 from femprep.anatomy import (
     VentricularAxes,
     WallFields,
@@ -101,16 +102,17 @@ def mesh_segmentation(
     seg, layout, axes = begin(seg, options, stages)
     with advised(seg, options):
         parts = ANATOMIES[options.anatomy](seg, layout, options, stages)
-        fill = _swept if options.volume.mesher == "sweep" else _tetrahedra
         wall, mesh = fill(parts, options, stages)
-    wall = replace(wall, info=noted(wall.info, *parts.notices))
     if axes is not None:
         with stages("anatomy"):
-            mesh = _with_anatomy(mesh, axes, options)
+            mesh = with_anatomy(mesh, axes, options)
     plain = mesh
+    if options.purkinje is not None or options.activation is not None:
+        with stages("activation"):
+            mesh = with_activation(mesh, axes, options)
     if tissue is not None or images:
         with stages("second images"):
-            mesh = _with_images(mesh, axes or ventricular_axes(seg), tissue, images or {})
+            mesh = with_images(mesh, axes or ventricular_axes(seg), tissue, images or {})
     with stages("quality"):
         quality = check(mesh, options=options.check)
         volumes = volumes_beside_labels(plain, parts.objects, wall.planes)
@@ -138,7 +140,7 @@ def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmenta
         return seg, layout, check_labels(seg, layout, options)
 
 
-def _with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> VolumeMesh:
+def with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> VolumeMesh:
     """The mesh with coordinates, segments and fibres; where they fail, without, and with what failed in its verdict.
 
     The mesh is good for much without them, and took most of the time.
@@ -162,7 +164,23 @@ def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: Options) -> V
     return mesh if options.pericardium is None else add_pericardium(mesh, options.pericardium)
 
 
-def _with_images(
+def with_activation(mesh: VolumeMesh, axes: VentricularAxes | None, options: Options) -> VolumeMesh:
+    """The mesh with Purkinje fibres and times of activation; what fails is left out, and stands in its verdict."""
+    added: dict[str, Callable[[VolumeMesh], VolumeMesh]] = {}
+    if options.purkinje is not None:
+        added["purkinje"] = partial(add_purkinje, options=options.purkinje, axes=axes)
+    if options.activation is not None:
+        added["activation"] = partial(add_activation, options=options.activation)
+    for name, add in added.items():
+        try:
+            mesh = add(mesh)
+        except FemprepError as error:
+            failures = {**verdict_of(mesh).get("failures", {}), name: [f"{name}: not made: {error}"]}
+            mesh = with_verdict(mesh, failures=failures)
+    return mesh
+
+
+def with_images(
     mesh: VolumeMesh, axes: VentricularAxes, tissue: Segmentation | None, images: Mapping[str, IntensityImage]
 ) -> VolumeMesh:
     """The mesh with what second images show along its wall; with coordinates and segments, where it had none.
@@ -187,6 +205,12 @@ def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentati
         with stages("slice shifts"):
             seg = align_slices(seg)
     return orient(seg, basal_end=options.wall.basal_end)
+
+
+def fill(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
+    """The wall of some surfaces, and the mesh in it, by the mesher asked for."""
+    wall, mesh = (_swept if options.volume.mesher == "sweep" else _tetrahedra)(parts, options, stages)
+    return replace(wall, info=noted(wall.info, *parts.notices)), mesh
 
 
 def _tetrahedra(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
@@ -230,7 +254,8 @@ def _tetwild(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, Volu
 def _swept(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
     """Match the surfaces and fill the wall between them by layers; its boundary is the wall."""
     assert parts.base is not None  # anatomy lv, as the options make sure
-    layers, frame = options.layers, parts.objects["lv"].frame
+    layers = options.layers
+    frame = parts.objects["lv"].frame if "lv" in parts.objects else None
     if layers.toward is None and frame is not None:
         x, y, z = frame[:, 0].tolist()
         layers = layers.model_copy(update={"toward": (x, y, z)})

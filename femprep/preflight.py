@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from femprep.activation.growth import require_growth
 from femprep.anatomy import VentricularAxes, ventricular_axes
 from femprep.anatomy.laplace.fields import require_ventricle
 from femprep.anatomy.tissue_regions import require_tissues
@@ -57,6 +58,8 @@ def check_options(options: Options) -> None:
             raise OptionError("option 'surface.cells' is 'quad'; the mesher tetwild takes a wall of triangles alone")
         if find_spec("pytetwild") is None:
             raise MissingDependencyError("the mesher tetwild needs pytetwild; install it with pip install pytetwild")
+    if options.purkinje is not None:
+        require_growth()
     if options.solve == "ccx":
         require_calculix()
     if options.wall.openings != "labels":
@@ -64,9 +67,20 @@ def check_options(options: Options) -> None:
 
 
 def check_second_images(
-    seg: Segmentation, options: Options, tissue: Segmentation | None, images: Mapping[str, IntensityImage]
+    heart: Segmentation | FloatArray,
+    options: Options,
+    tissue: Segmentation | None,
+    images: Mapping[str, IntensityImage],
 ) -> None:
     """Refuse second images that cannot be laid along the wall, before the mesh is made.
+
+    Parameters
+    ----------
+    heart : Segmentation or (n, 3) array
+        The label map the mesh comes from, or points of its surfaces, mm.
+    options : Options
+    tissue : Segmentation or None
+    images : mapping of str to IntensityImage
 
     Raises
     ------
@@ -85,8 +99,11 @@ def check_second_images(
     grids = {name: image.grid for name, image in images.items()}
     if tissue is not None:
         grids["regions"] = tissue.grid
-    heart = seg.mask(*(name for name in ("lv", "myo") if name in seg.structures))
-    centres = seg.grid.to_world(np.argwhere(heart).astype(float))
+    if isinstance(heart, Segmentation):
+        mask = heart.mask(*(name for name in ("lv", "myo") if name in heart.structures))
+        centres = heart.grid.to_world(np.argwhere(mask).astype(float))
+    else:
+        centres = heart
     for name, grid in grids.items():
         index = grid.to_index(centres)
         if not ((index > -0.5) & (index < np.array(grid.shape) - 0.5)).all(axis=1).any():

@@ -118,10 +118,10 @@ def test_nothing_that_is_generated_is_asked_for_in_vain_or_never(generate: Modul
 def test_options_formats_and_commands_are_those_of_the_code(generate: ModuleType) -> None:
     options, told = generate.options(), generate.commands()
     kinds = [getattr(femprep, name) for name in femprep.__all__ if name.endswith("Options")]
-    assert len(kinds) == 11
+    assert len(kinds) == 13
     for kind in kinds:
         groups = [name for name in kind.model_fields if f"## `[{name}]`" in options]
-        assert len(groups) == {"Options": 9, "AnnotateOptions": 3}.get(kind.__name__, 0)
+        assert len(groups) == {"Options": 11, "AnnotateOptions": 3}.get(kind.__name__, 0)
         assert [name for name in kind.model_fields if name not in groups and f"| `{name}` |" not in options] == []
     assert markdown_table() == generate.fill("<!-- generated: formats -->")
     for command in COMMANDS:

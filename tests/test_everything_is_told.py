@@ -42,6 +42,7 @@ TOLD_ELSEWHERE = {
     "wall/anatomies.py": "of what it tries next; what it took is told by wall/chambers/envelope.py",
     "surface/harmonic/leastsquares.py": "surface/fit.py tells it",
     "report/picture.py": "report/output.py tells it",
+    "report/activation.py": "of a picture of a mesh that is written; the screen shows the log",
     "report/swap.py": "of the user's own files, after the run's record is written",
     "mesh/compiled.py": "of the cache of compiled code: no result",
     "sweeping/matching/minimum_thickness.py": "sweeping/matching/match.py tells it",

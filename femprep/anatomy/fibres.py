@@ -88,7 +88,8 @@ def add_fibres(
 
     References
     ----------
-    Bayer et al. 2012, doi 10.1007/s10439-012-0593-5
+    Bayer et al. 2012, doi 10.1007/s10439-012-0593-5; for open valves (``rule="doste"``) Doste et al. 2019,
+    doi 10.1002/cnm.3185
 
     Examples
     --------
@@ -99,7 +100,7 @@ def add_fibres(
     chosen = choose(FibreOptions, options, changes)
     fields = fields or WallFields(mesh, axes)
     mirrored = _mirrored(fields, chosen)
-    nodes = node_fields(fields)
+    nodes = node_fields(fields, chosen.rule)
     cells = at_cells(fields.space, nodes)
     result, degenerate = triads(cells, chosen, biventricular=fields.biventricular, mirrored=mirrored)
     cell = _named(result)
@@ -160,7 +161,7 @@ def quadrature_fibres(
     chosen = choose(FibreOptions, options, changes)
     fields = fields or WallFields(mesh, axes)
     mirrored = _mirrored(fields, chosen)
-    nodes = node_fields(fields)
+    nodes = node_fields(fields, chosen.rule)
     out = {}
     for name in fields.space.block_names:
         at = np.asarray((points or {}).get(name, default_points(name)), dtype=float)

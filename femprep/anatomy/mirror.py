@@ -98,6 +98,7 @@ def _flip_mesh(mesh: VolumeMesh, plane: Plane | None) -> VolumeMesh:
         facet_data=data(mesh.facet_data),
         planes={k: Plane(point(p.point), direction(p.normal), p.source) for k, p in mesh.planes.items()},
         info=info,
+        purkinje=mesh.purkinje and replace(mesh.purkinje, points=point(mesh.purkinje.points)),
     )
 
 

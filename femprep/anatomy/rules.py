@@ -9,21 +9,27 @@ wall this is linear in depth, and mid-septum it is 0. ``bayer`` is Algorithm 2 o
 (doi 10.1007/s10439-012-0593-5) as printed: frames are rotated first, then interpolated. There the angle bends (twice
 the depth enters), and where endocardial and epicardial angle differ by more than 90 degrees the interpolation takes the
 shorter way round and jumps; that is why it is not the default.
+
+``doste`` is ``linear`` with the longitudinal direction and the angles of Doste et al. 2019 (doi 10.1002/cnm.3185):
+towards the outflow valve fibres turn to run along the outflow tract at the endocardium and round it at the epicardium.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 
-from femprep.anatomy.frames import bislerp, make_frames, rotate
+from femprep.anatomy.frames import bislerp, make_frames, normalise, rotate
 from femprep.anatomy.laplace.fem import LinearElements
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.laplace.shapes import shape_functions
 from femprep.model import BoolArray, FloatArray
 from femprep.options import FibreOptions
+
+#: Helix angles at the RV's endocardium and epicardium by Doste et al. 2019, degrees.
+DOSTE_RV: Final = (90.0, -25.0)
 
 
 @dataclass(frozen=True)
@@ -41,6 +47,8 @@ class Sites:
     to_across, to_outside, to_base : (n, 3) arrays
         Gradients of ``across`` (where there is one ventricle, of ``across_distance``), ``outside`` and of the
         apicobasal field, interpolated from the nodes.
+    outflow : (n,) array
+        0 in the ventricles, 1 at the opening of an outflow tract; 0 by rules that know no outflow tracts.
     """
 
     across: FloatArray
@@ -50,6 +58,7 @@ class Sites:
     to_across: FloatArray
     to_outside: FloatArray
     to_base: FloatArray
+    outflow: FloatArray
 
     @property
     def beyond(self) -> FloatArray:
@@ -63,14 +72,42 @@ class Sites:
         return Sites(*(getattr(self, name)[part] for name in self.__dataclass_fields__))
 
 
-def node_fields(fields: WallFields) -> Sites:
-    """The fields at the nodes, with gradients averaged over the elements around each."""
+def node_fields(fields: WallFields, rule: str = "linear") -> Sites:
+    """The fields at the nodes, with gradients averaged over the elements around each.
+
+    By the rule ``doste`` "to the base" is from the apex to the inflow valve, near the outflow tract to the outflow
+    valve, of each ventricle by itself; in the septum from one to the other by depth.
+    """
     space = fields.space
     field = fields.across if fields.biventricular else fields.across_distance
     to_across = space.to_nodes(space.gradient(field))
     to_outside = space.to_nodes(space.gradient(fields.outside)) if fields.biventricular else -to_across
-    to_base = space.to_nodes(space.gradient(fields.upward))
-    return Sites(fields.across, fields.across_distance, fields.outside, fields.side, to_across, to_outside, to_base)
+    outflow = np.zeros(space.n)
+    if rule == "doste":
+        to_base, outflow = _toward_valves(fields)
+    else:
+        to_base = space.to_nodes(space.gradient(fields.upward))
+    found = (fields.across, fields.across_distance, fields.outside, fields.side, to_across, to_outside)
+    return Sites(*found, to_base, outflow)
+
+
+def _toward_valves(fields: WallFields) -> tuple[FloatArray, FloatArray]:
+    """Direction to the valves ``(n, 3)`` and share of the outflow tract ``(n,)`` at the nodes (Doste et al. 2019)."""
+    space, found = fields.space, {}
+    for ventricle in ("lv", "rv") if fields.biventricular else ("lv",):
+        inflow, outflow, share = fields.valves(ventricle)
+        ways = [normalise(space.to_nodes(space.gradient(field))) for field in (inflow, outflow)]
+        share = np.clip(share, 0.0, 1.0)
+        found[ventricle] = normalise((1 - share)[:, None] * ways[0] + share[:, None] * ways[1]), share
+    if not fields.biventricular:
+        return found["lv"]
+    # Right of the middle of the septum the right ventricle's, and on the epicardium that of the side it is on.
+    right = np.where(np.abs(fields.across) > 1e-9, np.clip(0.5 - 0.5 * fields.across, 0.0, 1.0), fields.side < 0)
+    septal = fields.outside < 0.5 * (1 - np.abs(fields.across))
+    right = np.where(septal, right, (fields.side < 0).astype(float))
+    (left_way, left_share), (right_way, right_share) = found["lv"], found["rv"]
+    way = (1 - right)[:, None] * left_way + right[:, None] * right_way
+    return way, (1 - right) * left_share + right * right_share
 
 
 def at_cells(space: LinearElements, nodes: Sites) -> Sites:
@@ -116,7 +153,7 @@ def triads(sites: Sites, options: FibreOptions, *, biventricular: bool, mirrored
     w = sites.across_distance if linear else sites.across
     e = sites.beyond if linear else sites.outside
     angles = _Angles.of(options, -1.0 if mirrored else 1.0)
-    if options.rule == "linear":
+    if options.rule != "bayer":
         return _linear(sites, angles, w, e, biventricular)
     return _bayer(sites, angles, w, e, biventricular)
 
@@ -129,17 +166,22 @@ class _Angles:
     helix_epi: tuple[float, float]
     sheet_endo: float
     sheet_epi: float
+    outflow_endo: float
+    outflow_epi: float
 
     @classmethod
     def of(cls, options: FibreOptions, sign: float) -> _Angles:
         # "angle or default" would take an angle of 0 for none.
-        rv_endo = options.endo_angle if options.rv_endo_angle is None else options.rv_endo_angle
-        rv_epi = options.epi_angle if options.rv_epi_angle is None else options.rv_epi_angle
+        usual = DOSTE_RV if options.rule == "doste" else (options.endo_angle, options.epi_angle)
+        rv_endo = usual[0] if options.rv_endo_angle is None else options.rv_endo_angle
+        rv_epi = usual[1] if options.rv_epi_angle is None else options.rv_epi_angle
         return cls(
             (sign * options.endo_angle, sign * rv_endo),
             (sign * options.epi_angle, sign * rv_epi),
             options.endo_sheet_angle,
             options.epi_sheet_angle,
+            sign * options.outflow_endo_angle,
+            sign * options.outflow_epi_angle,
         )
 
     def at(self, which: Literal["helix_endo", "helix_epi"], side: FloatArray) -> FloatArray:
@@ -162,7 +204,10 @@ def _linear(
         frames, outer = bislerp(inner, epi, sites.outside)
         sign = np.where(depth < 0.5, turned[:, 2], 1.0) * outer[:, 2]
         weak = np.where(sites.outside > 0.5, weak_epi, np.where(lv > rv, weak_left, weak_right))
-    helix = sign * angles.at("helix_endo", sites.side) * w + angles.at("helix_epi", sites.side) * e
+    out = sites.outflow
+    inside = (1 - out) * angles.at("helix_endo", sites.side) + out * angles.outflow_endo
+    outside = (1 - out) * angles.at("helix_epi", sites.side) + out * angles.outflow_epi
+    helix = sign * inside * w + outside * e
     sheet = sign * angles.sheet_endo * w + angles.sheet_epi * e
     return rotate(frames, helix, sheet), weak
 

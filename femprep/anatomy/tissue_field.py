@@ -75,6 +75,6 @@ class TissueField:
     def nearest_voxels(self, points: FloatArray) -> IntArray:
         """Number of the tissue of the voxel that points ``(n, 3)`` lie in; 0 outside the image."""
         index = np.rint(self.grid.to_index(points)).astype(int)
-        inside: BoolArray = ((index >= 0) & (index < self.grid.shape)).all(axis=1)
+        inside = np.all((index >= 0) & (index < self.grid.shape), axis=1)
         at = np.clip(index, 0, np.array(self.grid.shape) - 1)
         return np.where(inside, self.labels[tuple(at.T)].astype(np.int64), 0)

@@ -88,7 +88,9 @@ def add_regions(
     pixel = float(max(field.grid.spacing[field.maps.plane]))
     levels = levels_for(sampled.scores, sampled.volume, wanted, 0.0, _GIVE * pixel)
     chosen = classes_of(sampled.scores, levels)
-    size = np.bincount(sampled.element, weights=sampled.volume, minlength=mesh.n_cells)
+    size: FloatArray = np.asarray(
+        np.bincount(sampled.element, weights=sampled.volume, minlength=mesh.n_cells), dtype=np.float64
+    )
     shares: FloatArray = (
         np.stack(
             [

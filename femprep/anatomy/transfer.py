@@ -31,7 +31,8 @@ def transfer(
     A place of the target gets what the source has at the same depth, height and angle of the same part of the wall:
     numbers linear in between; tags (whole numbers, ``region`` too) those of the element there; directions (unit
     vectors, both senses mean the same) and other vectors by their components along the axes that the coordinates grow
-    along, so that they turn with the wall. A mesh gives itself its own values back.
+    along, so that they turn with the wall. A mesh gives itself, and one of the same points and elements, its own
+    values.
 
     Parameters
     ----------
@@ -68,20 +69,23 @@ def transfer(
     names = list(dict.fromkeys([fields] if isinstance(fields, str) else fields))
     cells, points = _chosen(source, names)
     sources, targets = wall_parts(source, "the source"), wall_parts(target, "the target")
-    there = paired(source, target, sources, targets)
-    new_cells = {name: carry_cells(there, values, kind) for name, (values, kind) in cells.items()}
-    new_points = {name: carry_points(there, values, kind) for name, (values, kind) in points.items()}
-    for new in (new_cells, new_points):
-        put_right(new)
-    record = _record(there)
-    if there_and_back:
-        back = paired(target, source, targets, sources)
-        record = _measured(record, there, back, cells, points, new_cells, new_points)
+    if _same(source, target):
+        # Round an apex whole elements have the height 0, and so one place: each is its own all the same.
+        new_cells, new_points = ({name: np.array(own[name][0]) for name in own} for own in (cells, points))
+        record = _record(source, target, [part.number for part in targets], 0.0)
+        record = _unlost(record, cells, points, there_and_back)
     else:
-        told = [
-            _told(n, on, v, k) for on, own in (("elements", cells), ("points", points)) for n, (v, k) in own.items()
-        ]
-        record = record.model_copy(update={"fields": told})
+        there = paired(source, target, sources, targets)
+        new_cells = {name: carry_cells(there, values, kind) for name, (values, kind) in cells.items()}
+        new_points = {name: carry_points(there, values, kind) for name, (values, kind) in points.items()}
+        for new in (new_cells, new_points):
+            put_right(new)
+        record = _record(source, target, [pair.source.number for pair in there.pairs], _outside_share(there))
+        if there_and_back:
+            back = paired(target, source, targets, sources)
+            record = _measured(record, there, back, cells, points, new_cells, new_points)
+        else:
+            record = _unlost(record, cells, points, False)
     region = np.where(is_blood(target.region), target.region, new_cells.pop(REGION, target.region))
     info = {**target.info, "transfer": record.model_dump(mode="json")}
     return replace(
@@ -108,18 +112,44 @@ def _chosen(source: VolumeMesh, names: list[str]) -> tuple[dict[str, tuple[Any, 
     return cells, points
 
 
-def _record(there: Correspondence) -> TransferRecord:
-    source, target = there.source, there.target
-    edges = [_edge(mesh) for mesh in (source, target)]
-    outside = sum(int(np.sum(pair.cells.distance > _OUTSIDE * edges[1])) for pair in there.pairs)
+def _same(source: VolumeMesh, target: VolumeMesh) -> bool:
+    """Whether two meshes have the same points and elements, in the same order."""
+    return (
+        np.array_equal(source.points, target.points)
+        and list(source.cells) == list(target.cells)
+        and all(np.array_equal(block, target.cells[kind]) for kind, block in source.cells.items())
+    )
+
+
+def _outside_share(there: Correspondence) -> float:
+    edge = _edge(there.target)
+    outside = sum(int(np.sum(pair.cells.distance > _OUTSIDE * edge)) for pair in there.pairs)
+    return outside / sum(len(pair.target.cells) for pair in there.pairs)
+
+
+def _record(source: VolumeMesh, target: VolumeMesh, parts: list[int], outside_share: float) -> TransferRecord:
     return TransferRecord(
-        parts=[PARTS[pair.source.number] for pair in there.pairs],
+        parts=[PARTS[number] for number in parts],
         source_elements=source.n_cells,
         target_elements=target.n_cells,
-        source_edge_mm=round(edges[0], 4),
-        target_edge_mm=round(edges[1], 4),
-        outside_share=outside / sum(len(pair.target.cells) for pair in there.pairs),
+        source_edge_mm=round(_edge(source), 4),
+        target_edge_mm=round(_edge(target), 4),
+        outside_share=outside_share,
     )
+
+
+def _unlost(
+    record: TransferRecord, cells: dict[str, tuple[Any, Kind]], points: dict[str, tuple[Any, Kind]], back: bool
+) -> TransferRecord:
+    """The record with its fields: unmeasured, or with nothing lost on the way back."""
+    owned = (("elements", cells), ("points", points))
+    told = [_told(name, on, values, kind) for on, own in owned for name, (values, kind) in own.items()]
+    if not back:
+        return record.model_copy(update={"fields": told})
+    none = {"back_mean": 0.0, "back_95": 0.0, "back_largest": 0.0}
+    told = [one.model_copy(update=none if one.kind != "tag" else {"back_mean": 0.0}) for one in told]
+    zero = {"place_back_mean_mm": 0.0, "place_back_95_mm": 0.0, "place_back_largest_mm": 0.0}
+    return record.model_copy(update={"fields": told, **zero})
 
 
 def _measured(

@@ -15,7 +15,6 @@ from femprep.annotation.reading import Attempt, Name, NoReading, Question, Readi
 from femprep.annotation.records import Annotation
 from femprep.annotation.regions import match_regions, regions_by_place, volumes
 from femprep.annotation.shell import Shell, shell_of
-from femprep.annotation.units import MILLIMETRES, guess_unit
 from femprep.annotation.ventricles import with_anatomy
 from femprep.annotation.ways import WAYS, Way
 from femprep.errors import FemprepError, InputError
@@ -24,6 +23,7 @@ from femprep.mesh.measures.tetrahedra import tetra_volumes
 from femprep.model import FACET_TAGS, REGION_TAGS, Notice, Plane, Progress, TagArray, VolumeMesh, noted, with_verdict
 from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.stages import Stages
+from femprep.model.units import MILLIMETRES, guess_unit
 from femprep.options import AnnotateOptions, choose, takes
 from femprep.volume import check
 

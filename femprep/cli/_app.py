@@ -16,13 +16,15 @@ from femprep.errors import OptionError, did_you_mean
 
 #: First line of each command's help; the command is the function of that name in the file of that name.
 COMMANDS: Final = {
-    "mesh": "Mesh the myocardial wall of a segmented image.",
+    "mesh": "Mesh the myocardial wall of a segmented image, or between your own surfaces (--surface).",
     "cohort": "Mesh many subjects, on this machine or a cluster, with a table and a page over all.",
     "surface": "Fit closed, smooth surfaces of a chosen number of vertices.",
     "refine": "Cut every element of a mesh into eight, nested, with new nodes on smooth surfaces.",
     "annotate": "Name the facets and regions of anyone's mesh of a heart; add coordinates, AHA segments and fibres; "
     "write decks.",
     "transfer": "Bring fields from one heart, phase, mesh or level to another by their ventricular coordinates.",
+    "activate": "Grow Purkinje fibres on the endocardia of a mesh with fibres, and map the times at which a beat "
+    "activates it.",
     "check": "Judge a mesh: element quality, orientation, boundary, tags.",
     "convert": "Write a mesh in another format.",
     "bullseye": "Draw a field of a mesh as a bull's eye of the 17 AHA segments.",

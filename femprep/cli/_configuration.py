@@ -124,6 +124,25 @@ def parse_samples(items: Sequence[str] | None) -> dict[str, Path]:
     return found
 
 
+def parse_surfaces(items: Sequence[str] | None) -> dict[str, Path]:
+    """``["lv=endo.stl", "epi=epi.stl"]`` as files by name.
+
+    Raises
+    ------
+    OptionError
+        A text of another form, or a name given twice.
+    """
+    found: dict[str, Path] = {}
+    for item in items or ():
+        name, equals, file = item.partition("=")
+        if not (name.strip() and equals and file.strip()):
+            raise OptionError(f"--surface {item!r} is not NAME=FILE; write for example --surface lv=endo.stl")
+        if name.strip() in found:
+            raise OptionError(f"--surface {name.strip()} is given twice; one file per name")
+        found[name.strip()] = Path(file.strip())
+    return found
+
+
 def parse_valves(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | None:
     """Openings given as ``mitral=X,Y,Z,NX,NY,NZ,R``; None where there are none, so that a file's stand.
 
@@ -147,6 +166,20 @@ def parse_valves(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | 
             raise OptionError(f"--valve {name} is given twice; one plane per name")
         found[name] = values
     return found or None
+
+
+def parse_point(text: str, name: str) -> tuple[float, float, float]:
+    """A point given as ``X,Y,Z``.
+
+    Raises
+    ------
+    OptionError
+        A text of another form.
+    """
+    values = parse_numbers(text)
+    if len(values) != 3:
+        raise OptionError(f"--{name.replace('_', '-')} {text!r} is not X,Y,Z; write for example 10.5,-20,31")
+    return values[0], values[1], values[2]
 
 
 def parse_places(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | None:

@@ -23,6 +23,7 @@ def print_summary(run: Any, manifest: Any, out: Path) -> None:
     if "minimum_mm" in thickness:
         console.print(f"least wall thickness {thickness['minimum_mm']:.2f} mm")
     _print_fidelity(console, manifest.fidelity)
+    _print_given(console, manifest.given_fidelity)
     _print_tissues(console, manifest.tissues)
     print_quality(run.quality, console)
     _print_stages(console, manifest)
@@ -208,12 +209,15 @@ def _print_volumes(console: Console, manifest: Any) -> None:
     rows = [
         (
             item.name,
-            *(_number(item.mesh_ml, 4), _number(item.segmentation_ml, 4), _number(item.difference_percent, 2)),
+            _number(item.mesh_ml, 4),
+            _number(item.segmentation_ml if item.given_ml is None else item.given_ml, 4),
+            _number(item.difference_percent, 2),
             _number(item.extrapolated_ml or None, 3),
         )
         for item in manifest.volumes
     ]
-    columns = ("", "mesh, mL", "segmentation, mL", "difference, %", "extrapolated, mL")
+    beside = "surfaces given, mL" if manifest.input.surfaces else "segmentation, mL"
+    columns = ("", "mesh, mL", beside, "difference, %", "extrapolated, mL")
     print_table(console, "Volumes", columns, rows)
 
 
@@ -228,6 +232,17 @@ def _print_fidelity(console: Console, records: Any) -> None:
         rows.append([f"{item.surface} - {item.labels}", *(f"{value:.2f}" for value in values), str(worst.slice)])
     columns = ("", "mean, pixels", "mean, mm", "greatest, pixels", "greatest, mm", "slice")
     print_table(console, "Distance to the labels", columns, rows)
+
+
+def _print_given(console: Console, records: Any) -> None:
+    """Distances of facets to the surfaces that were given."""
+    if not records:
+        return
+    rows = [
+        [f"{item.surface} - {item.given}", *(f"{value:.2f}" for value in (item.mean_mm, item.p95_mm, item.greatest_mm))]
+        for item in records
+    ]
+    print_table(console, "Distance to the surfaces given", ("", "mean, mm", "95 %, mm", "greatest, mm"), rows)
 
 
 def _print_stages(console: Console, manifest: Any) -> None:

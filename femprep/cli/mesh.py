@@ -16,6 +16,7 @@ from femprep.cli._configuration import (
     parse_plane,
     parse_samples,
     parse_structures,
+    parse_surfaces,
     parse_valves,
     read_options,
     split_tissues,
@@ -33,6 +34,8 @@ from femprep.options import (
 )
 
 WALL, VOLUME, IMAGES = "Wall", "Volume mesh", "Further images"
+#: Label map of tissues, its labels by tissue, images to sample by field.
+SecondImages = tuple[Path | None, dict[str, tuple[int | str, ...]], dict[str, Path]]
 
 
 def mesh_options(
@@ -40,6 +43,7 @@ def mesh_options(
     frame: shared.Frame = None,
     anatomy: Annotated[str | None, option(Options, "anatomy", panel=INPUT)] = None,
     preset: shared.Preset = None,
+    unit: Annotated[str | None, option(Options, "unit", panel=INPUT)] = None,
     structure: Annotated[
         list[str] | None,
         typer.Option(
@@ -119,6 +123,18 @@ def mesh_options(
     pericardium: Annotated[
         float | None, option(PericardiumOptions, "stiffness", "--pericardium", panel=FIBRES, default="none")
     ] = None,
+    purkinje: Annotated[
+        bool,
+        typer.Option("--purkinje", help="Grow Purkinje fibres on the endocardia.", rich_help_panel=FIBRES),
+    ] = False,
+    activation: Annotated[
+        bool,
+        typer.Option(
+            "--activation",
+            help="Times of activation, from the Purkinje fibres or the endocardia; needs --fibres.",
+            rich_help_panel=FIBRES,
+        ),
+    ] = False,
     mirrored: shared.Mirrored = None,
     purpose: shared.Purpose = None,
     format: shared.Formats = None,
@@ -136,6 +152,7 @@ def mesh_options(
         config,
         anatomy=anatomy,
         preset=preset,
+        unit=unit,
         structures=parse_structures(structure),
         formats=tuple(format) if format else None,
         flip=flip,
@@ -172,6 +189,8 @@ def mesh_options(
         fibres__epi_angle=epi_angle,
         fibres__mirrored=mirrored,
         pericardium__stiffness=pericardium,
+        purkinje={} if purkinje else None,
+        activation={} if activation else None,
         check__purpose=purpose,
         export__length_unit=length_unit,
         export__step=step,
@@ -190,6 +209,14 @@ def mesh(
         ),
     ] = None,
     mask: shared.Mask = None,
+    surface: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="NAME=FILE, repeatable, in place of SEG: your own surfaces, .stl, .ply, .obj, .off, .vtp or .vtk; lv "
+            "(rv, la, ra) is an endocardium, epi the epicardium around all.",
+            rich_help_panel=INPUT,
+        ),
+    ] = None,
     regions: Annotated[
         Path | None,
         typer.Option(
@@ -212,7 +239,7 @@ def mesh(
     ] = False,
     **given: Any,
 ) -> int:
-    """Mesh the myocardial wall of a segmented image.
+    """Mesh the myocardial wall of a segmented image, or between your own surfaces (--surface).
 
     Makes the folder OUT: surfaces/*.vtp, wall.vtp, mesh.vtu, facets.vtp, one deck per --format, quality.json,
     run.json, report.html, methods.md and methods.bib. A run that fails writes nothing and leaves an earlier OUT as it
@@ -229,6 +256,14 @@ def mesh(
         raise OptionError("--regions and --sample belong to one heart; leave --sequence out, then femprep transfer")
     images = parse_samples(sample)
     masks = parse_masks(mask)
+    second = (regions, tissues, images)
+    surfaces = parse_surfaces(surface)
+    if surfaces:
+        if maps or masks:
+            raise OptionError("give either surfaces or a label map or masks, not both")
+        if given["sequence"] or given["structure"] or given["preset"]:
+            raise OptionError("surfaces name themselves; leave --sequence, --structure and --preset out")
+        return mesh_own(surfaces, out, mesh_options(**given), quiet=quiet, json=json, second=second)
     if bool(maps) == bool(masks):
         raise OptionError("give either a label map or masks (--mask lv=FILE --mask myo=FILE), and one of them at least")
     if masks and (given["sequence"] or given["structure"] or given["preset"]):
@@ -240,6 +275,35 @@ def mesh(
         return mesh_phases(maps, out, options, quiet=quiet, json=json)
     second = (regions, tissues, images)
     return mesh_file(maps[0] if maps else masks, out, options, quiet=quiet, json=json, second=second)
+
+
+def mesh_own(
+    surfaces: dict[str, Path], out: Path, options: Options, *, quiet: bool, json: bool, second: SecondImages
+) -> int:
+    """Run the main job on surfaces; the exit status is 1 where the quality check fails."""
+    from femprep.cli._progress import bars
+    from femprep.export import require_formats
+    from femprep.report.folder import require_writable
+
+    require_formats(options.formats)
+    require_writable(out, mesh_names(options.formats))
+
+    from femprep.own_surfaces import mesh_surfaces
+    from femprep.report.output import write_run
+    from femprep.surface import read_surface
+
+    with bars(quiet or json) as progress:
+        given = {name: read_surface(path) for name, path in surfaces.items()}
+        run = mesh_surfaces(given, options, progress=progress, **read_second(second))
+        command = shlex.join(["femprep", *sys.argv[1:]])
+        manifest = write_run(run, out, source=surfaces, command=command, progress=progress)
+    if json:
+        _print_json(run, manifest)
+    elif not quiet:
+        from femprep.cli._summary import print_summary
+
+        print_summary(run, manifest, out)
+    return 0 if run.quality.passed else 1
 
 
 def _read_template(path: Path | None) -> dict[str, Any]:
@@ -286,7 +350,7 @@ def mesh_file(
     *,
     quiet: bool,
     json: bool,
-    second: tuple[Path | None, dict[str, tuple[int | str, ...]], dict[str, Path]] = (None, {}, {}),
+    second: SecondImages = (None, {}, {}),
 ) -> int:
     """Run the main job on one file and print its summary; the exit status is 1 where the quality check fails."""
     from femprep.cli._progress import bars
@@ -297,21 +361,17 @@ def mesh_file(
     require_formats(options.formats)
     require_writable(out, mesh_names(options.formats))
 
-    from femprep.image import read_image, read_masks, read_segmentation
+    from femprep.image import read_masks, read_segmentation
 
     with bars(quiet or json) as progress:
-        regions, tissues, images = second
-        tissue = read_segmentation(regions, structures=tissues) if regions else None
-        sampled = {name: read_image(path) for name, path in images.items()}
+        further = read_second(second)
         if isinstance(segmentation, dict):
             seg, source = read_masks(segmentation, options=options.image), None
         else:
             preset = "slicer" if options.preset == "slicer" else None
             seg = read_segmentation(segmentation, options.labels, preset, options=options.image)
             source = segmentation
-        run, manifest = mesh_and_write(
-            seg, out, options, source=source, progress=progress, tissue=tissue, images=sampled
-        )
+        run, manifest = mesh_and_write(seg, out, options, source=source, progress=progress, **further)
     if json:
         _print_json(run, manifest)
     elif not quiet:
@@ -319,6 +379,17 @@ def mesh_file(
 
         print_summary(run, manifest, out)
     return 0 if run.quality.passed else 1
+
+
+def read_second(second: SecondImages) -> dict[str, Any]:
+    """The tissue and the images to sample, as the pipelines take them."""
+    from femprep.image import read_image, read_segmentation
+
+    regions, tissues, images = second
+    return {
+        "tissue": read_segmentation(regions, structures=tissues) if regions else None,
+        "images": {name: read_image(path) for name, path in images.items()},
+    }
 
 
 def mesh_and_write(

@@ -79,7 +79,7 @@ REASONS: Final[tuple[Reason, ...]] = (
     Reason(
         *("labels-missing", "refused", "A structure that is needed has no label, or no voxel in this map."),
         "Check the label numbers: `--preset`, `--structure`.",
-        ("InputError image.segmentation", "InputError image.object:bounding_box", "InputError wall.planes.landmarks"),
+        ("InputError image.segmentation", "InputError image.object:bounding_box", "InputError wall.planes.stack"),
     ),
     Reason(
         *("labels-broken", "refused", "A structure is in pieces, hollow, too small or no ball, and may not be mended."),

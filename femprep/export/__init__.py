@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from femprep.export.reading import read_mesh
 from femprep.export.table import FORMATS, Format, require_formats
-from femprep.export.writing import write_facets, write_format, write_mesh, write_surface, write_wall
+from femprep.export.writing import write_facets, write_format, write_mesh, write_purkinje, write_surface, write_wall
 
 __all__ = [
     "FORMATS",
@@ -14,6 +14,7 @@ __all__ = [
     "write_facets",
     "write_format",
     "write_mesh",
+    "write_purkinje",
     "write_surface",
     "write_wall",
 ]

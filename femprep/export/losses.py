@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from femprep.export.purkinje import HOLDS
 from femprep.export.xdmf.write import WHOLE, reduced
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import Notice, VolumeMesh
@@ -27,4 +28,7 @@ def losses(mesh: VolumeMesh, name: str) -> list[Notice]:
         note = "elements without their mid-side nodes"
     else:
         note = ""
-    return [Notice.of("left out", f"the {name} files hold {note}, as their readers know no others")] if note else []
+    found = [Notice.of("left out", f"the {name} files hold {note}, as their readers know no others")] if note else []
+    if mesh.purkinje is not None and name not in HOLDS:
+        found.append(Notice.of("left out", f"the {name} files hold no Purkinje fibres; purkinje.vtp does"))
+    return found

@@ -54,6 +54,7 @@ def to_tetrahedra(mesh: VolumeMesh) -> VolumeMesh:
         cell_data={name: np.asarray(values)[row] for name, values in mesh.cell_data.items()},
         point_data={name: np.asarray(values)[used] for name, values in mesh.point_data.items()},
         facet_data={name: np.asarray(values)[facet_row] for name, values in mesh.facet_data.items()},
+        purkinje=mesh.purkinje and mesh.purkinje.renumbered(new),
     )
 
 
@@ -76,4 +77,5 @@ def linear(mesh: VolumeMesh, reader: str) -> VolumeMesh:
         cells={kind: new[block] for kind, block in cells.items()},
         facets={kind: new[block] for kind, block in facets.items()},
         point_data={name: np.asarray(values)[used] for name, values in mesh.point_data.items()},
+        purkinje=mesh.purkinje and mesh.purkinje.renumbered(new),
     )

@@ -112,7 +112,10 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 filename="mesh.vtu",
                 home="vtu.write:write",
                 program="VTK, ParaView",
-                carries="regions, facet tags, all cell and point data, names, planes (facets as field data)",
+                carries=(
+                    "regions, facet tags, all cell and point data, names, planes, Purkinje fibres (facets and these as "
+                    "field data)"
+                ),
                 elements="all",
                 units="mm",
                 read_by="VTK, meshio",
@@ -206,7 +209,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 program="openCARP, MeshTool",
                 carries=(
                     "region tags, fibres and sheets, blood as bath (.lon), facet tags (.surf, .vtx), AHA segments and "
-                    "ventricular coordinates after UVC (.dat), a beat to start from (.par)"
+                    "ventricular coordinates after UVC (.dat), Purkinje fibres (lines), a beat to start from (.par)"
                 ),
                 elements="linear; of quadratic ones the corners",
                 units="micrometres",
@@ -269,7 +272,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 program="LS-DYNA",
                 carries=(
                     "parts, regions and AHA segments (SET_SOLID), facet tags (SET_NODE_LIST, SET_SEGMENT), fibres and "
-                    "sheets (ELEMENT_SOLID_ORTHO)"
+                    "sheets (ELEMENT_SOLID_ORTHO), Purkinje fibres (ELEMENT_BEAM)"
                 ),
                 elements="tetra, tetra10, wedge, hexahedron; others refused",
                 units="as asked, named in the file",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -17,6 +17,8 @@ _QUADRATIC = {"tetra": "tetra10", "wedge": "wedge15", "hexahedron": "hexahedron2
 _FACETS = {"triangle": "triangle6", "quad": "quad8"}
 #: Rounds of straightening: an element that was sound may not be with a neighbour's edge straight.
 _ROUNDS = 8
+#: Mean ratio, at its worst place, below which a curved element is no better than a straight one of twelve degrees.
+POOR: Final = 0.35
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,8 @@ def add_middles(
     """Give a mesh mid-side nodes, on curved edges where its elements stay valid.
 
     Where an element's Jacobian is not positive at a corner, the centre or a quadrature point, its edges are made
-    straight, until there is none such.
+    straight, until there is none such; so are they where its mean ratio falls below ``POOR`` somewhere and is better
+    straight.
 
     Parameters
     ----------
@@ -113,16 +116,21 @@ def add_middles(
     given_up = np.zeros(int(group.max(initial=-1)) + 1, dtype=bool)
     points = np.concatenate([mesh.points, curved])
     for _ in range(_ROUNDS):
-        bad = 0
+        bad, before = 0, given_up.copy()
         for name, of_cells in edges.of_cells.items():
             kind = _QUADRATIC[name]
-            inverted = ~(element_measures(points, full[kind], kind)["relative_jacobian"] > 0.0)
+            measures = element_measures(points, full[kind], kind)
+            inverted = ~(measures["relative_jacobian"] > 0.0)
             bad += int(inverted.sum())
+            poor = np.flatnonzero(~inverted & (measures["mean_ratio"] < POOR))
+            unbent = element_measures(np.concatenate([mesh.points, straight]), full[kind][poor], kind)
+            worse = poor[unbent["mean_ratio"] > measures["mean_ratio"][poor] + 1e-9]
             given_up[group[of_cells[inverted].ravel()]] = True
-        if bad == 0:
+            given_up[group[of_cells[worse].ravel()]] = True
+        if bad == 0 and np.array_equal(given_up, before):
             break
         points[total:] = np.where(given_up[group][:, None], straight, curved)
-    else:
+    if bad:
         raise StageError(f"{bad} quadratic elements stay inverted after their edges were made straight")
     facets = {}
     for name, nodes in mesh.facets.items():

@@ -11,6 +11,7 @@ from femprep.model.arrays import BoolArray, FloatArray, IntArray, TagArray, read
 from femprep.model.notice import Notice, noted, records
 from femprep.model.plane import Plane
 from femprep.model.progress import Progress
+from femprep.model.purkinje import PurkinjeNet
 from femprep.model.surface import SphereMap, Surface, split_quads
 from femprep.model.tags import FACET_TAGS, REGION_TAGS, TISSUES, endo_tags, is_blood, tag_name
 from femprep.model.verdict import verdict_of, with_verdict, without_failure
@@ -28,6 +29,7 @@ __all__ = [
     "Notice",
     "Plane",
     "Progress",
+    "PurkinjeNet",
     "SphereMap",
     "Surface",
     "TagArray",

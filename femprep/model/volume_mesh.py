@@ -13,6 +13,7 @@ from femprep.errors import InputError
 from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly, readonly_table
 from femprep.model.convert import Convertible
 from femprep.model.plane import Plane
+from femprep.model.purkinje import PurkinjeNet
 from femprep.model.tags import tag_name
 
 
@@ -39,6 +40,8 @@ class VolumeMesh(Convertible):
         Planes the facets of that name lie in.
     info : mapping
         How it was made. JSON-ready.
+    purkinje : PurkinjeNet, optional
+        The net of Purkinje fibres on its endocardia.
 
     Examples
     --------
@@ -58,6 +61,7 @@ class VolumeMesh(Convertible):
     facet_data: Mapping[str, Any] = field(default_factory=dict)
     planes: Mapping[str, Plane] = field(default_factory=dict)
     info: Mapping[str, Any] = field(default_factory=dict)
+    purkinje: PurkinjeNet | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -80,6 +84,10 @@ class VolumeMesh(Convertible):
         put(self, "facet_data", readonly_table(self.facet_data, self.n_facets, "facet data"))
         put(self, "planes", MappingProxyType(dict(self.planes)))
         put(self, "info", MappingProxyType(dict(self.info)))
+        if self.purkinje is not None and self.purkinje.mesh_point.max(initial=-1) >= len(self.points):
+            raise InputError(
+                f"the Purkinje net ends in point {self.purkinje.mesh_point.max()}, but there are {len(self.points)}"
+            )
 
     def __repr__(self) -> str:
         cells = ", ".join(f"{len(block)} {kind}" for kind, block in self.cells.items())

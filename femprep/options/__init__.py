@@ -6,6 +6,7 @@ pydantic finds wrong into one line. :func:`takes` shows the options of the class
 
 from __future__ import annotations
 
+from femprep.options.activation import ActivationOptions, PurkinjeOptions
 from femprep.options.annotate import AnnotateOptions
 from femprep.options.base import Policy, StageOptions, choose, takes
 from femprep.options.check import MESHER_LIMITS, PURPOSE_LIMITS, CheckOptions
@@ -25,6 +26,7 @@ __all__ = [
     "PRESETS",
     "PURPOSE_LIMITS",
     "QUALITY",
+    "ActivationOptions",
     "AnnotateOptions",
     "CheckOptions",
     "ExportOptions",
@@ -34,6 +36,7 @@ __all__ = [
     "Options",
     "PericardiumOptions",
     "Policy",
+    "PurkinjeOptions",
     "StageOptions",
     "SurfaceOptions",
     "SweepOptions",

@@ -114,6 +114,12 @@ class CheckOptions(StageOptions):
     maximum_label_distance: float | None = Field(
         2.0, gt=0, description="Largest distance of a surface from the labels' outline in any slice, pixels."
     )
+    mean_surface_distance: float | None = Field(
+        0.35, gt=0, description="Largest mean distance of facets from the surface that was given for them, mm."
+    )
+    maximum_surface_distance: float | None = Field(
+        2.5, gt=0, description="Largest distance of facets from the surface that was given for them, mm."
+    )
     maximum_wall_volume_difference: float | None = Field(
         10.0,
         gt=0,

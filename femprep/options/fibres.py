@@ -32,10 +32,17 @@ class FibreOptions(StageOptions):
     epi_sheet_angle: float = Field(
         0.0, ge=-180, le=180, description="Sheet angle at the epicardium, degrees from the transmural direction."
     )
-    rule: Literal["linear", "bayer"] = Field(
+    outflow_endo_angle: float = Field(
+        90.0, ge=-90, le=90, description="Helix angle at the endocardium of outflow tracts, degrees; rule doste alone."
+    )
+    outflow_epi_angle: float = Field(
+        0.0, ge=-90, le=90, description="Helix angle at the epicardium of outflow tracts, degrees; rule doste alone."
+    )
+    rule: Literal["linear", "bayer", "doste"] = Field(
         "linear",
         description="Interpolate frames and then rotate them by an angle linear in depth, "
-        "or rotate first and then interpolate, as Bayer et al. 2012 print it.",
+        "or rotate first and then interpolate, as Bayer et al. 2012 print it, "
+        "or the first with fibres that run out into the outflow tracts after Doste et al. 2019, for open valves.",
     )
     depth: Literal["distance", "laplace"] = Field(
         "distance", description="Depth in the wall by distance, or the harmonic field itself as in Bayer et al. 2012."

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from femprep.options.activation import ActivationOptions, PurkinjeOptions
 from femprep.options.base import StageOptions
 from femprep.options.check import CheckOptions
 from femprep.options.export import ExportOptions
@@ -40,6 +41,9 @@ class Options(StageOptions):
         default_factory=dict,
         description="Label numbers by structure name (lv, myo, rv, ...); of a .seg.nrrd also names of its segments.",
     )
+    unit: Literal["auto", "mm", "cm", "m", "um"] = Field(
+        "auto", description="Unit of length of given surfaces: guessed from the size of the heart, which is said."
+    )
     blood_pool: bool = Field(
         False,
         description="Mesh the blood in the cavities together with the wall: regions blood_lv, blood_rv..., facets "
@@ -60,6 +64,14 @@ class Options(StageOptions):
         None,
         description="Springs of the pericardium on the epicardium; none where left out. They need the fibres' "
         "coordinates.",
+    )
+    purkinje: PurkinjeOptions | None = Field(
+        None, description="Purkinje fibres on the endocardia of the ventricles; none where left out."
+    )
+    activation: ActivationOptions | None = Field(
+        None,
+        description="Times at which a beat activates each point, from the Purkinje fibres or, without them, the whole "
+        "endocardium; none where left out. They need fibres.",
     )
     export: ExportOptions = ExportOptions()
     solve: Literal["none", "ccx"] = Field(
@@ -115,6 +127,12 @@ class Options(StageOptions):
     def _the_pericardium_needs_coordinates(self) -> Options:
         if self.pericardium is not None and self.fibres is None:
             raise ValueError("the pericardium's stiffness depends on the coordinates that come with fibres; add fibres")
+        return self
+
+    @model_validator(mode="after")
+    def _activation_needs_fibres(self) -> Options:
+        if self.activation is not None and self.fibres is None:
+            raise ValueError("activation runs along fibres; add fibres")
         return self
 
     @property

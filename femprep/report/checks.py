@@ -12,6 +12,7 @@ _NEAR: Final = 0.1
 #: What to do where a check is missed, by the beginning or end of its name.
 _REMEDIES: Final = (
     ("label_distance", "mend the labels where the slices show red dots, or --correct-shifts"),
+    ("surface_distance", "more --vertices, a smaller --edge-length, or smooth sharp edges of the surface given"),
     ("wall_volume_difference", "compare the outlines; mend the labels"),
     ("off_plane", "another --edge-length"),
     ("time_step", "a larger edge length, or look at the smallest elements"),

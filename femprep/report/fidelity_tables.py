@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
+from femprep.model.distance import SurfaceFidelity
 from femprep.model.fidelity import FidelityRecord
 from femprep.report.page import table
 
@@ -52,3 +53,26 @@ def fidelity_tables(records: Sequence[FidelityRecord], limit: float | None) -> s
         + "<h3>By slice: mean / greatest, pixels</h3>"
         + f"<table><tr><th>slice</th>{titles}</tr>{''.join(lines)}</table>"
     )
+
+
+def given_table(records: Sequence[SurfaceFidelity]) -> str:
+    """Table of distances to the surfaces that were given.
+
+    Parameters
+    ----------
+    records : sequence of SurfaceFidelity
+
+    Returns
+    -------
+    str
+        HTML.
+    """
+    head = ("", "given as", "mean, mm", "95 %, mm", "greatest, mm", "at x y z, mm")
+    rows = [
+        (
+            *(r.surface, r.given, round(r.mean_mm, 3), round(r.p95_mm, 3), round(r.greatest_mm, 2)),
+            " ".join(f"{x:.1f}" for x in r.at_mm),
+        )
+        for r in records
+    ]
+    return table(rows, head)

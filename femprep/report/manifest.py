@@ -13,6 +13,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field
 
 from femprep import __version__
+from femprep.model.distance import SurfaceFidelity
 from femprep.model.fidelity import FidelityRecord
 from femprep.model.record import Record
 from femprep.model.solution import SolutionRecord
@@ -26,14 +27,28 @@ LIBRARIES = (
 )
 
 
+class SurfaceInput(Record):
+    """A surface a run began with."""
+
+    name: str = Field(description="What it is a surface of.")
+    path: str | None = Field(None, description="File name as given, without its folder; null for data made in memory.")
+    sha256: str | None = Field(None, description="SHA-256 of the file.")
+    unit: str = Field(description="Its unit of length, guessed or given.")
+    points: int = Field(description="Points it has, mended.")
+    triangles: int = Field(description="Triangles it has, mended.")
+
+
 class InputRecord(Record):
-    """The image a run began with."""
+    """The image, or the surfaces, a run began with."""
 
     path: str | None = Field(None, description="File name as given, without its folder; null for data made in memory.")
     sha256: str | None = Field(None, description="SHA-256 of the file.")
-    shape: tuple[int, int, int] = Field(description="Voxels along i, j, k.")
-    spacing_mm: tuple[float, float, float] = Field(description="Voxel sizes, mm.")
-    structures: dict[str, list[int]] = Field(description="Label numbers by structure.")
+    shape: tuple[int, int, int] | None = Field(
+        None, description="Voxels along i, j, k; null where surfaces were given in place of an image."
+    )
+    spacing_mm: tuple[float, float, float] | None = Field(None, description="Voxel sizes, mm; null likewise.")
+    structures: dict[str, list[int]] = Field(default_factory=dict, description="Label numbers by structure.")
+    surfaces: list[SurfaceInput] = Field(default_factory=list, description="The surfaces a run began with.")
     notes: dict[str, Any] = Field(default_factory=dict, description="What the reader found and did.")
 
 
@@ -50,7 +65,12 @@ class VolumeRecord(Record):
     name: str = Field(description="What is measured.")
     mesh_ml: float = Field(description="Volume enclosed by the mesh, mL.")
     segmentation_ml: float | None = Field(None, description="Volume of its voxels between the same planes, mL.")
-    difference_percent: float | None = Field(None, description="Mesh less segmentation, per cent of the segmentation.")
+    given_ml: float | None = Field(
+        None, description="Volume of the surfaces that were given, between the same planes, mL."
+    )
+    difference_percent: float | None = Field(
+        None, description="Mesh less segmentation, or less what was given, per cent of that."
+    )
     extrapolated_ml: float = Field(
         0.0, description="Volume of the mesh beyond the last slice with labels at the apex, mL: no voxel is beside it."
     )
@@ -71,6 +91,9 @@ class RunManifest(Record):
     volumes: list[VolumeRecord] = Field(default_factory=list, description="Volumes beside the segmentation's.")
     fidelity: list[FidelityRecord] = Field(
         default_factory=list, description="How far each surface lies from the outlines of its labels, slice by slice."
+    )
+    given_fidelity: list[SurfaceFidelity] = Field(
+        default_factory=list, description="How far each surface lies from the one that was given for it."
     )
     thickness_mm: list[float | None] | None = Field(
         None, description="Mean thickness of the wall in each of the 17 AHA segments, mm; null without segments."

@@ -9,16 +9,26 @@ from typing import Any
 
 import numpy as np
 
-from femprep.export import write_facets, write_format, write_mesh, write_surface, write_wall
+from femprep.export import write_facets, write_format, write_mesh, write_purkinje, write_surface, write_wall
 from femprep.export.losses import losses
+from femprep.image import Segmentation
 from femprep.model import Notice, Progress, noted, verdict_of
 from femprep.model.facets import facet_triangles
 from femprep.report.beside_labels import beside
 from femprep.report.bullseyes import report_bulls_eyes, thickness_of_segments
 from femprep.report.colours import colour
-from femprep.report.fidelity_tables import fidelity_tables
+from femprep.report.fidelity_tables import fidelity_tables, given_table
 from femprep.report.folder import whole_folder
-from femprep.report.manifest import InputRecord, RunManifest, StageRecord, VolumeRecord, file_sha256, hashes, plain
+from femprep.report.manifest import (
+    InputRecord,
+    RunManifest,
+    StageRecord,
+    SurfaceInput,
+    VolumeRecord,
+    file_sha256,
+    hashes,
+    plain,
+)
 from femprep.report.methods import FILES, Words, methods
 from femprep.report.notices import lines
 from femprep.report.page import report_page
@@ -35,7 +45,7 @@ def write_run(
     run: Run,
     out: str | Path,
     *,
-    source: str | Path | None = None,
+    source: str | Path | Mapping[str, Path] | None = None,
     command: str = "",
     progress: Progress | None = None,
 ) -> RunManifest:
@@ -44,12 +54,12 @@ def write_run(
     Parameters
     ----------
     run : Run
-        What :func:`femprep.mesh_segmentation` returned.
+        What :func:`femprep.mesh_segmentation` or :func:`femprep.mesh_surfaces` returned.
     out : path
         Folder to make. Of one that femprep made before, the files it wrote are replaced when the new one is whole;
         whatever else the folder holds stays where it is.
     source : path, optional
-        The image file the run began with; its name and hash go into ``run.json``.
+        The image file the run began with, or its files of surfaces by name; names and hashes go into ``run.json``.
     command : str
         What was typed, for the page.
     progress : callable, optional
@@ -88,6 +98,7 @@ def write_run(
                 write_format(run.mesh, folder, name, options=run.options.export)
             (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
             slices, volumes, details = _slices(run), list(run.volumes), _details(run)
+            content = _content(run)
             picture = finish_picture(painter, png)
         finally:
             end_painter(painter)
@@ -107,7 +118,10 @@ def write_run(
             }
         )
         write_methods(methods(manifest), folder)
-        (folder / "report.html").write_text(_page(run, manifest, slices, picture, command), encoding="utf-8")
+        (folder / "report.html").write_text(
+            report_page(manifest, run.quality, slices=slices, picture=picture, command=command, **content),
+            encoding="utf-8",
+        )
         manifest = _write_manifest(manifest, folder)
     report("write", 1.0)
     return manifest
@@ -153,6 +167,8 @@ def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | No
 def _write_vtk(run: Run, folder: Path) -> None:
     write_mesh(run.mesh, folder / "mesh.vtu")
     write_facets(run.mesh, folder / "facets.vtp")
+    if run.mesh.purkinje is not None:
+        write_purkinje(run.mesh, folder / "purkinje.vtp")
     _write_surfaces(run.surfaces, folder)
     _write_cavities(run, folder)
     write_wall(run.wall, folder / "wall.vtp")
@@ -187,33 +203,56 @@ def _write_manifest(manifest: RunManifest, folder: Path) -> RunManifest:
 def _manifest(
     run: Run | Surfaces,
     seconds: Mapping[str, float],
-    source: str | Path | None,
+    source: str | Path | Mapping[str, Path] | None,
     volumes: list[VolumeRecord],
     details: dict[str, Any],
     folder: Path,
     more: tuple[str, ...] = (),
 ) -> RunManifest:
     seg = run.segmentation
-    path = Path(source) if source is not None else None
     files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()} | {"run.json", *more}
     return RunManifest(
-        input=InputRecord(
-            path=path.name if path else None,
-            sha256=file_sha256(path) if path else None,
-            shape=tuple(seg.labels.shape),
-            spacing_mm=tuple(float(s) for s in seg.grid.spacing),
-            structures={name: list(labels) for name, labels in seg.structures.items()},
-            notes={key: value for key, value in plain(seg.info).items() if key != "file"},
-        ),
+        input=_surfaces_in(run, source) if seg is None else _image_in(seg, source),
         options=run.options,
         stages=[StageRecord(name=name, seconds=round(value, 3)) for name, value in seconds.items()],
         volumes=volumes,
         fidelity=list(run.fidelity.records),
+        given_fidelity=list(run.quality.given_fidelity or ()) if isinstance(run, Run) else [],
         details=details,
-        notices=lines(seg.info, details),
+        notices=lines({} if seg is None else seg.info, details),
         deterministic=not (isinstance(run, Run) and run.options.volume.mesher == "tetwild"),
         files=sorted(files),
     )
+
+
+def _image_in(seg: Segmentation, source: str | Path | Mapping[str, Path] | None) -> InputRecord:
+    path = None if source is None or isinstance(source, Mapping) else Path(source)
+    return InputRecord(
+        path=path.name if path else None,
+        sha256=file_sha256(path) if path else None,
+        shape=tuple(seg.labels.shape),
+        spacing_mm=tuple(float(s) for s in seg.grid.spacing),
+        structures={name: list(labels) for name, labels in seg.structures.items()},
+        notes={key: value for key, value in plain(seg.info).items() if key != "file"},
+    )
+
+
+def _surfaces_in(run: Run | Surfaces, source: str | Path | Mapping[str, Path] | None) -> InputRecord:
+    assert isinstance(run, Run)
+    assert run.given is not None
+    files = source if isinstance(source, Mapping) else {}
+    surfaces = [
+        SurfaceInput(
+            name=name,
+            path=files[name].name if name in files else None,
+            sha256=file_sha256(files[name]) if name in files else None,
+            unit=run.given.unit,
+            points=len(surface.points),
+            triangles=len(surface.triangles),
+        )
+        for name, surface in run.given.surfaces.items()
+    ]
+    return InputRecord(path=", ".join(one.path for one in surfaces if one.path) or None, surfaces=surfaces)
 
 
 def _surface_details(run: Run | Surfaces) -> dict[str, Any]:
@@ -239,6 +278,8 @@ def _details(run: Run) -> dict[str, Any]:
 
 
 def _slices(run: Run) -> list[str]:
+    if run.segmentation is None:
+        return []
     parts = {}
     for name in run.mesh.facet_names:
         if name.startswith(("endo", "epi")):
@@ -247,23 +288,23 @@ def _slices(run: Run) -> list[str]:
     return slice_pictures(run.segmentation, parts, off=list(run.fidelity.off.values()))
 
 
-def _page(run: Run, manifest: RunManifest, slices: list[str], picture: str | None, command: str) -> str:
+def _content(run: Run) -> dict[str, Any]:
+    """What the page holds that depends on the run alone."""
     figures = [("points", run.quality.n_points)]
     figures += [(name, count) for name, count in run.quality.cells.items()]
     figures += [
         (f"facets {name}", int(np.sum(run.mesh.facet_tag == tag))) for name, tag in run.mesh.facet_names.items()
     ]
     names = [name for name in run.mesh.facet_names if name.startswith(("endo", "epi"))]
-    return report_page(
-        manifest,
-        run.quality,
-        figures=figures,
-        histograms=quality_charts(run.quality),
-        fidelity=fidelity_tables(run.fidelity.records, run.options.limits.maximum_label_distance),
-        slices=slices,
-        bulls_eyes=report_bulls_eyes(run.mesh),
-        colours={name: colour(name) for name in names},
-        picture=picture,
-        scene=scene(run.mesh, run.quality),
-        command=command,
-    )
+    return {
+        "figures": figures,
+        "histograms": quality_charts(run.quality),
+        "fidelity": (
+            given_table(run.quality.given_fidelity or ())
+            if run.given is not None
+            else fidelity_tables(run.fidelity.records, run.options.limits.maximum_label_distance)
+        ),
+        "bulls_eyes": report_bulls_eyes(run.mesh),
+        "colours": {name: colour(name) for name in names},
+        "scene": scene(run.mesh, run.quality),
+    }

@@ -56,6 +56,7 @@ def table(rows: Sequence[tuple[Any, ...]], head: Sequence[str] = ()) -> str:
 
 
 _VOLUMES = ("", "mesh, mL", "segmentation, mL", "difference, %", "of it extrapolated beyond the labels, mL")
+_VOLUMES_GIVEN = ("", "mesh, mL", "surfaces given, mL", "difference, %")
 
 
 def report_page(
@@ -93,8 +94,11 @@ def report_page(
     command : str
         What was typed.
     """
-    volumes = [
-        (v.name, v.mesh_ml, v.segmentation_ml, v.difference_percent, v.extrapolated_ml or None)
+    given = bool(manifest.input.surfaces)
+    volumes: list[tuple[Any, ...]] = [
+        (v.name, v.mesh_ml, v.given_ml, v.difference_percent)
+        if given
+        else (v.name, v.mesh_ml, v.segmentation_ml, v.difference_percent, v.extrapolated_ml or None)
         for v in manifest.volumes
     ]
     return render(
@@ -109,7 +113,7 @@ def report_page(
         solution=manifest.solution,
         worst=_worst(quality),
         figures=table(figures),
-        volumes=table([tuple(map(_rounded, row)) for row in volumes], _VOLUMES),
+        volumes=table([tuple(map(_rounded, row)) for row in volumes], _VOLUMES_GIVEN if given else _VOLUMES),
         stages=table([(s.name, round(s.seconds, 2)) for s in manifest.stages], ("stage", "s")),
         histograms=histograms,
         fidelity=fidelity,

@@ -12,6 +12,7 @@ from femprep.options import Options
 from femprep.report.manifest import VolumeRecord
 from femprep.volume import QualityReport
 from femprep.volume.quality.fidelity import Fidelity, judge_fidelity
+from femprep.wall.own import OwnSurfaces
 
 
 @dataclass(frozen=True)
@@ -20,8 +21,8 @@ class Run:
 
     Attributes
     ----------
-    segmentation : Segmentation
-        The label map it began with.
+    segmentation : Segmentation or None
+        The label map it began with; None where it began with surfaces.
     options : Options
         All options, defaults included.
     objects : mapping of str to LabelObject
@@ -39,6 +40,8 @@ class Run:
         Wall-clock time of each stage, in order.
     solution : SolutionRecord, optional
         What a solver made of the mesh, where one was asked for.
+    given : OwnSurfaces, optional
+        The surfaces it began with, in place of a label map.
 
     Examples
     --------
@@ -46,7 +49,7 @@ class Run:
     Run(lv, epi: VolumeMesh(...), passed, ... s)
     """
 
-    segmentation: Segmentation
+    segmentation: Segmentation | None
     options: Options
     objects: Mapping[str, LabelObject]
     surfaces: Mapping[str, Surface]
@@ -57,6 +60,7 @@ class Run:
     volumes: tuple[VolumeRecord, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
     solution: SolutionRecord | None = None
+    given: OwnSurfaces | None = None
 
     def __repr__(self) -> str:
         verdict = "passed" if self.quality.passed else "failed"

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from femprep.errors import InputError, ResourceError, StageError
+from femprep.errors import InputError, OptionError, ResourceError, StageError
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.canonical_frame import image_axes
 from femprep.image.object import LabelObject
@@ -17,6 +17,7 @@ from femprep.model import FloatArray, IntArray, Notice, Surface, records
 from femprep.model.products import product
 from femprep.options import SurfaceOptions, choose, takes
 from femprep.surface.fitting.smooth import smooth_map
+from femprep.surface.given.fit import lay_on
 from femprep.surface.harmonic.field import Field, fit_strength
 from femprep.surface.harmonic.leastsquares import BLOCK
 from femprep.surface.harmonic.mend import Target, sound_map
@@ -46,14 +47,14 @@ _DENT_FREE = 0.25
 
 @takes(SurfaceOptions)
 def fit_surface(
-    obj: LabelObject,
+    obj: LabelObject | Surface,
     *,
     boundary: BoundaryPoints | None = None,
     options: SurfaceOptions | None = None,
     progress: Callable[[str, float], None] | None = None,
     **changes: Any,
 ) -> Surface:
-    """Fit a closed, smooth surface with a given number of vertices to a segmented object.
+    """Fit a closed, smooth surface with a given number of vertices to a segmented object, or to a given surface.
 
     The surface (``method="smooth"``) is bent as evenly as the labels allow, each weighted by what it tells, see
     :func:`~femprep.surface.estimate.estimate_surface`, and a pre-meshed sphere is placed evenly on it. By
@@ -70,8 +71,10 @@ def fit_surface(
 
     Parameters
     ----------
-    obj : LabelObject
-        The object, one solid piece.
+    obj : LabelObject or Surface
+        The object, one solid piece; or anyone's surface, which is mended, closed smoothly beyond its rims and laid out
+        anew with a template's even triangles (``"smooth"`` alone). Where ``vertices`` is not given and 1500 do not come
+        near it, 3000 are taken.
     boundary : BoundaryPoints, optional
         Points its surface should pass; by default the midpoints between its voxels and their neighbours outside.
     options : SurfaceOptions, optional
@@ -94,9 +97,9 @@ def fit_surface(
     Raises
     ------
     InputError
-        The object is too small.
+        The object is too small; the given surface cannot be mended: the message says what is wrong with it, and where.
     OptionError
-        An option is unknown or out of range.
+        An option is unknown or out of range, or not for a given surface.
     ResourceError
         The fit would need more memory than ``memory_limit``.
     StageError
@@ -115,6 +118,12 @@ def fit_surface(
     chosen = choose(SurfaceOptions, options, changes)
     tell = progress or (lambda stage, fraction: None)
     tell("surface", 0.0)
+    if isinstance(obj, Surface):
+        if boundary is not None:
+            raise OptionError("boundary points are those of labels; leave boundary out for a given surface")
+        laid = lay_on(obj, chosen)
+        tell("surface", 1.0)
+        return laid
     boundary = _enough(obj, boundary_points(obj) if boundary is None else boundary)
     axes, turn = image_axes(obj)
     template = (cubed_template if chosen.cells == "quad" else charge_template)(chosen.vertices)

@@ -63,7 +63,7 @@ def quadratic_tetrahedra(mesh: VolumeMesh, wall: Wall) -> VolumeMesh:
     if len(straight):
         words = (
             f"{{amount}} of {int(bent.sum())} curved ones of quadratic elements were made straight, so that no element "
-            "is inverted"
+            "is inverted or poor"
         )
         info = noted(info, Notice.of("repaired", words, amount=len(straight), unit="edges"))
     return replace(result, info=info)

@@ -16,9 +16,9 @@ from meshes import truncated_ellipsoid
 import femprep as fp
 from femprep.annotation.given import given_facets
 from femprep.annotation.shell import shell_of
-from femprep.annotation.units import guess_unit
 from femprep.cli import main
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
+from femprep.model.units import guess_unit
 from femprep.phantoms import lv_ellipsoid
 
 

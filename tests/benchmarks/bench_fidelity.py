@@ -3,7 +3,8 @@
     python tests/benchmarks/bench_fidelity.py                        all ACDC maps, LV, by the sweep
     python tests/benchmarks/bench_fidelity.py --mesher tetwild --edge 4
     python tests/benchmarks/bench_fidelity.py --anatomy biv --every 5
-    python tests/benchmarks/bench_fidelity.py --folder OUT --image SEG --preset acdc   one folder that is there
+    python tests/benchmarks/bench_fidelity.py --folder OUT --image SEG     one folder that is there
+    python tests/benchmarks/bench_fidelity.py --cohort OUT                 all folders of a cohort of ACDC maps
 
 The labels are read by SimpleITK and outlined by contourpy; the facets are those of ``facets.vtp``, read and cut by VTK.
 In each slice both curves are sampled every 0.1 mm; distances are those of each sample to the nearest of the other
@@ -171,6 +172,25 @@ def verdict(rows: list[dict[str, Any]]) -> dict[str, float]:
     return found
 
 
+def judged(folder: Path, image: str, anatomy: str) -> dict[str, Any]:
+    """What a folder holds, by this reader and by its own record."""
+    quality = json.loads((folder / "quality.json").read_text())
+    run = json.loads((folder / "run.json").read_text())
+    rows = measure(folder, Path(image), run["input"]["structures"], anatomy)
+    return {
+        **verdict(rows),
+        "wall_percent": next((v["difference_percent"] for v in run["volumes"] if "wall" in v["name"]), None),
+        "dihedral": quality["measures"].get("minimum_dihedral", {}).get("min"),
+        "mean_ratio": quality["measures"]["mean_ratio"]["mean"],
+        "passed": not quality["failures"],
+        "failures": "; ".join(quality["failures"]),
+        "worst": "; ".join(
+            f"{r['surface']} slice {r['slice']}: {r['greatest']:.1f}" for r in rows if r["greatest"] > GREATEST
+        ),
+        "outcome": "check failed" if quality["failures"] else "passed",
+    }
+
+
 def one(job: tuple[str, str, dict[str, Any]]) -> dict[str, Any]:
     """Mesh one map into a temporary folder and measure what is in it."""
     import femprep as fp
@@ -179,27 +199,24 @@ def one(job: tuple[str, str, dict[str, Any]]) -> dict[str, Any]:
     row: dict[str, Any] = {"case": name}
     start = time.perf_counter()
     try:
-        seg = fp.read_segmentation(path, preset="acdc")
-        run = fp.mesh_segmentation(seg, **options)
+        run = fp.mesh_segmentation(fp.read_segmentation(path, preset="acdc"), **options)
         with tempfile.TemporaryDirectory() as folder:
-            manifest = fp.write_run(run, Path(folder) / "out", source=path)
-            rows = measure(
-                Path(folder) / "out", Path(path), {k: list(v) for k, v in seg.structures.items()}, run.options.anatomy
-            )
-        row |= verdict(rows)
-        row["wall_percent"] = next((v.difference_percent for v in manifest.volumes if "wall" in v.name), None)
-        row["dihedral"] = run.quality.measures["minimum_dihedral"].min
-        row["mean_ratio"] = run.quality.measures["mean_ratio"].mean
-        row["passed"] = run.quality.passed
-        row["failures"] = "; ".join(run.quality.failures)
-        row["worst"] = "; ".join(
-            f"{r['surface']} slice {r['slice']}: {r['greatest']:.1f}" for r in rows if r["greatest"] > GREATEST
-        )
-        row["outcome"] = "passed" if run.quality.passed else "check failed"
+            fp.write_run(run, Path(folder) / "out", source=path)
+            row |= judged(Path(folder) / "out", path, run.options.anatomy)
     except fp.FemprepError as error:
         row["outcome"] = ("refused: " if error.exit_status == 2 else "failed: ") + str(error)
     row["seconds"] = time.perf_counter() - start
     return row
+
+
+def of_cohort(job: tuple[str, str, Path]) -> dict[str, Any]:
+    """The folder of one subject of a cohort, or why there is none."""
+    name, path, out = job
+    record = next(r for r in json.loads((out / "cohort.json").read_text())["subjects"] if r["subject"] == name)
+    if not (out / name).is_dir():
+        return {"case": name, "outcome": f"{record['status']}: {record['message']}"}
+    anatomy = json.loads((out / name / "run.json").read_text())["options"]["anatomy"]
+    return {"case": name, **judged(out / name, path, anatomy)}
 
 
 def summary(rows: list[dict[str, Any]]) -> None:
@@ -232,6 +249,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     parser.add_argument("--only", nargs="+", help="names of maps")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--csv", type=Path, help="file for a line per case")
+    parser.add_argument("--cohort", type=Path, help="a cohort of ACDC maps, each by its name, in place of meshing them")
     parser.add_argument("--folder", type=Path, help="a folder that femprep made, in place of ACDC")
     parser.add_argument("--image", type=Path, help="its label map")
     parser.add_argument("--labels", nargs="+", default=["lv=3", "myo=2", "rv=1"], help="its labels")
@@ -246,10 +264,14 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     data = Path(os.environ["FEMPREP_DATA"])
     chosen = [row for row in cases(data) if not given.only or row["id"] in given.only][:: given.every]
     options: dict[str, Any] = {"anatomy": given.anatomy, "volume": {"mesher": given.mesher, "edge_length": given.edge}}
-    jobs = [(row["id"], str(data / "acdc" / row["file"]), options) for row in chosen]
+    jobs: list[Any] = [(row["id"], str(data / "acdc" / row["file"]), options) for row in chosen]
+    work: Any = one
+    if given.cohort:
+        known = {r["subject"] for r in json.loads((given.cohort / "cohort.json").read_text())["subjects"]}
+        work, jobs = of_cohort, [(name, path, given.cohort) for name, path, _ in jobs if name in known]
     results = []
     with ProcessPoolExecutor(given.jobs) as pool:
-        for result in pool.map(one, jobs):
+        for result in pool.map(work, jobs):
             results.append(result)
             print(shown(result), flush=True)
             if given.csv:

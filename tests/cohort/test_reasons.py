@@ -72,7 +72,7 @@ def test_every_reason_can_be_come_to() -> None:
     (InputError, ("preflight", "_check_gaps"), "slice-missing"),
     (InputError, ("preflight", "_check_planes"), "planes-miss"),
     (InputError, ("wall.planes.landmarks", "_rings"), "rings-open"),
-    (InputError, ("wall.planes.landmarks", "read_stack"), "labels-missing"),
+    (InputError, ("wall.planes.stack", "read_stack"), "labels-missing"),
     (InputError, ("image.object", "_require_size"), "labels-broken"),
     (InputError, ("wall.joining.build", "_thicken"), "wall-too-thin"),
     (StageError, ("volume.tetwild.guard", "_wait"), "mesher-limit"),

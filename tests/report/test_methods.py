@@ -63,8 +63,32 @@ RECORDS = [
 ]
 MATCHING = {"matching": {"pushed": {"vertices": 3, "maximum_mm": 1.25, "least_mm": 1.0}, "softened_mm": 0.6}}
 
+BEAT = {"fibres": {}, "pericardium": {"stiffness": 2.0}, "purkinje": {}, "activation": {}}
+
 #: Options, wall, volume; what is said, what is not.
 CASES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, Any], list[str], list[str]]] = {
+    "pericardium, Purkinje fibres, activation": (
+        *(BEAT, {"apex": OPEN_APEX}, {}),
+        [
+            "2 kPa/mm at the apex",
+            "10.1016/j.jbiomech.2020.109645",
+            "Sahli Costabal",
+            "0.67, 0.3 and 0.17 m/s",
+            "Caldwell",
+        ],
+        ["all nodes of the endocardia"],
+    ),
+    "activation alone, its own speeds, fibres failed": (
+        *({"fibres": {}, "pericardium": {}, "activation": {"fibre_speed": 0.5}}, {"apex": OPEN_APEX}),
+        {"verdict": {"failures": {"fibres": ["fibres: not made: x"]}}},
+        ["all nodes of the endocardia at once", "0.5, 0.3 and 0.17 m/s"],
+        ["Strocchi", "Caldwell", "Purkinje"],
+    ),
+    "outflow tracts": (
+        *({"anatomy": "whole-heart", "fibres": {"rule": "doste"}}, {}, {}),
+        ["Doste et al. 2019", "10.1002/cnm.3185", "from +90 to -25"],
+        ["interpolated first"],
+    ),
     "lv, tetwild": (
         *({}, {"apex": OPEN_APEX}, {}),
         [

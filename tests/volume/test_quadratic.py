@@ -11,7 +11,7 @@ from meshes import truncated_ellipsoid
 from femprep.errors import InputError, StageError
 from femprep.mesh.elements import ELEMENTS, boundary_faces
 from femprep.mesh.measures.volume_elements import element_measures, element_volumes
-from femprep.mesh.quadratic import add_middles, number_edges
+from femprep.mesh.quadratic import POOR, add_middles, number_edges
 from femprep.model import FACET_TAGS, VolumeMesh, Wall
 from femprep.volume import check, tetrahedralize
 from femprep.volume.quality.transmural import mesh_edges
@@ -149,6 +149,34 @@ def test_edges_bent_too_far_are_made_straight_and_counted(kind):
     # Those that go together are made straight together.
     _, both = add_middles(mesh, edges, curved, together=np.where(np.isin(np.arange(len(middle)), [17, 40]), 0, 1))
     assert set(both.tolist()) == {17, 40}
+
+
+def test_edges_of_poor_elements_are_made_straight_though_none_is_inverted():
+    mesh = truncated_ellipsoid("tetra")
+    edges = number_edges(mesh)
+    middle = mesh.points[edges.ends].mean(axis=1)
+    length = np.linalg.norm(np.diff(mesh.points[edges.ends], axis=1)[:, 0], axis=1)
+    towards = np.array([0.6, 0.64, 0.48])
+    unbent = element_measures(np.concatenate([mesh.points, middle]), tetra10(mesh, edges), "tetra10")["mean_ratio"]
+    found = []
+    for bend in np.linspace(0.0, 0.3, 13):
+        curved = middle.copy()
+        curved[17] += bend * length[17] * towards
+        bent = replace(mesh, cells={"tetra10": tetra10(mesh, edges)}, points=np.concatenate([mesh.points, curved]))
+        before = element_measures(bent.points, bent.cells["tetra10"], "tetra10")
+        result, straight = add_middles(mesh, edges, curved)
+        after = element_measures(result.points, result.cells["tetra10"], "tetra10")
+        poor = bool(np.any((before["mean_ratio"] < POOR) & (before["mean_ratio"] < unbent - 1e-9)))
+        assert (17 in straight) == poor
+        assert (after["mean_ratio"] >= np.minimum(POOR, unbent - 1e-9)).all()
+        found.append((poor, before["relative_jacobian"].min() > 0.0))
+    assert (True, True) in found
+    assert (False, True) in found
+
+
+def tetra10(mesh, edges):
+    """Ten nodes of each element, its edges' numbers after all corners."""
+    return np.concatenate([mesh.cells["tetra"], edges.total + edges.of_cells["tetra"]], axis=1)
 
 
 def test_inverted_elements_are_not_hidden():

@@ -36,6 +36,8 @@ logger = logging.getLogger(__name__)
 #: Conductivity across the gradient lines, relative to that along them, by coordinate. Round the wall no boundary holds
 #: the lines' beginnings together, so there it has to be larger.
 CROSS: Final = {"across": 1e-2, "upward": 1e-3, "turn": 5e-2}
+#: Facets of the inflow and the outflow valve of each ventricle.
+VALVES: Final = {"lv": ("mitral", "aortic"), "rv": ("tricuspid", "pulmonary")}
 
 
 def require_ventricle(facets: Iterable[str]) -> None:
@@ -173,6 +175,45 @@ class WallFields:
     def upward_distance(self) -> FloatArray:
         """As :attr:`upward`, made linear in distance along its gradient lines."""
         return np.clip(self.linear_in_distance(self.upward, self._apicobasal_sides, CROSS["upward"]), 0.0, 1.0)
+
+    def valves(self, ventricle: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Harmonic fields of a ventricle with open valves (Doste et al. 2019, doi 10.1002/cnm.3185, section 2.3).
+
+        Parameters
+        ----------
+        ventricle : {"lv", "rv"}
+
+        Returns
+        -------
+        inflow, outflow : (n,) arrays
+            0 at the ventricle's apex, 1 at its inflow and its outflow valve.
+        share : (n,) array
+            Of the outflow tract: 0 at the apex and the inflow valve, 1 at the outflow valve.
+
+        Raises
+        ------
+        InputError
+            Facets of a valve are missing.
+        """
+        names = VALVES[ventricle]
+        rings = [self._nodes(name) for name in names]
+        for name, ring in zip(names, rings):
+            if not len(ring):
+                have = ", ".join(self.mesh.facet_names)
+                raise InputError(
+                    f"rule doste needs facets tagged {name}, where the {ventricle} is open; the mesh has {have}; take "
+                    "rule linear, or open the valves"
+                )
+        inflow, outflow = rings
+        apex = self.apex_nodes
+        if ventricle == "rv":
+            centre = self.space.points[inflow].mean(axis=0)
+            apex = self.rv[[np.argmax(np.linalg.norm(self.space.points[self.rv] - centre, axis=1))]]
+        sides = (((inflow, 1.0),), ((outflow, 1.0),), ((inflow, 0.0), (outflow, 1.0)))
+        first, second, third = (
+            solve(self.space, self._laplace, self._dirichlet((apex, 0.0), *valve)) for valve in sides
+        )
+        return first, second, third
 
     @property
     def _apicobasal_sides(self) -> tuple[IntArray, FloatArray]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -13,8 +14,9 @@ import numpy as np
 from femprep.errors import FileError, InputError
 from femprep.export.lsdyna.write import PLACES
 from femprep.export.parts import Parts, with_mid_side_nodes
+from femprep.export.purkinje import PURKINJE
 from femprep.export.units import UNITS
-from femprep.model import IntArray, VolumeMesh
+from femprep.model import IntArray, PurkinjeNet, VolumeMesh
 
 log = logging.getLogger(__name__)
 
@@ -26,7 +28,8 @@ def read(path: Path) -> VolumeMesh:
     """Read the solid elements of a keyword file, as femprep writes it: no comma-separated or long cards.
 
     Parts become regions by the first word of their titles, titled segment sets tagged facets, sets of solids
-    ``aha_1``, ``aha_2``... the AHA segments; ``*ELEMENT_SOLID_ORTHO`` gives fibre (a) and sheet (d).
+    ``aha_1``, ``aha_2``... the AHA segments; ``*ELEMENT_SOLID_ORTHO`` gives fibre (a) and sheet (d). Beams of parts
+    titled ``purkinje_...`` are Purkinje fibres.
 
     Raises
     ------
@@ -41,7 +44,7 @@ def read(path: Path) -> VolumeMesh:
     unit = re.search(r"femprep volume mesh; length (\w+),", text[:1000])
     scale = UNITS[unit[1]].per_mm if unit and unit[1] in UNITS else 1.0
     parts, titles = Parts(), {}
-    ids, points, solids, segments, sets = [], [], [], [], {}
+    ids, points, solids, segments, sets, beams = [], [], [], [], {}, []
     for keyword, cards in _sections(text):
         if keyword == "*NODE":
             ids += [int(card[:8]) for card in cards]
@@ -50,6 +53,8 @@ def read(path: Path) -> VolumeMesh:
             titles.update({int(cards[i + 1][:10]): cards[i].split()[0] for i in range(0, len(cards) - 1, 2)})
         elif keyword in ("*ELEMENT_SOLID", "*ELEMENT_SOLID_ORTHO"):
             solids += _solids(cards, keyword.endswith("ORTHO"))
+        elif keyword == "*ELEMENT_BEAM":
+            beams += [_integers(card, 8)[:4] for card in cards]
         elif keyword.startswith("*ELEMENT_"):
             parts.left_out.add(keyword)
         elif keyword == "*SET_SEGMENT_TITLE":
@@ -58,8 +63,15 @@ def read(path: Path) -> VolumeMesh:
             sets[cards[0].strip().lower()] = [n for card in cards[2:] for n in _integers(card, 10) if n]
     if not solids:
         raise InputError("holds no solid elements")
+    fibres = [beam for beam in beams if titles.get(beam[1], "").startswith(f"{PURKINJE}_")]
+    if len(fibres) < len(beams):
+        parts.left_out.add("*ELEMENT_BEAM")
     if parts.left_out:
         log.warning("elements %s are left out", ", ".join(sorted(parts.left_out)))
+    at, wall = dict(zip(ids, points)), {label for solid in solids for label in solid[2]}
+    if fibres:
+        ids = [label for label in ids if label in wall]
+        points = [at[label] for label in ids]
     place = {label: i for i, label in enumerate(ids)}
     aha = {label: int(name[4:]) for name, rows in sets.items() if re.fullmatch(r"aha_\d+", name) for label in rows}
     _add_solids(parts, solids, titles, place, aha)
@@ -71,7 +83,30 @@ def read(path: Path) -> VolumeMesh:
             if own:
                 facet_kind, nodes = with_mid_side_nodes(kind, _places(own, place), cells)
                 parts.facets.append((facet_kind, nodes, tag))
-    return parts.mesh(np.array(points) / scale, "*PART", "*SET_SEGMENT")
+    mesh = parts.mesh(np.array(points) / scale, "*PART", "*SET_SEGMENT")
+    if not fibres:
+        return mesh
+    told = re.search(r"Purkinje fibres; conduction (\S+) m/s", text)
+    speed = {"speed": float(told[1])} if told else {}
+    return replace(mesh, purkinje=_net(fibres, titles, at, {k: place[k] for k in wall}, parts, scale, speed))
+
+
+def _net(
+    beams: list[list[int]],
+    titles: dict[int, str],
+    at: dict[int, list[float]],
+    place: dict[int, int],
+    parts: Parts,
+    scale: float,
+    speed: dict[str, float],
+) -> PurkinjeNet:
+    """Purkinje fibres from beams: number, part and two nodes each."""
+    labels, edges = np.unique(np.array([beam[2:4] for beam in beams], dtype=np.int64), return_inverse=True)
+    points = np.array([at[label] for label in labels.tolist()]) / scale
+    names = [titles[beam[1]].removeprefix(f"{PURKINJE}_") for beam in beams]
+    tag = np.array([parts.numbers.of(name, facet=True) for name in names], dtype=np.int32)
+    ends = np.array([place.get(label, -1) for label in labels.tolist()], dtype=np.int64)
+    return PurkinjeNet.numbered(points, edges.reshape(-1, 2), tag, ends, **speed)
 
 
 def _sections(text: str) -> Iterator[tuple[str, list[str]]]:

@@ -12,11 +12,12 @@ from femprep.errors import InputError
 from femprep.export.content import Content
 from femprep.export.fibres import directions, segments
 from femprep.export.names import facet_names, facet_nodes, region_names
+from femprep.export.purkinje import PURKINJE, trees
 from femprep.export.text import number
 from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_comments
 from femprep.mesh.elements import ELEMENTS
-from femprep.model import IntArray, VolumeMesh
+from femprep.model import IntArray, PurkinjeNet, VolumeMesh
 from femprep.model.blocks import block_rows, chosen_rows
 from femprep.options import ExportOptions
 
@@ -31,6 +32,11 @@ PLACES: Final = {
 #: Element formulations: one-point nodal-pressure tetrahedron, ten-node tetrahedron, pentahedron, fully integrated
 #: hexahedron.
 FORMULATIONS: Final = {"tetra": 13, "tetra10": 16, "wedge": 15, "hexahedron": 2}
+
+#: Element formulation of beams that only pull, their cross-section, mm2, and the number of the set of their junctions.
+TRUSS: Final = 3
+BEAM_AREA: Final = 0.01
+JUNCTIONS: Final = 200
 
 
 def require(content: Content, options: ExportOptions) -> None:
@@ -56,6 +62,9 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     segment (1000 + segment). Fibre and sheet stand with each element (``*ELEMENT_SOLID_ORTHO``: a and d). Segments
     of quadratic facets have their corners, as LS-DYNA wants.
 
+    Purkinje fibres are beams (trusses) of one part for each endocardium, whose material number is the facet tag; they
+    end in nodes of the wall, which ``*SET_NODE_LIST`` 200 names.
+
     The mesh has no elements of 15 or 20 nodes, see :func:`require`.
     """
     with (folder / f"{stem}.k").open("w", encoding="ascii", errors="replace", newline="\n") as file:
@@ -80,6 +89,8 @@ def _deck(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
                 title = name if len(mesh.cells) == 1 else f"{name} {kind}"
                 yield f"*PART\n{title}\n{count:10d}{section:10d}{tag:10d}\n"
     yield from _elements(mesh, part)
+    if mesh.purkinje is not None:
+        yield from _beams(mesh, mesh.purkinje, count, units.per_mm)
     sets = {tag: (name, np.flatnonzero(mesh.region == tag)) for name, tag in region_names(mesh).items()}
     sets |= {1000 + int(name[4:]): (name, rows) for name, rows in segments(mesh).items()}
     for number_, (name, rows) in sets.items():
@@ -107,6 +118,24 @@ def _elements(mesh: VolumeMesh, part: IntArray) -> Iterator[str]:
                 f"{line}{''.join(map(_wide, a))}\n{''.join(map(_wide, d))}\n" for line, a, d in zip(lines, fiber, sheet)
             ]
         yield "".join(lines)
+
+
+def _beams(mesh: VolumeMesh, net: PurkinjeNet, parts: int, per_mm: float) -> Iterator[str]:
+    """Purkinje fibres: nodes of their own behind those of the wall, their junctions being nodes of the wall."""
+    label = np.where(net.mesh_point >= 0, net.mesh_point + 1, 0)
+    own = np.flatnonzero(net.mesh_point < 0)
+    label[own] = len(mesh.points) + 1 + np.arange(len(own))
+    section = len(mesh.cells) + 1
+    yield f"$ femprep Purkinje fibres; conduction {net.speed!r} m/s\n*NODE\n"
+    places = (net.points[own] * per_mm).tolist()
+    yield "".join(f"{i:8d}{_wide(x)}{_wide(y)}{_wide(z)}\n" for i, (x, y, z) in zip(label[own].tolist(), places))
+    yield f"*SECTION_BEAM\n{section:10d}{TRUSS:10d}\n{number(BEAM_AREA * per_mm**2, 10):>10}\n"
+    edges = label[net.edges]
+    for part, (name, (tag, rows)) in enumerate(trees(mesh, net).items(), start=parts + 1):
+        yield f"*PART\n{name}\n{part:10d}{section:10d}{tag:10d}\n*ELEMENT_BEAM\n"
+        yield "".join(f"{mesh.n_cells + 1 + e:8d}{part:8d}{a:8d}{b:8d}\n" for e, (a, b) in zip(rows, edges[rows]))
+    junctions = np.unique(net.mesh_point[net.junctions]) + 1
+    yield f"*SET_NODE_LIST_TITLE\n{PURKINJE}_junctions\n{JUNCTIONS:10d}\n{_eights(junctions)}"
 
 
 def _segments(mesh: VolumeMesh, tag: int) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -11,7 +12,8 @@ import numpy as np
 from femprep.errors import FileError
 from femprep.export.opencarp.write import CARP_FACETS, CARP_TYPES, INWARD, MICROMETRES, NO_FIBRE
 from femprep.export.parts import Parts
-from femprep.model import IntArray, VolumeMesh, is_blood
+from femprep.export.purkinje import PURKINJE
+from femprep.model import IntArray, PurkinjeNet, VolumeMesh, is_blood
 
 log = logging.getLogger(__name__)
 
@@ -63,7 +65,26 @@ def read(path: Path) -> VolumeMesh:
         name = file.name[len(stem.name) + 1 : -len(".surf")]
         number = parts.numbers.of(name, own_tags.get(name), facet=True)
         parts.facets += [(kind, nodes, number) for kind, nodes in _surface(file)]
-    return parts.mesh(points / MICROMETRES, ".elem", ".surf")
+    mesh = parts.mesh(points / MICROMETRES, ".elem", ".surf")
+    own = Path(f"{stem}.{PURKINJE}.elem")
+    if not own.is_file():
+        return mesh
+    net = _net(own)
+    ends, at = net.junctions, net.mesh_point[net.junctions]
+    if at.max(initial=-1) >= len(points) or np.abs(net.points[ends] - mesh.points[at]).max(initial=0) > 1e-6:
+        log.warning("%s does not end in points of this mesh: Purkinje fibres of another one, left out", own.name)
+        return mesh
+    return replace(mesh, purkinje=net)
+
+
+def _net(path: Path) -> PurkinjeNet:
+    """Purkinje fibres from their own mesh of lines."""
+    stem = path.with_suffix("")
+    lines = np.array([line.split()[1:] for line in _lines(path, "edges")], dtype=np.int64).reshape(-1, 3)
+    head, *numbers = stem.with_suffix(f".{PURKINJE}.dat").read_text(encoding="ascii").splitlines()
+    points = _table(stem.with_suffix(f".{PURKINJE}.pts"), "points") / MICROMETRES
+    tag = lines[:, 2].astype(np.int32)
+    return PurkinjeNet(points, lines[:, :2], tag, np.array(numbers, np.int64), speed=float(head.split()[1]))
 
 
 def _lines(path: Path, what: str) -> list[str]:

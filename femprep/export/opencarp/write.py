@@ -10,13 +10,14 @@ import numpy as np
 
 from femprep.export.fibres import directions
 from femprep.export.names import facet_names, facet_nodes, region_names
-from femprep.export.opencarp.par import parameters
+from femprep.export.opencarp.par import parameters, waves
 from femprep.export.opencarp.uvc import universal
+from femprep.export.purkinje import PURKINJE, directions_of
 from femprep.export.split import linear
 from femprep.export.springs import RING, ring_nodes
 from femprep.export.text import rows
 from femprep.mesh.elements import FACET_CORNERS
-from femprep.model import FloatArray, VolumeMesh, is_blood
+from femprep.model import FloatArray, PurkinjeNet, VolumeMesh, is_blood
 from femprep.model.blocks import block_rows, chosen_rows
 from femprep.options import ExportOptions
 
@@ -45,6 +46,11 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     one; tissue without fibres has ``1 0 0``, and blood ``0 0 0``, by which openCARP and MeshTool tell a bath.
     ``stem.tags.txt`` names the tags, ``stem.aha.dat`` holds the AHA segment of each element, ``stem.uvc_*.dat`` the
     ventricular coordinates of each point, and ``stem.par`` is a beat that starts at the nodes of the endocardia.
+
+    Purkinje fibres are a mesh of their own, ``stem.purkinje.pts``, ``.elem`` (lines, ``Ln``) and ``.lon``;
+    ``stem.purkinje.dat`` tells for each of its points which point of ``stem.pts`` it is, or -1, below a line with the
+    speed. The beat then enters the wall at their junctions, by the time of arrival in steps of 2 ms:
+    ``stem.purkinje_<ms>.vtx``.
     """
     mesh = linear(mesh, "openCARP")
     with (folder / f"{stem}.pts").open("w", encoding="ascii", newline="\n") as file:
@@ -64,6 +70,10 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
         (folder / f"{stem}.{name}.vtx").write_text(f"{len(nodes)}\nextra\n{rows(nodes)}", encoding="ascii")
     if (ring := ring_nodes(mesh)).size:
         (folder / f"{stem}.{RING}.vtx").write_text(f"{len(ring)}\nextra\n{rows(ring)}", encoding="ascii")
+    if mesh.purkinje is not None:
+        _write_net(mesh.purkinje, folder, f"{stem}.{PURKINJE}")
+        for name, nodes in waves(mesh.purkinje).items():
+            (folder / f"{stem}.{name}.vtx").write_text(f"{len(nodes)}\nextra\n{rows(nodes)}", encoding="ascii")
     if "aha" in mesh.cell_data:
         (folder / f"{stem}.aha.dat").write_text(rows(np.asarray(mesh.cell_data["aha"])), encoding="ascii")
     for name, values in universal(mesh).items():
@@ -71,6 +81,16 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     (folder / f"{stem}.par").write_text(parameters(mesh, stem), encoding="utf-8")
     names = {**region_names(mesh), **facet_names(mesh)}
     (folder / f"{stem}.tags.txt").write_text("".join(f"{tag} {name}\n" for name, tag in names.items()), "utf-8")
+
+
+def _write_net(net: PurkinjeNet, folder: Path, stem: str) -> None:
+    """Purkinje fibres as a mesh of lines, and which points of the wall's mesh its own are."""
+    lines = "".join(f"Ln {line}\n" for line in rows(net.edges, net.edge_tag, separator=" ").splitlines())
+    places = rows(net.points * MICROMETRES, separator=" ", width=None)
+    (folder / f"{stem}.pts").write_text(f"{len(net.points)}\n{places}", encoding="ascii")
+    (folder / f"{stem}.elem").write_text(f"{len(net.edges)}\n{lines}", encoding="ascii")
+    (folder / f"{stem}.lon").write_text(f"1\n{rows(directions_of(net), separator=' ', width=None)}", encoding="ascii")
+    (folder / f"{stem}.dat").write_text(f"# {net.speed!r} m/s\n{rows(net.mesh_point)}", encoding="ascii")
 
 
 def _axes(mesh: VolumeMesh) -> FloatArray:

@@ -10,6 +10,7 @@ import numpy as np
 from femprep.errors import FileError
 from femprep.export.foreign import Block, ForeignMesh
 from femprep.export.polydata import planes_from
+from femprep.export.purkinje import purkinje_from
 from femprep.export.vtk_xml import arrays_of, record_of
 from femprep.export.vtu.write import FACET_DATA, FACETS, VTK_TYPES
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
@@ -59,6 +60,7 @@ def read_own(path: Path) -> VolumeMesh | None:
         },
         planes=planes_from(record["planes"]),
         info=record["info"],
+        purkinje=purkinje_from(fields, record),
     )
 
 

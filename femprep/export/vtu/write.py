@@ -11,6 +11,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.export.names import facet_names, region_names
 from femprep.export.polydata import planes_record
+from femprep.export.purkinje import purkinje_fields
 from femprep.export.vtk_xml import add_arrays, add_record, save, vtk_cells, vtk_points
 from femprep.model import VolumeMesh
 from femprep.options import ExportOptions
@@ -59,8 +60,9 @@ def unstructured_grid(mesh: VolumeMesh) -> Any:
     names |= {name: np.array([tag, 2], np.int32) for name, tag in facet_names(mesh).items()}
     facets = {FACETS + kind: block for kind, block in mesh.facets.items()}
     data = {FACET_DATA + name: values for name, values in {"facet_tag": mesh.facet_tag, **mesh.facet_data}.items()}
-    add_arrays(out.GetFieldData(), {**names, **facets, **data}, "field data")
-    record = {"planes": planes_record(mesh.planes), "info": dict(mesh.info)}
+    net, told = purkinje_fields(mesh.purkinje) if mesh.purkinje is not None else ({}, {})
+    add_arrays(out.GetFieldData(), {**names, **facets, **data, **net}, "field data")
+    record = {"planes": planes_record(mesh.planes), "info": dict(mesh.info), **told}
     add_record(out, {**record, "cells": list(mesh.cells), "facets": list(mesh.facets)})
     return out
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from femprep.mesh.energies.simplex import sides_and_normal
 from femprep.mesh.measures.triangles import areas
 from femprep.mesh.operations.flips import flip_edges
 from femprep.mesh.operations.tangential_smoothing import spread
-from femprep.mesh.patches import PatchSurface
 from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray
 
@@ -27,8 +26,16 @@ _POOR: Final = 0.1
 _UPRIGHT: Final = 0.2
 
 
+class Ground(Protocol):
+    """What vertices stay on: a smooth surface, or a mesh's own facets."""
+
+    def settle(self, queries: FloatArray, near: IntArray | None = None) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Feet of points near it, unit normals there, and the piece of it each lies in."""
+        ...
+
+
 def collapsed(
-    points: FloatArray, cells: IntArray, surface: PatchSurface, count: int
+    points: FloatArray, cells: IntArray, surface: Ground, count: int
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray] | None:
     """Collapse the shortest edges of a mesh, evening it out on the way, until it has ``count`` vertices.
 
@@ -38,7 +45,7 @@ def collapsed(
         Vertices on or near the surface, more than ``count``, mm.
     cells : (m, 3) array
         Triangles of a closed mesh, wound outward.
-    surface : PatchSurface
+    surface : Ground
         What the vertices stay on.
     count : int
 

@@ -12,7 +12,7 @@ from typing import Final
 
 from femprep.report.manifest import RunManifest, SequenceManifest
 from femprep.report.methods.bibliography import REFERENCES, bibtex
-from femprep.report.methods.fill import fibres, filling
+from femprep.report.methods.fill import activated, fibres, filling, held
 from femprep.report.methods.surfaces import epicardium, fitting, image
 from femprep.report.methods.wall import cuts, thickness
 
@@ -70,15 +70,17 @@ def _shown(key: str) -> str:
 def methods(manifest: RunManifest) -> Words:
     """The words on one run: of ``femprep mesh``, or of ``femprep surface``, which has no wall and no mesh."""
     meshed = "volume" in manifest.details
-    spacing = " x ".join(f"{s:.4g}" for s in manifest.input.spacing_mm)
+    spacing = " x ".join(f"{s:.4g}" for s in manifest.input.spacing_mm or ())
     what = _MESHED[manifest.options.anatomy] if meshed else "Closed surfaces were made"
+    source = f"a segmented image with voxels of {spacing} mm" if spacing else "given surfaces"
     parts = [
-        f"{what} from a segmented image with voxels of {spacing} mm by femprep {manifest.femprep}.",
+        f"{what} from {source} by femprep {manifest.femprep}.",
         *image(manifest),
         *fitting(manifest),
     ]
     if meshed:
         parts += [*epicardium(manifest), *cuts(manifest), *thickness(manifest), *filling(manifest), *fibres(manifest)]
+        parts += [*held(manifest), *activated(manifest)]
     return Words(" ".join(parts))
 
 

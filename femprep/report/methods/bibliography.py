@@ -219,6 +219,65 @@ REFERENCES: Final = MappingProxyType(
             volume="40",
             number="10",
         ),
+        "strocchi2020": _article(
+            "Strocchi et al. 2020",
+            "Strocchi, Marina and Gsell, Matthias A. F. and Augustin, Christoph M. and Razeghi, Orod and "
+            "Roney, Caroline H. and Prassl, Anton J. and Vigmond, Edward J. and Behar, Jonathan M. and "
+            "Gould, Justin S. and Rinaldi, Christopher A. and Bishop, Martin J. and Plank, Gernot and "
+            "Niederer, Steven A.",
+            "Simulating Ventricular Systolic Motion in a Four-Chamber Heart Model with Spatially Varying {Robin} "
+            "Boundary Conditions to Model the Effect of the Pericardium",
+            "Journal of Biomechanics",
+            2020,
+            "10.1016/j.jbiomech.2020.109645",
+            volume="101",
+            pages="109645",
+        ),
+        "costabal2016": _article(
+            "Sahli Costabal et al. 2016",
+            "Sahli Costabal, Francisco and Hurtado, Daniel E. and Kuhl, Ellen",
+            "Generating {Purkinje} networks in the human heart",
+            "Journal of Biomechanics",
+            2016,
+            "10.1016/j.jbiomech.2015.12.025",
+            volume="49",
+            number="12",
+        ),
+        "fu2013": _article(
+            "Fu et al. 2013",
+            "Fu, Zhisong and Kirby, Robert M. and Whitaker, Ross T.",
+            "A Fast Iterative Method for Solving the Eikonal Equation on Tetrahedral Domains",
+            "SIAM Journal on Scientific Computing",
+            2013,
+            "10.1137/120881956",
+            volume="35",
+            number="5",
+        ),
+        "caldwell2009": _article(
+            "Caldwell et al. 2009",
+            "Caldwell, Bryan J. and Trew, Mark L. and Sands, Gregory B. and Hooks, Darren A. and LeGrice, Ian J. and "
+            "Smaill, Bruce H.",
+            "Three Distinct Directions of Intramural Activation Reveal Nonuniform Side-to-Side Electrical Coupling of "
+            "Ventricular Myocytes",
+            "Circulation: Arrhythmia and Electrophysiology",
+            2009,
+            "10.1161/CIRCEP.108.830133",
+            volume="2",
+            number="4",
+        ),
+        "doste2019": _article(
+            "Doste et al. 2019",
+            "Doste, Ruben and Soto-Iglesias, David and Bernardino, Gabriel and Alcaine, Alejandro and "
+            "Sebastian, Rafael and Giffard-Roisin, Sophie and Sermesant, Maxime and Berruezo, Antonio and "
+            "Sanchez-Quintana, Damian and Camara, Oscar",
+            "A Rule-Based Method to Model Myocardial Fiber Orientation in Cardiac Biventricular Geometries with "
+            "Outflow Tracts",
+            "International Journal for Numerical Methods in Biomedical Engineering",
+            2019,
+            "10.1002/cnm.3185",
+            volume="35",
+            number="4",
+        ),
         "streeter1969": _article(
             "Streeter et al. 1969",
             "Streeter, D. D. and Spotnitz, H. M. and Patel, D. P. and Ross, J. and Sonnenblick, E. H.",

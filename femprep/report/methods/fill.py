@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+from femprep.anatomy.rules import DOSTE_RV
 from femprep.report.manifest import RunManifest
 
 _ELEMENTS: Final = {
@@ -86,11 +87,18 @@ def fibres(manifest: RunManifest) -> list[str]:
     record: dict[str, Any] = volume.get("fibres", {})
     angles = f"{options.endo_angle:+g} degrees at the endocardium to {options.epi_angle:+g} at the epicardium"
     right = (options.rv_endo_angle, options.rv_epi_angle)
-    if manifest.options.anatomy != "lv" and right != (None, None):
-        endo = options.endo_angle if right[0] is None else right[0]
-        epi = options.epi_angle if right[1] is None else right[1]
+    if manifest.options.anatomy != "lv" and (right != (None, None) or options.rule == "doste"):
+        usual = DOSTE_RV if options.rule == "doste" else (options.endo_angle, options.epi_angle)
+        endo = usual[0] if right[0] is None else right[0]
+        epi = usual[1] if right[1] is None else right[1]
         angles += f" (in the right ventricle from {endo:+g} to {epi:+g})"
-    if options.rule == "bayer":
+    if options.rule == "doste":
+        rule = (
+            "after Doste et al. [@doste2019], in which fibres turn towards the open outflow valves, to "
+            f"{options.outflow_endo_angle:+g} degrees at the endocardium of the outflow tracts and "
+            f"{options.outflow_epi_angle:+g} at the epicardium, in frames from Laplace fields [@bayer2012]"
+        )
+    elif options.rule == "bayer":
         rule = "by the rule of Bayer et al. as printed [@bayer2012]"
     else:
         rule = (
@@ -118,3 +126,41 @@ def fibres(manifest: RunManifest) -> list[str]:
     if "septal" in assumed:
         found.append("Nothing told where the septum lies; it was assumed to the right and in front.")
     return found
+
+
+def held(manifest: RunManifest) -> list[str]:
+    """The springs of the pericardium, where they were asked for."""
+    options = manifest.options.pericardium
+    if options is None or not _made(manifest, "fibres"):
+        return []
+    return [
+        "The pericardium is represented by springs along the normal of the epicardium, of "
+        f"{options.stiffness:g} kPa/mm at the apex and less towards the base, after Strocchi et al. [@strocchi2020]."
+    ]
+
+
+def activated(manifest: RunManifest) -> list[str]:
+    """Purkinje fibres and times of activation, where they were asked for."""
+    purkinje, activation = manifest.options.purkinje, manifest.options.activation
+    found = []
+    if purkinje is not None and _made(manifest, "purkinje"):
+        found.append(
+            "Fractal trees of Purkinje fibres [@costabal2016] were grown on the endocardia of the ventricles, with "
+            f"branches of {purkinje.branch_length:g} mm; each end is a node of the mesh."
+        )
+    if activation is not None and _made(manifest, "activation"):
+        begin = (
+            "the junctions of the Purkinje fibres" if purkinje is not None else "all nodes of the endocardia at once"
+        )
+        speeds = f"{activation.fibre_speed:g}, {activation.sheet_speed:g} and {activation.normal_speed:g} m/s"
+        measured = " [@caldwell2009]" if not activation.model_fields_set else ""
+        found.append(
+            f"Times of activation, from {begin}, solve the eikonal equation on the mesh [@fu2013] with speeds of "
+            f"{speeds} along fibres, across them and across sheets{measured}."
+        )
+    return found
+
+
+def _made(manifest: RunManifest, part: str) -> bool:
+    """Whether the mesh has a part that was asked for, or only the reason why not."""
+    return part not in manifest.details.get("volume", {}).get("verdict", {}).get("failures", {})

@@ -19,6 +19,11 @@ _METHODS: Final = {
     "the voxels in the least squares sense [@skrinjar2009], and moving its vertices along that surface until its "
     "cells are even, by way of a conformal map [@kazhdan2012]",
 }
+#: Of surfaces that were given.
+_GIVEN: Final = (
+    "{template} was placed evenly on {what}, with {vertices} vertices{each}, by way of a conformal map [@kazhdan2012], "
+    "on average {mean:.2f} mm and at most {greatest:.1f} mm from the triangles given."
+)
 _TEMPLATES: Final = {
     "triangle": "a pre-meshed sphere of evenly spread vertices [@glasser1992]",
     "quad": "a cubed sphere [@ronchi1996]",
@@ -65,6 +70,8 @@ def fitting(manifest: RunManifest) -> list[str]:
     fitted: dict[tuple[str, str, int], list[str]] = {}
     surfaces = manifest.details.get("surfaces", {})
     objects = [name for name in manifest.details.get("objects", surfaces) if name != "epi" or not _enclosed(manifest)]
+    if manifest.input.surfaces:
+        objects = list(surfaces)
     for name in objects:
         # A body that the epicardium encloses is no file of its own, but is fitted as the others are.
         info = surfaces.get(name, {})
@@ -73,6 +80,19 @@ def fitting(manifest: RunManifest) -> list[str]:
         fitted.setdefault((method, cells, info.get("vertices", options.vertices)), []).append(name)
     found = []
     for (method, cells, vertices), names in fitted.items():
+        if method not in _METHODS:
+            far = [surfaces[name] for name in names if "distance_mean_mm" in surfaces[name]]
+            what = listed([_named(manifest, name) for name in names])
+            text = _GIVEN.format(
+                template=_TEMPLATES[cells],
+                what=f"the surface of {what}" if len(names) == 1 else f"the surfaces of {what}",
+                vertices=vertices,
+                each=" each" if len(names) > 1 else "",
+                mean=max(one["distance_mean_mm"] for one in far),
+                greatest=max(one["distance_greatest_mm"] for one in far),
+            )
+            found.append(text[0].upper() + text[1:])
+            continue
         how = _METHODS[method].replace("{template}", _TEMPLATES[cells])
         what = listed([_named(manifest, name) for name in names])
         each = " each" if len(names) > 1 else ""
@@ -90,7 +110,7 @@ def _named(manifest: RunManifest, name: str) -> str:
 
 def _enclosed(manifest: RunManifest) -> bool:
     """Whether the epicardium is that of an envelope rather than fitted to labels."""
-    return "volume" in manifest.details and manifest.options.anatomy != "lv"
+    return "volume" in manifest.details and manifest.options.anatomy != "lv" and not manifest.input.surfaces
 
 
 def epicardium(manifest: RunManifest) -> list[str]:

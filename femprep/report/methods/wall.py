@@ -13,6 +13,12 @@ def cuts(manifest: RunManifest) -> list[str]:
     if manifest.options.anatomy == "whole-heart":
         return _openings(manifest)
     wall = manifest.details.get("wall", {})
+    if manifest.input.surfaces:
+        base = wall.get("planes", {}).get("base")
+        if base is None:
+            return ["The surfaces are closed, and the wall is closed all round."]
+        how = {"given": "a given plane"}.get(base["source"], f"the plane {base['source']}")
+        return [f"Surfaces were cut at the base in {how}."]
     both = " and the right ventricle is open" if manifest.options.anatomy == "biv" else ""
     clipped = manifest.options.wall.apex == "clipped"
     apical = ", and at the apex in the plane of the most apical slice with such a ring" if clipped else ""

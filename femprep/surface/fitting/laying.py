@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -52,6 +52,19 @@ class Off(NamedTuple):
         if best.mean <= mean:
             mean = max(mean, best.mean + 0.5 * cut)
         return Off(self.mean / mean, self.greatest / ACCEPTANCE.greatest)
+
+
+class Target(Protocol):
+    """What a template is measured against: labels' outlines, or a given surface."""
+
+    @property
+    def pixel(self) -> float:
+        """Unit of distances from it, mm."""
+        ...
+
+    def off(self, points: FloatArray, triangles: IntArray) -> Off:
+        """How far a surface is from it, in that unit."""
+        ...
 
 
 class Outlines:
@@ -112,7 +125,7 @@ class Laying:
     beginning : str
         Name of the beginning the surface comes from.
     template : Template
-    outlines : Outlines
+    outlines : Target
     estimate : PatchSurface
         The surface the labels most likely come from.
     surface : PatchSurface
@@ -125,7 +138,7 @@ class Laying:
         self,
         beginning: str,
         template: Template,
-        outlines: Outlines,
+        outlines: Target,
         estimate: PatchSurface,
         surface: PatchSurface,
         chart: Chart | None,

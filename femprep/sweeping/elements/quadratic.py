@@ -61,7 +61,7 @@ def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> 
     if straightened:
         words = (
             "{amount} of the template were made straight in all layers of quadratic elements, so that no element is "
-            "inverted"
+            "inverted or poor"
         )
         info = noted(info, Notice.of("repaired", words, amount=straightened, unit="edges"))
     return replace(result, info=info)

@@ -7,6 +7,7 @@ from typing import Literal, Self
 from pydantic import Field, computed_field
 
 from femprep.errors import QualityError
+from femprep.model.distance import SurfaceFidelity
 from femprep.model.fidelity import FidelityRecord
 from femprep.model.record import Record
 from femprep.model.tissue import TissuesRecord
@@ -140,6 +141,9 @@ class QualityReport(Record):
     )
     tissues: TissuesRecord | None = Field(
         None, description="Scar, border zone or other tissue of a second image, by AHA segment; null without one."
+    )
+    given_fidelity: tuple[SurfaceFidelity, ...] | None = Field(
+        None, description="Distance to the surfaces that were given; null where none were."
     )
     failures: tuple[str, ...] = Field(description="One line for each limit or condition that is not met.")
     notes: tuple[str, ...] = Field(description="What could not be judged, and why.")

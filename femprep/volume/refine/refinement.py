@@ -249,6 +249,11 @@ def _told(mesh: VolumeMesh, records: list[dict[str, Any]], sheets: Sheets, wall:
     if sheets.kept:
         words = f"facets tagged {', '.join(sheets.kept)} are neither flat nor a known surface: they keep their shape"
         notices.append(Notice.of("assumed", words))
+    if mesh.info.get("purkinje"):
+        notices.append(
+            Notice.of("left out", "the Purkinje fibres, which ended in nodes of the coarse mesh; add new ones")
+        )
+        info.pop("purkinje")
     gap = records[-1]["greatest_distance_from_surface_mm"]
     if gap >= _GAP:
         words = "that no element is spoiled, some boundary nodes were left up to {amount} off their smooth surface"

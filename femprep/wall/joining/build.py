@@ -14,6 +14,9 @@ from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import closed_by_fans, volume
 from femprep.model import FACET_TAGS, IntArray, Plane, Surface, TagArray, Wall
 from femprep.options import WallOptions, choose, takes
+from femprep.surface.fit import fit_surface
+from femprep.surface.given.mend import mended
+from femprep.surface.given.trim import trimmed
 from femprep.wall.clipping.clip import clip, rim_loops
 from femprep.wall.clipping.clipped_surface import Sheet
 from femprep.wall.clipping.improve import improve, settle
@@ -46,10 +49,10 @@ def build_wall(
     Parameters
     ----------
     epi : Surface
-        Epicardium, closed, a template surface.
+        Epicardium: a template surface, or anyone's, on which one is laid first (:func:`~femprep.fit_surface`).
     endo : mapping of str to Surface
-        Endocardium of each cavity by name, with as many vertices as the epicardium. The facets of a single one are
-        tagged ``endo``, of several ``endo_<name>``.
+        Endocardium of each cavity by name, likewise. The facets of a single one are tagged ``endo``, of several
+        ``endo_<name>``.
     base, apex : Plane, optional
         Where the surfaces are cut; what lies on the side of the normal is cut away. Without an apex plane the wall is
         closed at the apex; without both the surfaces stay closed, and the cavities are enclosed by the wall.
@@ -89,7 +92,10 @@ def build_wall(
     if chosen.apex == "clipped" and apex is None:
         raise OptionError("apex is 'clipped', but no apex plane was given; find one with find_apex")
     tags = _endo_tags(endo)
-    _check_together(epi, endo)
+    for surface in (epi, *endo.values()):
+        if surface.directions is not None:
+            check_surface(surface)
+    epi, endo = _templates(epi, endo, base)
     planes = {name: plane for name, plane in (("base", base), ("apex", apex)) if plane is not None}
     # From here on surfaces go by their part in the wall, whatever objects they were fitted to.
     outer = clip(replace(epi, name="epi"), planes)
@@ -147,16 +153,16 @@ def _planes_of(endo: Mapping[str, Surface], planes: Mapping[str, Plane]) -> dict
     return {name: dict(planes) if beyond[name] else {"base": planes["base"]} for name in endo}
 
 
-def _check_together(epi: Surface, endo: Mapping[str, Surface]) -> None:
-    """Each surface on its own, and that they are of one template."""
-    for surface in (epi, *endo.values()):
-        check_surface(surface)
-    for name, surface in endo.items():
-        if len(endo) == 1 and len(surface.points) != len(epi.points):
-            raise InputError(
-                f"the endocardium {name!r} has {len(surface.points)} vertices and the epicardium {len(epi.points)}; "
-                "fit both with the same number of vertices"
-            )
+def _templates(epi: Surface, endo: Mapping[str, Surface], base: Plane | None) -> tuple[Surface, Mapping[str, Surface]]:
+    """The same surfaces, with a template laid on each that has none: one of anyone's."""
+
+    def laid(surface: Surface) -> Surface:
+        if surface.directions is not None:
+            return surface
+        sound = mended(surface)
+        return fit_surface(sound if base is None else trimmed(sound, base))
+
+    return laid(epi), {name: laid(surface) for name, surface in endo.items()}
 
 
 def _even(sheet: Sheet, surface: Surface, options: WallOptions) -> list[dict[str, Any]]:

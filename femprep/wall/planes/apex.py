@@ -22,7 +22,7 @@ from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.model import BoolArray, FloatArray, Notice, Surface, records
 from femprep.model.products import product
 from femprep.options import WallOptions, choose, takes
-from femprep.wall.planes.landmarks import read_stack
+from femprep.wall.planes.stack import read_stack
 
 if TYPE_CHECKING:
     from femprep.image.object import LabelObject

@@ -11,7 +11,8 @@ from scipy.ndimage import label
 from femprep.errors import InputError
 from femprep.model import Plane
 from femprep.options import WallOptions, choose, takes
-from femprep.wall.planes.landmarks import base_moved, base_notices, base_slice, given_base, read_stack, slice_plane
+from femprep.wall.planes.landmarks import base_moved, base_notices, base_slice, given_base, slice_plane
+from femprep.wall.planes.stack import read_stack
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation

@@ -1,4 +1,4 @@
-"""Segmentation in, base and apex Plane out: which end of the stack is basal, and where the wall is cut.
+"""Segmentation in, base and apex Plane out: where the wall is cut.
 
 Both planes are slices of the image (perpendicular to the stack, oblique where the image is), put at the centre of the
 last slice on their side in which the myocardium closes around the cavity. There the contours of both surfaces were
@@ -8,17 +8,15 @@ drawn; half a slice further out, at the face of the voxel, the fitted surfaces a
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.errors import InputError
-from femprep.image.slices import relative_slope
-from femprep.model import BoolArray, FloatArray, Notice, Plane
+from femprep.model import Notice, Plane
 from femprep.model.products import length
 from femprep.options import WallOptions, choose, takes
+from femprep.wall.planes.stack import Stack, read_stack
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
@@ -28,145 +26,6 @@ if TYPE_CHECKING:
 _STEPS_IN, _BARE = 2, 0.1
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class Stack:
-    """The slices of one ventricle, seen along the stack.
-
-    Attributes
-    ----------
-    axis : int
-        Grid axis of the stack.
-    cavity, muscle : (s,) array
-        Voxels of cavity and of myocardium in each slice of the grid.
-    bare : (s,) array
-        Share of the cavity in each slice that the next slice towards the base does not cover.
-    closed : (s,) array
-        Whether the myocardium closes around a cavity in the slice.
-    basal : int
-        +1 where the slices run from apex to base, -1 where they run from base to apex.
-    evidence : mapping
-        What told the basal end, JSON-ready.
-    """
-
-    axis: int
-    cavity: npt.NDArray[np.int64]
-    muscle: npt.NDArray[np.int64]
-    bare: FloatArray
-    closed: BoolArray
-    basal: int
-    evidence: dict[str, Any]
-
-    @property
-    def ring(self) -> tuple[int, int]:
-        """First and last slice of the longest run of closed rings."""
-        best = (0, -1)
-        start = None
-        for k, closed in enumerate([*self.closed.tolist(), False]):
-            if closed and start is None:
-                start = k
-            elif not closed and start is not None:
-                if k - start > best[1] - best[0] + 1:
-                    best = (start, k - 1)
-                start = None
-        return best
-
-
-def read_stack(
-    seg: Segmentation, cavity: str = "lv", muscle: str = "myo", basal_end: str = "auto", what: str = "the base"
-) -> Stack:
-    """Look at the slices of a ventricle: areas, closed rings, basal end.
-
-    Parameters
-    ----------
-    seg : Segmentation
-        The label map.
-    cavity, muscle : str
-        Names of the structures.
-    basal_end : {"auto", "first", "last"}
-        Which end of the stack is basal, where it is known.
-    what : str
-        What is sought, for the messages.
-
-    Raises
-    ------
-    InputError
-        A structure is empty, lies in one slice only, or both ends look alike.
-    """
-    axis = int(seg.stack_axis)
-    inside = np.moveaxis(np.asarray(seg.mask(cavity), dtype=bool), axis, 0)
-    tissue = np.moveaxis(np.asarray(seg.mask(muscle), dtype=bool), axis, 0)
-    both = inside | tissue
-    for name, mask in ((cavity, inside), (muscle, tissue)):
-        if not mask.any():
-            raise InputError(f"structure {name!r} has no voxel, so {what} cannot be found; check the label numbers")
-    closed = np.array([_closes(c, b) for c, b in zip(inside, both)])
-    cavity_area, muscle_area = (m.sum(axis=(1, 2)).astype(np.int64) for m in (inside, tissue))
-    slices = np.flatnonzero(cavity_area + muscle_area)
-    if len(slices) < 2:
-        raise InputError(f"{cavity!r} and {muscle!r} lie in slice {slices[0]} alone; {what} needs at least 2 slices")
-    other = cavity == "lv" and "rv" in seg.structures and set(seg.structures["rv"]) <= set(seg.present)
-    right = np.moveaxis(seg.mask("rv"), axis, 0).sum(axis=(1, 2)) if other else np.zeros_like(cavity_area)
-    trend, evidence = _trend(cavity_area, muscle_area, right, closed, slices)
-    if basal_end == "auto":
-        if trend == 0.0:
-            raise InputError(
-                f"both ends of the stack look alike, so {what} cannot be found; give basal_end first or last"
-            )
-        basal = 1 if trend > 0 else -1
-    else:
-        basal = 1 if basal_end == "last" else -1
-        evidence["given"] = basal_end
-    covering = np.roll(both, -basal, axis=0)
-    bare = (inside & ~covering).sum(axis=(1, 2)) / np.maximum(cavity_area, 1)
-    evidence["basal_end"] = "last" if basal > 0 else "first"
-    return Stack(axis, cavity_area, muscle_area, bare, closed, basal, evidence)
-
-
-def _closes(cavity: BoolArray, both: BoolArray) -> bool:
-    """Whether every voxel edge of the cavity in this slice borders on myocardium."""
-    if not cavity.any():
-        return False
-    padded = np.pad(cavity, 1)
-    around = padded[2:, 1:-1] | padded[:-2, 1:-1] | padded[1:-1, 2:] | padded[1:-1, :-2]
-    at_border = cavity[0].any() or cavity[-1].any() or cavity[:, 0].any() or cavity[:, -1].any()
-    return not (at_border or (around & ~both).any())
-
-
-def _trend(
-    cavity: npt.NDArray[np.int64],
-    muscle: npt.NDArray[np.int64],
-    right: npt.NDArray[np.int64],
-    closed: BoolArray,
-    slices: npt.NDArray[np.int64],
-) -> tuple[float, dict[str, Any]]:
-    """Evidence for the basal end: positive where it is the last slice.
-
-    The cross-section grows towards the base (slope of its area over the slices, relative to its mean), and that of the
-    right ventricle more so: where the left one is a tube, as after an infarction of its apex, that tells alone. A slice
-    of myocardium without cavity is an apical cap, a ring that does not close is near the valve: each at an end counts
-    as much as a clear slope.
-    """
-    area = (cavity + muscle)[slices].astype(float)
-    slope, right_slope = relative_slope(area), relative_slope(right[slices])
-    half = len(slices) // 2
-    low, high = slices[:half], slices[-half:]
-
-    def count(where: BoolArray) -> tuple[int, int]:
-        return int(where[low].sum()), int(where[high].sum())
-
-    caps = count((cavity == 0) & (muscle > 0))
-    open_rings = count((cavity > 0) & ~closed)
-    signs = np.sign(caps[0] - caps[1]) + np.sign(open_rings[1] - open_rings[0])
-    score = slope + right_slope + 0.05 * float(signs)
-    evidence = {
-        "area_slope_per_slice": round(slope, 4),
-        "rv_slope_per_slice": round(right_slope, 4),
-        "apical_caps_first_last": list(caps),
-        "open_rings_first_last": list(open_rings),
-    }
-    return score, evidence
 
 
 def slice_plane(

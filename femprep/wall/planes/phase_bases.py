@@ -15,7 +15,8 @@ import numpy as np
 
 from femprep.model import FloatArray, Notice
 from femprep.options import WallOptions, choose, takes
-from femprep.wall.planes.landmarks import base_slice, read_stack
+from femprep.wall.planes.landmarks import base_slice
+from femprep.wall.planes.stack import read_stack
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation

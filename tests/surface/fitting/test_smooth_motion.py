@@ -14,6 +14,7 @@ from test_smooth_bodies import BODIES, sampled
 from femprep.anatomy import orient
 from femprep.image import Grid, LabelObject, Segmentation, make_object
 from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.topology import volume
 from femprep.model import FloatArray, Surface
 from femprep.phantoms import biventricular
 from femprep.surface import fit_surface
@@ -22,6 +23,9 @@ from femprep.wall.planes.apex import extend_apex
 
 #: Along other axes the fit begins with another mesh and ends about a fiftieth of a voxel off, mean and greatest, mm.
 CARRIED = (0.06, 0.8)
+#: What its volume may change by then, as a share: that of the smooth surface. Flat triangles of 400 vertices cut off
+#: some percent of it, more or less by the way they were laid.
+VOLUME = 0.003
 #: A motion changes nothing but the rounding of the world's coordinates, mm.
 ROUNDING = 1e-10
 #: Orders of the array's axes and axes turned round; all keep the world as it is.
@@ -56,6 +60,12 @@ def gap(one: Surface, other: Surface, turn: FloatArray, shift: FloatArray) -> tu
     return float(distance.mean()), float(distance.max())
 
 
+def smooth_volume(surface: Surface) -> float:
+    """Volume within the smooth surface that a template was laid on, mm3."""
+    assert isinstance(surface.shape, PlacedShape)
+    return volume(surface.shape.surface.points, surface.shape.surface.triangles)
+
+
 def faults_of_motion(lengths, waves, bend, pixel, slices, seed, storage) -> list[str]:
     """What is wrong with the surface of a body whose image is moved and turned, and stored otherwise."""
     obj = sampled(lengths, waves, bend, pixel, slices, seed)[0]
@@ -74,8 +84,9 @@ def faults_of_motion(lengths, waves, bend, pixel, slices, seed, storage) -> list
         faults.append("moved: other triangles")
     if not np.allclose(there.directions, surface.directions @ turn.T, rtol=0.0, atol=1e-12):
         faults.append("moved: template not turned along")
-    if again.volume != pytest.approx(surface.volume, rel=0.01):
-        faults.append(f"stored: volume {again.volume:.0f} for {surface.volume:.0f} mm3")
+    held, held_again = smooth_volume(surface), smooth_volume(again)
+    if held_again != pytest.approx(held, rel=VOLUME):
+        faults.append(f"stored: volume {held_again:.0f} for {held:.0f} mm3")
     return faults
 
 
@@ -90,7 +101,7 @@ def test_a_surface_is_carried_along_with_its_image(lengths, waves, bend, pixel, 
 
 
 @pytest.mark.slow
-@settings(max_examples=20, deadline=None, derandomize=True, suppress_health_check=CHECKS)
+@settings(max_examples=8, deadline=None, derandomize=True, suppress_health_check=CHECKS)
 @given(**BODIES, storage=STORAGES)
 def test_many_surfaces_are_carried_along_with_their_images(lengths, waves, bend, pixel, slices, seed, storage):
     assert faults_of_motion(lengths, waves, bend, pixel, slices, seed, storage) == []

@@ -9,7 +9,7 @@ from wall_shapes import stack, turned
 from femprep.errors import InputError, OptionError
 from femprep.image import read_segmentation
 from femprep.wall import find_apex, find_base
-from femprep.wall.planes.landmarks import read_stack
+from femprep.wall.planes.stack import read_stack
 
 
 def slice_of(seg, plane) -> float:

@@ -1,0 +1,216 @@
+"""The stages in order for anyone's surfaces: endocardium and epicardium in; wall, mesh and quality out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+
+from femprep.anatomy import on_wall, ventricular_axes
+from femprep.annotation.regions import regions_by_place
+from femprep.errors import OptionError
+from femprep.export.abaqus.calculix import inflate
+from femprep.image import IntensityImage, Segmentation
+from femprep.mesh.measures.triangles import areas
+from femprep.mesh.topology import volume
+from femprep.model import Plane, Progress, Surface, VolumeMesh, Wall, verdict_of
+from femprep.model.stages import Stages
+from femprep.options import Options, choose, takes
+from femprep.pipeline import fill, with_activation, with_anatomy, with_images
+from femprep.preflight import check_options, check_second_images
+from femprep.report.manifest import VolumeRecord
+from femprep.report.run import Run
+from femprep.report.volumes import cavity_volume
+from femprep.surface import fit_surface
+from femprep.surface.given.beyond import closed_beyond
+from femprep.volume import check
+from femprep.volume.quality.given_fidelity import given_fidelity, with_given_fidelity
+from femprep.volume.quality.judged import carry
+from femprep.volume.quality.limits import judge_solution
+from femprep.volume.refine.plan import levels_for
+from femprep.volume.validate import check_amount
+from femprep.wall import given_openings, keep_apart
+from femprep.wall.anatomies import Parts
+from femprep.wall.own import OUTER, OwnSurfaces, anatomy_of, prepare_surfaces
+
+#: How far volume and thickness of the wall may be off before it is cut: what is refused is certain.
+_SLACK: Final = 1.5
+
+
+@takes(Options)
+def mesh_surfaces(
+    surfaces: Mapping[str, Surface],
+    options: Options | None = None,
+    progress: Progress | None = None,
+    *,
+    tissue: Segmentation | None = None,
+    images: Mapping[str, IntensityImage] | None = None,
+    **changes: object,
+) -> Run:
+    """Mesh the wall between anyone's surfaces of a heart, the whole way.
+
+    Parameters
+    ----------
+    surfaces : mapping of str to Surface
+        ``lv`` (and ``rv``; and ``la``, ``ra``): the endocardia; ``epi``: the epicardium around all of them. Which there
+        are tells the anatomy. What :func:`femprep.prepare_surfaces` does to them is done.
+    options : Options, optional
+        All options; those of labels have no effect.
+    progress : callable, optional
+        Called with ``(stage, fraction)``.
+    tissue : Segmentation, optional
+        A second image of labels, in the surfaces' coordinates, whose structures are scar, border zone, fat...: see
+        :func:`femprep.add_regions`.
+    images : mapping of str to IntensityImage, optional
+        Images to sample, by the name of the field: see :func:`femprep.sample_image`.
+    **changes
+        Options by name in place of those given.
+
+    Returns
+    -------
+    Run
+        Its quality report holds how far the finished mesh lies from the given surfaces, mm.
+
+    Raises
+    ------
+    InputError, OptionError, ResourceError
+        A surface or an option is wrong.
+    StageError
+        A stage failed on valid input.
+
+    Examples
+    --------
+    >>> surfaces = {"lv": fp.read_surface("endo.stl"), "epi": fp.read_surface("epi.stl")}  # doctest: +SKIP
+    >>> fp.mesh_surfaces(surfaces, volume={"edge_length": 3.0}).quality.passed  # doctest: +SKIP
+    True
+    """
+    options = choose(Options, options, dict(changes))
+    anatomy = anatomy_of(surfaces)
+    if "anatomy" in options.model_fields_set and options.anatomy != anatomy:
+        raise OptionError(f"anatomy is {options.anatomy!r}, but surfaces {', '.join(surfaces)} are those of {anatomy}")
+    options = choose(Options, options, {"anatomy": anatomy})
+    stages = Stages(progress)
+    check_options(options)
+    with stages("surfaces"):
+        own = prepare_surfaces(surfaces, unit=options.unit, options=options.wall)
+        second = tissue is not None or bool(images)
+        _check(own, options, second)
+        points = np.concatenate([surface.points for surface in own.surfaces.values()])
+        check_second_images(points, options, tissue, images or {})
+    parts = _parts(own, options, stages)
+    wall, mesh = fill(parts, options, stages)
+    if anatomy != "lv":
+        with stages("regions"):
+            mesh = on_wall(mesh, lambda part: replace(part, region=regions_by_place(part)))
+    axes = None
+    if options.fibres is not None:
+        with stages("anatomy"):
+            axes = ventricular_axes(mesh, mirrored=options.fibres.mirrored)
+            mesh = with_anatomy(mesh, axes, options)
+    if options.purkinje is not None or options.activation is not None:
+        with stages("activation"):
+            mesh = with_activation(mesh, axes, options)
+    if second:
+        with stages("second images"):
+            mesh = with_images(mesh, axes or ventricular_axes(mesh), tissue, images or {})
+    with stages("quality"):
+        quality = check(mesh, options=options.check)
+        given = {_facets(name, own): surface for name, surface in own.surfaces.items()}
+        judged = with_given_fidelity(quality, given_fidelity(mesh, given))
+        mesher = str(verdict_of(mesh).get("mesher", options.volume.mesher))
+        mesh = carry(mesh, quality.options, mesher, judged.failures[len(quality.failures) :])
+    solution = None
+    if options.solve == "ccx":
+        with stages("solve"):
+            solution = inflate(mesh, options.export)
+            judged = judge_solution(judged, solution)
+    told: dict[str, Any] = {
+        "volumes": tuple(_volumes(mesh, wall, own)),
+        "seconds": stages.seconds,
+        "solution": solution,
+    }
+    return Run(None, options, {}, parts.surfaces, wall, mesh, judged, **told, given=own)
+
+
+def _facets(name: str, own: OwnSurfaces) -> str:
+    """Name of the facets of a surface in the mesh."""
+    return name if name == OUTER else "endo" if own.anatomy == "lv" else f"endo_{name}"
+
+
+def _check(own: OwnSurfaces, options: Options, second: bool) -> None:
+    """Refuse what a later stage could not but fail on."""
+    if own.base is None and own.anatomy != "whole-heart":
+        for wanted, name in (
+            (options.fibres is not None, "fibres"),
+            (second, "second images"),
+            (options.volume.mesher == "sweep", "the sweep"),
+        ):
+            if wanted:
+                raise OptionError(
+                    f"{name} need{'s' if name == 'the sweep' else ''} a base, and the surfaces are closed all round; "
+                    "give the base plane by --base X,Y,Z,NX,NY,NZ"
+                )
+    if options.volume.mesher != "tetwild" or options.volume.sizing is not None:
+        return
+    outer, *inner = (closed_beyond(s.points, s.triangles) for s in (own.epi, *own.endo.values()))
+    tissue = volume(*outer) - sum(volume(*one) for one in inner)
+    side = sum(float(areas(surface.points, surface.triangles).sum()) for surface in own.surfaces.values())
+    if tissue > 0.0 and options.volume.elements_through_wall is None:
+        thickness = 2.0 * tissue / side
+        check_amount(tissue, thickness, options.volume, _SLACK, levels_for(options.volume, thickness))
+
+
+def _parts(own: OwnSurfaces, options: Options, stages: Stages) -> Parts:
+    """Templates on all surfaces, apart from each other, and the planes they are cut by."""
+    laid = {}
+    for name, surface in own.surfaces.items():
+        with stages(f"surface {name}") as report:
+            laid[name] = fit_surface(surface, options=options.surface, progress=report)
+    endo = {name: laid[name] for name in own.endo}
+    repaired: list[dict[str, Any]] = []
+    if len(endo) > 1:
+        endo, repaired = keep_apart(endo, options.wall.minimum_thickness, options.wall.maximum_push)
+    openings = given_openings(options.wall.valves)
+    return Parts({}, endo, laid[OUTER], own.base, openings=openings, repaired=repaired, notices=list(own.notices))
+
+
+def _volumes(mesh: VolumeMesh, wall: Wall, own: OwnSurfaces) -> list[VolumeRecord]:
+    """Volumes of cavities and wall of the mesh beside those of the given surfaces below the base."""
+    given = {name: _below(surface, own.base) for name, surface in own.surfaces.items()}
+    found = []
+    for name in own.endo:
+        facets = _facets(name, own)
+        if facets in mesh.facet_names:
+            title = "cavity" if facets == "endo" else f"{name} cavity"
+            found.append(_beside(title, cavity_volume(mesh, facets), given[name]))
+    whole = given[OUTER] - sum(given[name] for name in own.endo)
+    return [*found, _beside("wall", wall.volume, whole)]
+
+
+def _beside(name: str, mesh_mm3: float, given_mm3: float) -> VolumeRecord:
+    return VolumeRecord(
+        name=name,
+        mesh_ml=mesh_mm3 / 1000.0,
+        given_ml=given_mm3 / 1000.0,
+        difference_percent=100.0 * (mesh_mm3 - given_mm3) / given_mm3 if given_mm3 > 0.0 else None,
+    )
+
+
+def _below(surface: Surface, base: Plane | None) -> float:
+    """Volume that a given surface encloses below the base, mm3: its own triangles, cut at the plane."""
+    points, cells = closed_beyond(surface.points, surface.triangles)
+    if base is None:
+        return volume(points, cells)
+    away = base.signed_distance(points)[cells]
+    # Tetrahedra to a point of the plane, each triangle cut there: the cut itself then adds nothing.
+    corner = points[cells] - base.point
+    total = np.linalg.det(corner) / 6.0
+    order = np.argsort(away, axis=1)
+    low, mid, high = np.take_along_axis(away, order, axis=1).T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one = np.where(high != low, low / (low - high), 0.0) * np.where(mid != low, low / (low - mid), 0.0)
+        two = 1.0 - np.where(high != low, high / (high - low), 0.0) * np.where(high != mid, high / (high - mid), 0.0)
+    share = np.where(high <= 0.0, 1.0, np.where(low >= 0.0, 0.0, np.where(mid > 0.0, one, two)))
+    return float((share * total).sum())

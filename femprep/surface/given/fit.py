@@ -1,0 +1,209 @@
+"""Anyone's surface in, a template laid evenly on it out: what every stage after it takes."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from femprep.errors import OptionError, StageError
+from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.measures.triangles import areas, triangle_quality, vertex_normals
+from femprep.mesh.operations.collapse import collapsed
+from femprep.mesh.operations.decimation import coarser
+from femprep.mesh.operations.midpoint_subdivision import quartered
+from femprep.mesh.patches import PatchSurface
+from femprep.mesh.sampling import sample_surface
+from femprep.mesh.topology import is_closed
+from femprep.model import FloatArray, IntArray, Notice, Surface, records, split_quads
+from femprep.options import SurfaceOptions
+from femprep.surface.estimate.chords import outset
+from femprep.surface.fitting.laying import Laid, Laying, Off, Template
+from femprep.surface.fitting.place import Goal
+from femprep.surface.fitting.placed_parametrisation import PlacedShape
+from femprep.surface.fitting.ways import WAYS
+from femprep.surface.given.beyond import closed_beyond
+from femprep.surface.given.lid import without_lid
+from femprep.surface.given.mend import mended
+from femprep.template import charge_template, cubed_template
+
+_log = logging.getLogger(__name__)
+
+#: A surface whose triangles are at least so good is smooth through its own vertices: least and mean Q.
+_FAIR: Final = (0.1, 0.7)
+#: One of more vertices than this times the template's, or with worse triangles, is drawn anew with this many.
+_FINE: Final = 6.0
+_DRAWN: Final = 4.0
+#: Distance from the given surface with which no finer template is tried, mm: mean and greatest; its vertices.
+_NEAR: Final = (0.2, 1.5)
+_FINER: Final = 3000
+#: Points at which that distance is taken.
+_SAMPLES: Final = 6000
+
+
+def lay_on(given: Surface, chosen: SurfaceOptions) -> Surface:
+    """Lay a template on a given surface.
+
+    Parameters
+    ----------
+    given : Surface
+        Open surfaces are closed beyond their rims, flat lids taken off and closed likewise, so that what comes out is
+        smooth where a base plane will cut it. One with the directions of a template is returned as it is.
+    chosen : SurfaceOptions
+        Where ``vertices`` is not given and 1500 do not come near the surface, 3000 are taken.
+
+    Returns
+    -------
+    Surface
+        Closed. ``info`` has ``distance_mean_mm`` and ``distance_greatest_mm`` from the given surface.
+
+    Raises
+    ------
+    InputError
+        The surface cannot be mended.
+    OptionError
+        A method other than ``"smooth"``: the others fit labels.
+    StageError
+        It bends too sharply for so many vertices.
+    """
+    if given.directions is not None and is_closed(given.cells):
+        return given
+    if chosen.method != "smooth":
+        raise OptionError(f"method {chosen.method!r} fits labels; a given surface is laid out by method 'smooth'")
+    sound = mended(given)
+    lidless = without_lid(sound.points, sound.cells)
+    open_ = sound.cells if lidless is None else lidless.cells
+    closed = closed_beyond(sound.points, open_)
+    target = _Target(sound.points, open_)
+    laid = _laid(given.name, *closed, target, chosen)
+    near = laid.off.mean <= _NEAR[0] and laid.off.greatest <= _NEAR[1]
+    if not near and "vertices" not in chosen.model_fields_set:
+        try:
+            finer = _laid(given.name, *closed, target, chosen.model_copy(update={"vertices": _FINER}))
+        except StageError as error:
+            _log.info("%s", error)
+        else:
+            laid = min(laid, finer, key=lambda one: max(one.off.mean / _NEAR[0], one.off.greatest / _NEAR[1]))
+    return _surface(sound, laid, chosen)
+
+
+class _Target:
+    """What a template is measured against: points of the given surface, without what was added to close it."""
+
+    pixel = 1.0
+
+    def __init__(self, points: FloatArray, cells: IntArray) -> None:
+        self.points = np.asarray(sample_surface(points, cells, _SAMPLES).points)
+        self.middle = points[np.unique(cells)].mean(axis=0)
+
+    def off(self, points: FloatArray, triangles: IntArray) -> Off:
+        """How far it is from a surface about the middle, mm."""
+        distance = ClosestFinder(points + self.middle, triangles)(self.points).distance
+        return Off(float(distance.mean()), float(distance.max()))
+
+
+class _Fit(NamedTuple):
+    """A template on a smooth surface, all attempts, its distance from what was given, the middle of its coordinates."""
+
+    best: Laid
+    tried: list[Laid]
+    off: Off
+    middle: FloatArray
+
+
+def _laid(name: str, points: FloatArray, cells: IntArray, target: _Target, chosen: SurfaceOptions) -> _Fit:
+    template = (cubed_template if chosen.cells == "quad" else charge_template)(chosen.vertices)
+    surface = _smooth(points - target.middle, cells, chosen.vertices)
+    wanted = Goal(surface, len(split_quads(template.cells)), chosen.curvature_sizing).area
+    # Where the triangles given are themselves as large, what they cut off has been cut off already.
+    own = areas(points, cells)
+    total = np.bincount(cells.ravel(), weights=np.repeat(own, 3), minlength=len(points))
+    around = total / np.maximum(np.bincount(cells.ravel(), minlength=len(points)), 1)
+    there = around[cells][ClosestFinder(points - target.middle, cells)(surface.points).triangle].mean(axis=1)
+    out = outset(surface, wanted - there)
+    goal = Template(template.directions, template.cells, chosen.connectivity, chosen.curvature_sizing)
+    tried = Laying("as given", goal, target, surface, out, None).attempts()
+    best = min(tried, key=lambda one: one.short)
+    if best.shape is None or best.placed is None or best.short == np.inf:
+        raise StageError(f"surface {name!r} bends too sharply for {chosen.vertices} vertices; use more, or smooth it")
+    return _Fit(best, tried, target.off(best.placed.points, split_quads(best.placed.cells)), target.middle)
+
+
+class _Facets:
+    """The given triangles themselves, to which an even mesh keeps while it is drawn."""
+
+    def __init__(self, points: FloatArray, cells: IntArray) -> None:
+        self._finder = ClosestFinder(points, cells)
+        self._normals = vertex_normals(points, cells)
+
+    def settle(self, queries: FloatArray, near: IntArray | None = None) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Feet, unit normals there, and the triangles they lie in."""
+        found = self._finder(queries)
+        normal = np.einsum("qk,qkc->qc", found.weights, self._normals[self._finder.triangles[found.triangle]])
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+        return found.points, normal, found.triangle
+
+
+def _smooth(points: FloatArray, cells: IntArray, vertices: int) -> PatchSurface:
+    """The smooth surface through a mesh: through its own vertices where they are even, else through others on it."""
+    quality = triangle_quality(points, cells)
+    fair = quality.min() >= _FAIR[0] and quality.mean() >= _FAIR[1]
+    if fair and len(points) <= _FINE * vertices:
+        return PatchSurface(points, cells)
+    facets = _Facets(points, cells)
+    count = int(_DRAWN * vertices)
+    start, rough = coarser(points, cells, 4 * count)
+    while len(start) < 1.5 * count:
+        _, start, rough = quartered(start, rough)
+    found = collapsed(start, rough, facets, count)
+    if found is None:
+        return PatchSurface(points, cells)
+    return PatchSurface(found[0], found[3])
+
+
+def _surface(given: Surface, laid: _Fit, chosen: SurfaceOptions) -> Surface:
+    best = laid.best
+    assert best.placed is not None
+    assert best.shape is not None
+    placed = best.placed
+    shape = PlacedShape(best.shape, placed.directions, split_quads(placed.cells), placed.points, np.eye(3), laid.middle)
+    redrawn = best.attempt.way == WAYS[-1].name
+    notices = []
+    if redrawn:
+        notices.append(
+            Notice.of(
+                "repaired",
+                f"surface {given.name} is too long or branched to be covered from a sphere; its "
+                "triangles were drawn anew",
+            )
+        )
+    info: dict[str, Any] = {
+        "method": "given",
+        "vertices": len(placed.points),
+        "cells": chosen.cells,
+        "given": {"points": len(given.points), "triangles": len(given.cells)},
+        "distance_mean_mm": laid.off.mean,
+        "distance_greatest_mm": laid.off.greatest,
+        "steps": placed.steps,
+        "flips": placed.flips,
+        "redrawn": redrawn,
+        "attempts": [
+            each.attempt.model_copy(update={"status": "taken"} if each is best else {}).model_dump(exclude_none=True)
+            for each in laid.tried
+        ],
+    }
+    before = list(given.info.get("notices", ()))
+    return replace(
+        given,
+        points=shape.to_world(placed.points),
+        cells=placed.cells,
+        directions=placed.directions,
+        shape=shape,
+        info={
+            **{k: v for k, v in given.info.items() if k != "notices"},
+            **info,
+            "notices": [*before, *records(*notices)],
+        },
+    )

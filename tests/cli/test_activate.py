@@ -1,0 +1,62 @@
+"""``femprep activate``: a mesh with fibres in, the map and the Purkinje fibres out."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from anatomy_meshes import ellipsoid
+
+import femprep as fp
+from femprep.cli import main
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    mesh = fp.add_fibres(ellipsoid("hexahedron", size=4, layers=2).mesh)
+    path = tmp_path_factory.mktemp("mesh") / "mesh.vtu"
+    fp.write_mesh(mesh, path)
+    return path
+
+
+@pytest.mark.skipif(find_spec("fractal_tree") is None, reason="fractal-tree is not installed")
+def test_a_mesh_gets_fibres_and_times(stored: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "beat.vtu"
+    assert main(["activate", str(stored), "-o", str(out), "--generations", "4", "--speed", "3"]) == 0
+    found = fp.read_mesh(out)
+    assert found.purkinje is not None
+    assert found.purkinje.speed == 3.0
+    assert found.info["activation"]["begins"] == "junctions of the Purkinje fibres"
+    assert found.point_data["activation"].min() > 0
+    assert (tmp_path / "beat_purkinje.vtp").is_file()
+    assert "mm of Purkinje fibres" in capsys.readouterr().out
+    # What a mesh has is used, and goes on into other formats.
+    again = tmp_path / "again.k"
+    assert main(["activate", str(out), "-o", str(again), "--no-purkinje", "--quiet"]) == 0
+    assert "*ELEMENT_BEAM" in again.read_text()
+
+
+def test_without_fibres_of_its_own_the_beat_begins_on_the_endocardium(stored: Path, tmp_path: Path) -> None:
+    out = tmp_path / "beat.vtu"
+    assert main(["activate", str(stored), "-o", str(out), "--no-purkinje", "-q"]) == 0
+    found = fp.read_mesh(out)
+    assert found.purkinje is None
+    assert found.point_data["activation"].min() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--fibre-speed", "-1"], "fibre_speed"),
+        (["--root-lv", "1,2"], "--root-lv '1,2' is not X,Y,Z"),
+        (["--picture", "map.jpg", "--no-purkinje"], ".png"),
+    ],
+    ids=["speed", "root", "picture"],
+)
+def test_one_line_and_nothing_written(
+    more: list[str], words: str, stored: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["activate", str(stored), "-o", str(tmp_path / "beat.vtu"), *more]) == 2
+    assert words in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
