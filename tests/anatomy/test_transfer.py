@@ -19,31 +19,76 @@ def angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def test_a_mesh_gives_itself_its_own_values_back() -> None:
     mesh = ventricle()
     mesh = mesh.with_data(point={"load": mesh.points[:, 2] ** 2})
-    found = fp.transfer(mesh, mesh, ["fiber", "sheet", "aha", "load", "region", "transmural"])
-    # Of the elements on the line at the apex where the height is 0 throughout, another one may be the one found.
-    assert np.mean(angles(found.cell_data["fiber"], mesh.cell_data["fiber"]) < 0.1) > 0.995
-    np.testing.assert_array_equal(found.cell_data["aha"], mesh.cell_data["aha"])
+    names = ["fiber", "sheet", "aha", "load", "region", "transmural"]
+    found = fp.transfer(mesh, mesh, names)
+    for name in ("fiber", "sheet", "aha", "transmural"):
+        np.testing.assert_array_equal(found.cell_data[name], mesh.cell_data[name])
+    for name in ("load", "transmural"):
+        np.testing.assert_array_equal(found.point_data[name], mesh.point_data[name])
     np.testing.assert_array_equal(found.region, mesh.region)
-    assert np.mean(np.abs(found.cell_data["transmural"] - mesh.cell_data["transmural"]) < 1e-6) > 0.995
-    load = np.abs(found.point_data["load"] - mesh.point_data["load"])
-    assert np.percentile(load, 99) < 1e-6 * mesh.point_data["load"].max()
+    record = found.info["transfer"]
+    assert record["place_back_largest_mm"] == 0.0
+    assert [one["name"] for one in record["fields"]] == [
+        "fiber",
+        "sheet",
+        "aha",
+        "region",
+        "transmural",
+        "load",
+        "transmural",
+    ]
+    assert {one["back_mean"] for one in record["fields"]} == {0.0}
+    assert fp.transfer(mesh, mesh, "aha", there_and_back=False).info["transfer"]["fields"][0]["back_mean"] is None
 
 
+def test_a_mesh_moved_by_nothing_finds_its_places_by_coordinates() -> None:
+    mesh = ventricle()
+    # The same places under other numbers: no short cut, the coordinates have to find them.
+    turned = replace(mesh, cells={"tetra": mesh.cells["tetra"][:, [1, 2, 0, 3]]}, info={})
+    found = fp.transfer(mesh, turned, ["fiber", "aha"], there_and_back=False)
+    # Along the apex' line the height is 0: with three nodes on it an element has the places of others, which may be
+    # the ones found.
+    apical = (mesh.point_data["apicobasal"][mesh.cells["tetra"]] == 0.0).sum(axis=1) >= 3
+    np.testing.assert_array_equal(found.cell_data["aha"], mesh.cell_data["aha"])
+    assert angles(found.cell_data["fiber"], mesh.cell_data["fiber"])[~apical].max() < 0.1
+    assert apical.mean() < 0.01
+
+
+@pytest.mark.slow
 def test_there_and_back_between_unlike_meshes_is_below_an_element() -> None:
     fine, coarse = ventricle(size=6), ventricle("hexahedron", 3, 3)
     found = fp.transfer(fine, coarse, ["transmural", "aha", "fiber"])
     record = found.info["transfer"]
-    assert record["place_back_mean_mm"] < 0.25 * record["source_edge_mm"]
-    assert record["place_back_95_mm"] < record["source_edge_mm"] < 0.7 * record["target_edge_mm"]
+    # No place comes back an element off; nearly all stay nearer to their own element than to the next one.
+    assert record["place_back_largest_mm"] < record["source_edge_mm"]
+    assert record["place_back_95_mm"] < 0.5 * record["source_edge_mm"]
     told = {(one["name"], one["on"]): one for one in record["fields"]}
-    assert told["transmural", "points"]["back_mean"] < 0.02
+    # The depth is itself a coordinate, linear in both meshes; of elements it is off by half a layer of the coarse one.
+    assert told["transmural", "points"]["back_mean"] < 1e-3
+    assert told["transmural", "elements"]["back_largest"] < 0.5 / 3
     assert told["aha", "elements"]["unit"] == "%"
-    # Elements of the coarse mesh hold several of the fine one: by way of those their segments come back.
+    # By way of the smaller elements less than one of the coarse mesh comes back in another segment.
     around = fp.transfer(coarse, fine, "aha").info["transfer"]
-    assert around["fields"][0]["back_mean"] < 5.0
-    assert around["place_back_mean_mm"] < 0.1 * around["source_edge_mm"]
-    # The coarse mesh's own fibres, by the same rule.
-    assert np.median(angles(found.cell_data["fiber"], coarse.cell_data["fiber"])) < 8.0
+    assert around["fields"][0]["back_mean"] < 100.0 / coarse.n_cells
+    assert around["place_back_largest_mm"] < 0.5 * around["source_edge_mm"]
+
+
+def test_on_an_unlike_mesh_segments_are_off_by_no_element_and_fibres_by_no_layer() -> None:
+    fine, coarse = ventricle(size=6), ventricle("hexahedron", 3, 3)
+    found = fp.transfer(fine, coarse, ["aha", "fiber"], there_and_back=False)
+    block, own, new = coarse.cells["hexahedron"], coarse.cell_data["aha"], found.cell_data["aha"]
+    # Centres of elements lie on the very border of segments, to either side by rounding: a neighbour's segment will do.
+    around = [set(own[np.isin(block, nodes).any(axis=1)]) for nodes in block]
+    assert all(tag in tags for tag, tags in zip(new, around))
+    inner = np.array([len(tags) == 1 for tags in around])
+    assert inner.sum() > 20
+    np.testing.assert_array_equal(new[inner], own[inner])
+    # By the rule fibres turn by 120 degrees through the wall: by 15 in half a layer of the fine mesh, 20 of the coarse.
+    # The coarse mesh's own fibres are those of its elements' axes, which at the apex are a quarter turn wide.
+    off = angles(found.cell_data["fiber"], coarse.cell_data["fiber"])
+    assert np.median(off) < 7.5
+    height = coarse.point_data["apicobasal"][block].mean(axis=1)
+    assert np.percentile(off[height > 0.3], 95) < 20.0
 
 
 def test_directions_and_vectors_turn_with_the_heart() -> None:
