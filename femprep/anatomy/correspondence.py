@@ -67,7 +67,7 @@ def correspond(source: VolumeMesh, target: VolumeMesh) -> Correspondence:
 
 def paired(source: VolumeMesh, target: VolumeMesh, sources: list[WallPart], targets: list[WallPart]) -> Correspondence:
     """The same of meshes whose parts are known."""
-    _require_same_anatomy(source, target, sources, targets)
+    require_same_anatomy(source, target, sources, targets)
     pairs = []
     for one, other in zip(sources, targets):
         locator = Locator(one.tets[0], depth_chart(one, one.sizes))
@@ -77,9 +77,15 @@ def paired(source: VolumeMesh, target: VolumeMesh, sources: list[WallPart], targ
     return Correspondence(source, target, tuple(pairs))
 
 
-def _require_same_anatomy(
+def require_same_anatomy(
     source: VolumeMesh, target: VolumeMesh, sources: list[WallPart], targets: list[WallPart]
 ) -> None:
+    """Make sure that two walls have the same parts, and both or neither a cut apex.
+
+    Raises
+    ------
+    InputError
+    """
     have, want = ([part.number for part in parts] for parts in (sources, targets))
     if have != want:
         words = [" and ".join(PARTS[number] for number in own) for own in (have, want)]

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.anatomy.carry import Kind, carry_cells, carry_points, kind_of, put_right
-from femprep.anatomy.correspondence import Correspondence, paired
+from femprep.anatomy.correspondence import Correspondence, paired, require_same_anatomy
 from femprep.anatomy.wall_parts import PARTS, wall_parts
 from femprep.errors import InputError
 from femprep.mesh.measures.volume_elements import element_volumes
@@ -69,6 +69,7 @@ def transfer(
     names = list(dict.fromkeys([fields] if isinstance(fields, str) else fields))
     cells, points = _chosen(source, names)
     sources, targets = wall_parts(source, "the source"), wall_parts(target, "the target")
+    require_same_anatomy(source, target, sources, targets)
     if _same(source, target):
         # Round an apex whole elements have the height 0, and so one place: each is its own all the same.
         new_cells, new_points = ({name: np.array(own[name][0]) for name in own} for own in (cells, points))

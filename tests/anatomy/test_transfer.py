@@ -46,12 +46,12 @@ def test_a_mesh_moved_by_nothing_finds_its_places_by_coordinates() -> None:
     # The same places under other numbers: no short cut, the coordinates have to find them.
     turned = replace(mesh, cells={"tetra": mesh.cells["tetra"][:, [1, 2, 0, 3]]}, info={})
     found = fp.transfer(mesh, turned, ["fiber", "aha"], there_and_back=False)
-    # Along the apex' line the height is 0: with three nodes on it an element has the places of others, which may be
-    # the ones found.
-    apical = (mesh.point_data["apicobasal"][mesh.cells["tetra"]] == 0.0).sum(axis=1) >= 3
+    # Along the apex' line the height is 0: elements with an edge on it meet others that are flat in the coordinates,
+    # which may be the ones found.
+    apical = (mesh.point_data["apicobasal"][mesh.cells["tetra"]] == 0.0).sum(axis=1) >= 2
     np.testing.assert_array_equal(found.cell_data["aha"], mesh.cell_data["aha"])
     assert angles(found.cell_data["fiber"], mesh.cell_data["fiber"])[~apical].max() < 0.1
-    assert apical.mean() < 0.01
+    assert apical.mean() < 0.02
 
 
 @pytest.mark.slow
