@@ -5,7 +5,9 @@
 A scar is a sector of the wall of an LV ellipsoid, through a part of its depth; its volume, centroid and transmurality
 are those of a million points. The wall is swept from the phantom's own label map of 1.4 x 1.4 x 8 mm. The second image
 has slices of 8 mm too, in the same pose and tilted against the long axis. Beside each figure stands that of the nearest
-voxel, the label of the voxel at an element's centre. A biventricular phantom tells what leaks through the septum.
+voxel, the label of the voxel at an element's centre; and, as the meshed wall is itself smaller than the phantom's, the
+volume beside that of the elements of the mesh whose centres lie in the scar. A biventricular phantom tells what leaks
+through the septum.
 """
 
 from __future__ import annotations
@@ -107,6 +109,7 @@ def one(mesh: fp.VolumeMesh, row: tuple[Any, ...], grid: Grid, pose: str) -> dic
     there = ((index >= 0) & (index < grid.shape)).all(axis=1)
     plain = there & (image.labels[tuple(np.clip(index, 0, np.array(grid.shape) - 1).T)] == 1)
     true_share = inside(place)
+    meshed = float(size[true_share].sum()) / 1e3
     region = found.region == told["tag"]
 
     def off(weight: FloatArray) -> float:
@@ -120,6 +123,8 @@ def one(mesh: fp.VolumeMesh, row: tuple[Any, ...], grid: Grid, pose: str) -> dic
         "scar": row[0],
         "image": pose,
         "true_ml": volume,
+        "meshed_ml": meshed,
+        "shares_of_meshed_percent": 100.0 * (told["shares_ml"] / meshed - 1.0),
         "shares_percent": 100.0 * (told["shares_ml"] / volume - 1.0),
         "region_percent": 100.0 * (told["region_ml"] / volume - 1.0),
         "nearest_percent": 100.0 * (float(size[plain].sum()) / 1e3 / volume - 1.0),
