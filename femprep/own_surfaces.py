@@ -12,13 +12,14 @@ from femprep.anatomy import on_wall, ventricular_axes
 from femprep.annotation.regions import regions_by_place
 from femprep.errors import OptionError
 from femprep.export.abaqus.calculix import inflate
+from femprep.image import IntensityImage, Segmentation
 from femprep.mesh.measures.triangles import areas
 from femprep.mesh.topology import volume
 from femprep.model import Plane, Progress, Surface, VolumeMesh, Wall, verdict_of
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
-from femprep.pipeline import fill, with_activation, with_anatomy
-from femprep.preflight import check_options
+from femprep.pipeline import fill, with_activation, with_anatomy, with_images
+from femprep.preflight import check_options, check_second_images
 from femprep.report.manifest import VolumeRecord
 from femprep.report.run import Run
 from femprep.report.volumes import cavity_volume
@@ -43,6 +44,9 @@ def mesh_surfaces(
     surfaces: Mapping[str, Surface],
     options: Options | None = None,
     progress: Progress | None = None,
+    *,
+    tissue: Segmentation | None = None,
+    images: Mapping[str, IntensityImage] | None = None,
     **changes: object,
 ) -> Run:
     """Mesh the wall between anyone's surfaces of a heart, the whole way.
@@ -56,6 +60,11 @@ def mesh_surfaces(
         All options; those of labels have no effect.
     progress : callable, optional
         Called with ``(stage, fraction)``.
+    tissue : Segmentation, optional
+        A second image of labels, in the surfaces' coordinates, whose structures are scar, border zone, fat...: see
+        :func:`femprep.add_regions`.
+    images : mapping of str to IntensityImage, optional
+        Images to sample, by the name of the field: see :func:`femprep.sample_image`.
     **changes
         Options by name in place of those given.
 
@@ -86,7 +95,10 @@ def mesh_surfaces(
     check_options(options)
     with stages("surfaces"):
         own = prepare_surfaces(surfaces, unit=options.unit, options=options.wall)
-        _check(own, options)
+        second = tissue is not None or bool(images)
+        _check(own, options, second)
+        points = np.concatenate([surface.points for surface in own.surfaces.values()])
+        check_second_images(points, options, tissue, images or {})
     parts = _parts(own, options, stages)
     wall, mesh = fill(parts, options, stages)
     if anatomy != "lv":
@@ -100,6 +112,9 @@ def mesh_surfaces(
     if options.purkinje is not None or options.activation is not None:
         with stages("activation"):
             mesh = with_activation(mesh, axes, options)
+    if second:
+        with stages("second images"):
+            mesh = with_images(mesh, axes or ventricular_axes(mesh), tissue, images or {})
     with stages("quality"):
         quality = check(mesh, options=options.check)
         given = {_facets(name, own): surface for name, surface in own.surfaces.items()}
@@ -124,10 +139,14 @@ def _facets(name: str, own: OwnSurfaces) -> str:
     return name if name == OUTER else "endo" if own.anatomy == "lv" else f"endo_{name}"
 
 
-def _check(own: OwnSurfaces, options: Options) -> None:
+def _check(own: OwnSurfaces, options: Options, second: bool) -> None:
     """Refuse what a later stage could not but fail on."""
     if own.base is None and own.anatomy != "whole-heart":
-        for wanted, name in ((options.fibres is not None, "fibres"), (options.volume.mesher == "sweep", "the sweep")):
+        for wanted, name in (
+            (options.fibres is not None, "fibres"),
+            (second, "second images"),
+            (options.volume.mesher == "sweep", "the sweep"),
+        ):
             if wanted:
                 raise OptionError(
                     f"{name} need{'s' if name == 'the sweep' else ''} a base, and the surfaces are closed all round; "

@@ -15,19 +15,22 @@ from femprep.anatomy import (
     add_coordinates,
     add_fibres,
     add_pericardium,
+    add_regions,
     flip,
     on_wall,
     orient,
+    sample_image,
+    ventricular_axes,
 )
 from femprep.errors import FemprepError, StageError
 from femprep.export.abaqus.calculix import inflate
 from femprep.export.content import content_of, refusals
-from femprep.image import Segmentation, align_slices
+from femprep.image import IntensityImage, Segmentation, align_slices
 from femprep.image.size import require_heart_size
 from femprep.model import Notice, Progress, VolumeMesh, Wall, noted, verdict_of, with_verdict
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
-from femprep.preflight import check_labels, check_options
+from femprep.preflight import check_labels, check_options, check_second_images
 from femprep.report.beside_labels import volumes_beside_labels, wall_difference
 from femprep.report.run import Run, Surfaces
 from femprep.surface import fit_surface
@@ -49,7 +52,13 @@ _log = logging.getLogger(__name__)
 
 @takes(Options)
 def mesh_segmentation(
-    seg: Segmentation, options: Options | None = None, progress: Progress | None = None, **changes: object
+    seg: Segmentation,
+    options: Options | None = None,
+    progress: Progress | None = None,
+    *,
+    tissue: Segmentation | None = None,
+    images: Mapping[str, IntensityImage] | None = None,
+    **changes: object,
 ) -> Run:
     """Mesh the wall of a segmented heart, the whole way.
 
@@ -62,6 +71,10 @@ def mesh_segmentation(
         All options; the defaults where not given.
     progress : callable, optional
         Called with ``(stage, fraction)``.
+    tissue : Segmentation, optional
+        A second image of labels, whose structures are scar, border zone, fat...: see :func:`femprep.add_regions`.
+    images : mapping of str to IntensityImage, optional
+        Images to sample, by the name of the field: see :func:`femprep.sample_image`.
     **changes
         Options by name in place of those given.
 
@@ -85,6 +98,7 @@ def mesh_segmentation(
     options = choose(Options, options, changes)
     _log.debug("options: %s", options)
     stages = Stages(progress)
+    check_second_images(seg, options, tissue, images or {})
     seg, layout, axes = begin(seg, options, stages)
     with advised(seg, options):
         parts = ANATOMIES[options.anatomy](seg, layout, options, stages)
@@ -92,13 +106,17 @@ def mesh_segmentation(
     if axes is not None:
         with stages("anatomy") as report:
             mesh = with_anatomy(mesh, axes, options, report)
+    plain = mesh
     if options.purkinje is not None or options.activation is not None:
         with stages("activation"):
             mesh = with_activation(mesh, axes, options)
+    if tissue is not None or images:
+        with stages("second images"):
+            mesh = with_images(mesh, axes or ventricular_axes(seg), tissue, images or {})
     with stages("quality") as report:
         quality = check(mesh, options=options.check)
         report("quality", 0.6)
-        volumes = volumes_beside_labels(mesh, parts.objects, wall.planes)
+        volumes = volumes_beside_labels(plain, parts.objects, wall.planes)
         fidelity = mesh_fidelity(mesh, parts.outlines, seg.grid, quality.options.maximum_label_distance)
         judged = judge_wall_volume(quality, wall_difference(volumes))
         judged = with_fidelity(judged, fidelity, what_helps(seg, fidelity, parts, options))
@@ -163,6 +181,25 @@ def with_activation(mesh: VolumeMesh, axes: VentricularAxes | None, options: Opt
             failures = {**verdict_of(mesh).get("failures", {}), name: [f"{name}: not made: {error}"]}
             mesh = with_verdict(mesh, failures=failures)
     return mesh
+
+
+def with_images(
+    mesh: VolumeMesh, axes: VentricularAxes, tissue: Segmentation | None, images: Mapping[str, IntensityImage]
+) -> VolumeMesh:
+    """The mesh with what second images show along its wall; with coordinates and segments, where it had none.
+
+    Where that fails the mesh stays as it is, and what failed is in its verdict.
+    """
+    try:
+        found = mesh
+        if "apicobasal" not in mesh.point_data:
+            found = on_wall(mesh, lambda part: add_aha(add_coordinates(part, axes=axes), axes=axes))
+        for name, image in images.items():
+            found = sample_image(found, image, name)
+        return found if tissue is None else add_regions(found, tissue)
+    except FemprepError as error:
+        earlier = verdict_of(mesh).get("failures", {})
+        return with_verdict(mesh, failures={**earlier, "second images": [f"second images: not laid on: {error}"]})
 
 
 def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:

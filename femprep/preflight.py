@@ -5,6 +5,7 @@ The checks are those of the stages themselves, asked of what the labels say the 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib.util import find_spec
 from typing import Final
 
@@ -13,12 +14,13 @@ import numpy as np
 from femprep.activation.growth import require_growth
 from femprep.anatomy import VentricularAxes, ventricular_axes
 from femprep.anatomy.laplace.fields import require_ventricle
+from femprep.anatomy.tissue_regions import require_tissues
 from femprep.errors import InputError, MissingDependencyError, OptionError
 from femprep.export.abaqus.calculix import require_calculix
 from femprep.export.abaqus.step import require as require_step
 from femprep.export.content import Content, refusals
-from femprep.image import Segmentation
-from femprep.model import FloatArray
+from femprep.image import Grid, IntensityImage, Segmentation
+from femprep.model import TISSUES, FloatArray
 from femprep.options import Options
 from femprep.surface.fit import check_fit
 from femprep.sweeping.matching.resolution import check_columns, corners_of
@@ -62,6 +64,57 @@ def check_options(options: Options) -> None:
         require_calculix()
     if options.wall.openings != "labels":
         _check_content(options, [name.partition("_")[0] for name in options.wall.valves])
+
+
+def check_second_images(
+    heart: Segmentation | FloatArray,
+    options: Options,
+    tissue: Segmentation | None,
+    images: Mapping[str, IntensityImage],
+) -> None:
+    """Refuse second images that cannot be laid along the wall, before the mesh is made.
+
+    Parameters
+    ----------
+    heart : Segmentation or (n, 3) array
+        The label map the mesh comes from, or points of its surfaces, mm.
+    options : Options
+    tissue : Segmentation or None
+    images : mapping of str to IntensityImage
+
+    Raises
+    ------
+    OptionError, InputError
+    """
+    if tissue is None and not images:
+        return
+    if options.anatomy == "whole-heart":
+        raise OptionError("second images go along the walls of ventricles: anatomy lv or biv, not whole-heart")
+    if options.flip:
+        raise OptionError("--flip mirrors the label map and not the second images; mirror all files first")
+    if tissue is not None:
+        require_tissues(tissue)
+    if wrong := [name for name in images if name in TISSUES]:
+        raise OptionError(f"a sampled field cannot be called {wrong[0]!r}, the name of a tissue; write NAME=FILE")
+    grids = {name: image.grid for name, image in images.items()}
+    if tissue is not None:
+        grids["regions"] = tissue.grid
+    if isinstance(heart, Segmentation):
+        mask = heart.mask(*(name for name in ("lv", "myo") if name in heart.structures))
+        centres = heart.grid.to_world(np.argwhere(mask).astype(float))
+    else:
+        centres = heart
+    for name, grid in grids.items():
+        index = grid.to_index(centres)
+        if not ((index > -0.5) & (index < np.array(grid.shape) - 0.5)).all(axis=1).any():
+            raise InputError(
+                f"the image for {name!r} does not meet the heart: its middle is at {_middle(grid)}, the heart's at "
+                f"{np.round(centres.mean(axis=0), 1).tolist()} mm; both have to be in the same world coordinates"
+            )
+
+
+def _middle(grid: Grid) -> list[float]:
+    return [float(x) for x in np.round(grid.to_world([(np.array(grid.shape) - 1) / 2.0])[0], 1)]
 
 
 def check_labels(seg: Segmentation, layout: Layout, options: Options) -> VentricularAxes | None:

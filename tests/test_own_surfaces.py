@@ -6,11 +6,13 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import own_shapes as shapes
 import pytest
 
 import femprep as fp
 from femprep.cli import main
+from femprep.errors import InputError, OptionError
 from femprep.report.volumes import cavity_volume
 from femprep.template import charge_template
 
@@ -89,6 +91,19 @@ def test_what_cannot_be_meshed_is_one_line_and_status_2(tmp_path: Path, capsys: 
     assert "fibres need a base" in said
     assert len(said.strip().splitlines()) == 1
     assert not out.exists()
+
+
+def test_second_images_that_cannot_be_laid_along_own_surfaces_are_refused() -> None:
+    surfaces = shapes.heart()
+    values = np.ones((4, 4, 4))
+    near, far = (
+        fp.IntensityImage(values, fp.Grid(values.shape, (40.0, 40.0, 40.0), np.full(3, at), np.eye(3)))
+        for at in (-60.0, 900.0)
+    )
+    with pytest.raises(OptionError, match="second images need a base"):
+        fp.mesh_surfaces(surfaces, images={"t1": near})
+    with pytest.raises(InputError, match="the image for 't1' does not meet the heart"):
+        fp.mesh_surfaces(surfaces, images={"t1": far}, wall={"base": BASE})
 
 
 @pytest.mark.slow

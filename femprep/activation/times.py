@@ -6,7 +6,7 @@ the speeds along fibres, sheets and across: the eikonal equation, solved on the 
 (:mod:`femprep.mesh.eikonal`). It tells within seconds whether fibres, nodes and stimuli fit each other, before a solver
 needs hours for it: what is reached late or never is seen at once.
 
-Atria, vessels and blood conduct none of it.
+Atria, vessels and blood conduct none of it; scar and other tissue of a second image conducts as the wall it lies in.
 """
 
 from __future__ import annotations
@@ -16,12 +16,13 @@ from typing import Any, Final
 
 import numpy as np
 
+from femprep.anatomy.tissue_regions import WALL_REGION
 from femprep.errors import InputError
 from femprep.export.fibres import directions
 from femprep.export.names import facet_nodes
-from femprep.export.split import element_tets
 from femprep.mesh.eikonal import first_times
 from femprep.mesh.elements import ELEMENTS
+from femprep.mesh.operations.element_tets import element_tets
 from femprep.model import (
     REGION_TAGS,
     BoolArray,
@@ -86,9 +87,10 @@ def add_activation(mesh: VolumeMesh, options: ActivationOptions | None = None, *
         raise InputError(
             "activation runs along fibres, which the mesh does not have; add them (add_fibres, or --fibres)"
         )
-    tissue = np.isin(mesh.region, _VENTRICLES)
+    region = np.asarray(mesh.cell_data.get(WALL_REGION, mesh.region))
+    tissue = np.isin(region, _VENTRICLES)
     if not tissue.any():  # a mesh with numbers of its own
-        tissue = ~is_blood(mesh.region) & ~np.isin(mesh.region, _OTHERS)
+        tissue = ~is_blood(region) & ~np.isin(region, _OTHERS)
     tets, row = _tetrahedra(mesh, tissue)
     wall = np.zeros(len(mesh.points), dtype=bool)
     wall[tets] = True

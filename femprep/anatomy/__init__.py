@@ -8,12 +8,15 @@ from femprep.anatomy.bullseye import bulls_eye, bulls_eye_svg
 from femprep.anatomy.coordinates import add_coordinates
 from femprep.anatomy.fibres import add_fibres, quadrature_fibres
 from femprep.anatomy.find_axes import ventricular_axes
+from femprep.anatomy.image_sampling import sample_image
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.mirror import flip
 from femprep.anatomy.orientation import orient
 from femprep.anatomy.part import on_wall
 from femprep.anatomy.pericardium import add_pericardium, pericardium_scale
 from femprep.anatomy.thickness import wall_thickness
+from femprep.anatomy.tissue_regions import add_regions
+from femprep.anatomy.transfer import transfer
 
 __all__ = [
     "VentricularAxes",
@@ -22,6 +25,7 @@ __all__ = [
     "add_coordinates",
     "add_fibres",
     "add_pericardium",
+    "add_regions",
     "bulls_eye",
     "bulls_eye_svg",
     "flip",
@@ -29,7 +33,9 @@ __all__ = [
     "orient",
     "pericardium_scale",
     "quadrature_fibres",
+    "sample_image",
     "segment_means",
+    "transfer",
     "ventricular_axes",
     "wall_thickness",
 ]

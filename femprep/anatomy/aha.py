@@ -111,7 +111,7 @@ def add_aha(mesh: VolumeMesh, *, axes: VentricularAxes | None = None, fields: Wa
     cell_rv, facet_rv = np.zeros(len(centre), dtype=bool), np.zeros(len(facet), dtype=bool)
     if len(rv_endo):
         fields = fields or WallFields(mesh, axes)
-        cell_rv = _rv_free_wall(fields)
+        cell_rv = rv_free_wall(fields)
         element, _ = match_facets(mesh.cells, mesh.facets)
         facet_rv = cell_rv[element] & (element >= 0)
     span = _rv_span(axes, centre[cell_rv], bottom, top) if cell_rv.any() else None
@@ -204,7 +204,7 @@ def _cavity_end(mesh: VolumeMesh, axes: VentricularAxes) -> float:
     return float(axes.height(mesh.points[nodes_of(chosen_rows(mesh.facets, endo))]).min(initial=np.inf))
 
 
-def _rv_free_wall(fields: WallFields) -> npt.NDArray[np.bool_]:
+def rv_free_wall(fields: WallFields) -> npt.NDArray[np.bool_]:
     """Elements of the right ventricle outside the septum, where tissue lies nearer to the epicardium than to the LV."""
     across, outside = fields.space.to_cells(fields.across), fields.space.to_cells(fields.outside)
     return np.asarray((fields.space.to_cells(fields.side) < 0) & (outside >= 0.5 * (1 - np.abs(across))))

@@ -22,6 +22,7 @@ COMMANDS: Final = {
     "refine": "Cut every element of a mesh into eight, nested, with new nodes on smooth surfaces.",
     "annotate": "Name the facets and regions of anyone's mesh of a heart; add coordinates, AHA segments and fibres; "
     "write decks.",
+    "transfer": "Bring fields from one heart, phase, mesh or level to another by their ventricular coordinates.",
     "activate": "Grow Purkinje fibres on the endocardia of a mesh with fibres, and map the times at which a beat "
     "activates it.",
     "check": "Judge a mesh: element quality, orientation, boundary, tags.",

@@ -96,6 +96,34 @@ def parse_masks(items: Sequence[str] | None) -> dict[str, list[Path]]:
     return found
 
 
+def split_tissues(items: Sequence[Path]) -> tuple[list[Path], dict[str, tuple[int | str, ...]]]:
+    """Files, and what reads ``scar=1`` and is no file: labels by tissue."""
+    tissues = [str(item) for item in items if re.fullmatch(r"[A-Za-z_]+=[^/\\\\]+", str(item)) and not item.exists()]
+    files = [item for item in items if str(item) not in tissues]
+    return files, parse_structures(tissues) or {}
+
+
+def parse_samples(items: Sequence[str] | None) -> dict[str, Path]:
+    """``["t1.nii.gz", "late=lge.nii.gz"]`` as files by the name of their field.
+
+    Raises
+    ------
+    OptionError
+        Two fields have one name, or a file's name is none for a field.
+    """
+    found: dict[str, Path] = {}
+    for item in items or ():
+        name, equals, file = item.partition("=")
+        if not equals:
+            name, file = Path(item).name.partition(".")[0], item
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or not file:
+            raise OptionError(f"--sample {item!r} names no field; write NAME=FILE, as in --sample t1=map.nii.gz")
+        if name in found:
+            raise OptionError(f"--sample gives two images the name {name!r}; write NAME=FILE")
+        found[name] = Path(file)
+    return found
+
+
 def parse_surfaces(items: Sequence[str] | None) -> dict[str, Path]:
     """``["lv=endo.stl", "epi=epi.stl"]`` as files by name.
 

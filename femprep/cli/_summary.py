@@ -24,9 +24,26 @@ def print_summary(run: Any, manifest: Any, out: Path) -> None:
         console.print(f"least wall thickness {thickness['minimum_mm']:.2f} mm")
     _print_fidelity(console, manifest.fidelity)
     _print_given(console, manifest.given_fidelity)
+    _print_tissues(console, manifest.tissues)
     print_quality(run.quality, console)
     _print_stages(console, manifest)
     console.print(f"[bold]{escape(str(out))}[/bold]: " + escape(", ".join(manifest.files)))
+
+
+def _print_tissues(console: Console, record: Any) -> None:
+    """Volumes of scar and other tissue, and how far through the wall it goes."""
+    if record is None:
+        return
+    columns = ("", "labels in the wall, mL", "shares, mL", "region, mL", "nearest voxel, mL", "transmurality, %")
+    rows = [
+        (
+            one.name,
+            *(_number(v, 4) for v in (one.wall_ml, one.shares_ml, one.region_ml, one.nearest_voxel_ml)),
+            _number(one.transmurality_percent),
+        )
+        for one in record.tissues
+    ]
+    print_table(console, "Tissue of the second image", columns, rows)
 
 
 def print_surfaces(fitted: Any, manifest: Any, out: Path) -> None:
@@ -109,6 +126,24 @@ def print_annotation(found: Any, manifest: Any, out: Path) -> None:
     print_quality(found.quality, console)
     _print_stages(console, manifest)
     console.print(f"[bold]{escape(str(out))}[/bold]: " + escape(", ".join(manifest.files)))
+
+
+def print_transfer(record: Any) -> None:
+    """What the fields of a transfer lose there and back."""
+    console = Console(highlight=False)
+    rows = [
+        (
+            f"{one.name} ({one.on})",
+            one.kind,
+            *(_number(value) for value in (one.back_mean, one.back_95, one.back_largest)),
+            one.unit or f"of {_number(one.span)}" if one.unit or one.span is not None else "",
+        )
+        for one in record.fields
+    ]
+    if record.place_back_mean_mm is not None:
+        off = (record.place_back_mean_mm, record.place_back_95_mm, record.place_back_largest_mm)
+        rows.append(("place", f"edges of {record.source_edge_mm:.3g} mm", *map(_number, off), "mm"))
+    print_table(console, "There and back", ("", "", "mean", "95 %", "largest", ""), rows)
 
 
 def print_quality(report: Any, console: Console | None = None, *, worst: int = 0) -> None:

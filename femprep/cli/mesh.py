@@ -15,10 +15,12 @@ from femprep.cli._arguments import FIBRES, INPUT, OUTPUT
 from femprep.cli._configuration import (
     parse_masks,
     parse_plane,
+    parse_samples,
     parse_structures,
     parse_surfaces,
     parse_valves,
     read_options,
+    split_tissues,
 )
 from femprep.cli._fields import option, takes_options_of
 from femprep.cli._names import mesh_names, sequence_names
@@ -32,7 +34,9 @@ from femprep.options import (
     WallOptions,
 )
 
-WALL, VOLUME = "Wall", "Volume mesh"
+WALL, VOLUME, IMAGES = "Wall", "Volume mesh", "Further images"
+#: Label map of tissues, its labels by tissue, images to sample by field.
+SecondImages = tuple[Path | None, dict[str, tuple[int | str, ...]], dict[str, Path]]
 
 
 def mesh_options(
@@ -214,6 +218,22 @@ def mesh(
             rich_help_panel=INPUT,
         ),
     ] = None,
+    regions: Annotated[
+        Path | None,
+        typer.Option(
+            help="Label map of scar, border zone, fat..., of any grid and pose; behind it NAME=LABEL[,LABEL...]: scar, "
+            "border, fat, edema, hypoperfused, and healthy for the rest of the wall.",
+            rich_help_panel=IMAGES,
+        ),
+    ] = None,
+    sample: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="[NAME=]FILE, repeatable: image of intensities whose value every element and point gets, in a field "
+            "of that name, or of the file's.",
+            rich_help_panel=IMAGES,
+        ),
+    ] = None,
     quiet: shared.Quiet = False,
     json: Annotated[
         bool, typer.Option("--json", help="Print run and quality records as JSON.", rich_help_panel=OUTPUT)
@@ -226,14 +246,25 @@ def mesh(
     run.json, report.html, methods.md and methods.bib. A run that fails writes nothing and leaves an earlier OUT as it
     was; one that succeeds replaces the files of the earlier run and leaves yours.
     """
-    maps, masks = list(segmentation or ()), parse_masks(mask)
+    maps, tissues = split_tissues(segmentation or ())
+    if bool(tissues) != bool(regions):
+        raise OptionError(
+            "--regions takes a label map and its tissues: --regions lge.nii.gz scar=1 border=2"
+            if regions
+            else f"{next(iter(tissues))}=... names tissue of a second image; give it by --regions FILE"
+        )
+    if given["sequence"] and (regions or sample):
+        raise OptionError("--regions and --sample belong to one heart; leave --sequence out, then femprep transfer")
+    images = parse_samples(sample)
+    masks = parse_masks(mask)
+    second = (regions, tissues, images)
     surfaces = parse_surfaces(surface)
     if surfaces:
         if maps or masks:
             raise OptionError("give either surfaces or a label map or masks, not both")
         if given["sequence"] or given["structure"] or given["preset"]:
             raise OptionError("surfaces name themselves; leave --sequence, --structure and --preset out")
-        return mesh_own(surfaces, out, mesh_options(**given), quiet=quiet, json=json)
+        return mesh_own(surfaces, out, mesh_options(**given), quiet=quiet, json=json, second=second)
     if bool(maps) == bool(masks):
         raise OptionError("give either a label map or masks (--mask lv=FILE --mask myo=FILE), and one of them at least")
     if masks and (given["sequence"] or given["structure"] or given["preset"]):
@@ -243,10 +274,13 @@ def mesh(
     options = mesh_options(**given)
     if given["sequence"]:
         return mesh_phases(maps, out, options, quiet=quiet, json=json)
-    return mesh_file(maps[0] if maps else masks, out, options, quiet=quiet, json=json)
+    second = (regions, tissues, images)
+    return mesh_file(maps[0] if maps else masks, out, options, quiet=quiet, json=json, second=second)
 
 
-def mesh_own(surfaces: dict[str, Path], out: Path, options: Options, *, quiet: bool, json: bool) -> int:
+def mesh_own(
+    surfaces: dict[str, Path], out: Path, options: Options, *, quiet: bool, json: bool, second: SecondImages
+) -> int:
     """Run the main job on surfaces; the exit status is 1 where the quality check fails."""
     from femprep.cli._progress import bars
     from femprep.export import require_formats
@@ -260,7 +294,8 @@ def mesh_own(surfaces: dict[str, Path], out: Path, options: Options, *, quiet: b
     from femprep.surface import read_surface
 
     with bars(quiet or json) as progress:
-        run = mesh_surfaces({name: read_surface(path) for name, path in surfaces.items()}, options, progress=progress)
+        given = {name: read_surface(path) for name, path in surfaces.items()}
+        run = mesh_surfaces(given, options, progress=progress, **read_second(second))
         command = shlex.join(["femprep", *sys.argv[1:]])
         manifest = write_run(run, out, source=surfaces, command=command, progress=progress)
     if json:
@@ -310,7 +345,13 @@ def mesh_phases(paths: list[Path], out: Path, options: Options, *, quiet: bool, 
 
 
 def mesh_file(
-    segmentation: Path | dict[str, list[Path]], out: Path, options: Options, *, quiet: bool, json: bool
+    segmentation: Path | dict[str, list[Path]],
+    out: Path,
+    options: Options,
+    *,
+    quiet: bool,
+    json: bool,
+    second: SecondImages = (None, {}, {}),
 ) -> int:
     """Run the main job on one file and print its summary; the exit status is 1 where the quality check fails."""
     from femprep.cli._progress import bars
@@ -333,8 +374,9 @@ def mesh_file(
                 preset = "slicer" if options.preset == "slicer" else None
                 seg = read_segmentation(segmentation, options.labels, preset, options=options.image)
                 source = segmentation
+            further = read_second(second)
         before = stages.seconds
-        run, manifest = mesh_and_write(seg, out, options, source=source, before=before, progress=progress)
+        run, manifest = mesh_and_write(seg, out, options, source=source, before=before, progress=progress, **further)
     if json:
         _print_json(run, manifest)
     elif not quiet:
@@ -344,14 +386,32 @@ def mesh_file(
     return 0 if run.quality.passed else 1
 
 
+def read_second(second: SecondImages) -> dict[str, Any]:
+    """The tissue and the images to sample, as the pipelines take them."""
+    from femprep.image import read_image, read_segmentation
+
+    regions, tissues, images = second
+    return {
+        "tissue": read_segmentation(regions, structures=tissues) if regions else None,
+        "images": {name: read_image(path) for name, path in images.items()},
+    }
+
+
 def mesh_and_write(
-    seg: Any, out: Path, options: Options, *, source: Path | None, before: dict[str, float], progress: Any
+    seg: Any,
+    out: Path,
+    options: Options,
+    *,
+    source: Path | None,
+    before: dict[str, float],
+    progress: Any,
+    **second: Any,
 ) -> tuple[Any, Any]:
     """The pipeline, then its folder; ``before`` are the seconds of earlier stages."""
     from femprep.pipeline import mesh_segmentation
     from femprep.report.output import write_run
 
-    run = mesh_segmentation(seg, options, progress=progress)
+    run = mesh_segmentation(seg, options, progress=progress, **second)
     run = replace(run, seconds={**before, **run.seconds})
     return run, write_run(run, out, source=source, command=shlex.join(["femprep", *sys.argv[1:]]), progress=progress)
 

@@ -28,6 +28,7 @@ def schema_texts() -> dict[str, str]:
     from pydantic import BaseModel
 
     from femprep.cohort.records import CohortRecord
+    from femprep.model.transfer import TransferRecord
     from femprep.options import AnnotateOptions, Options
     from femprep.report.manifest import AnnotationManifest, RunManifest, SequenceManifest
     from femprep.volume import QualityReport
@@ -41,6 +42,7 @@ def schema_texts() -> dict[str, str]:
         "sequence.json": (SequenceManifest, "serialization"),
         "quality.json": (QualityReport, "serialization"),
         "cohort.json": (CohortRecord, "serialization"),
+        "transfer.json": (TransferRecord, "serialization"),
     }
     head = "https://json-schema.org/draft/2020-12/schema"
     found = {}
@@ -65,8 +67,8 @@ def schema(
     """Where the JSON Schemas of options and records lie, for editors; or write them.
 
     options.json is that of a TOML file of options: with the line "#:schema FOLDER/options.json" at its top, editors
-    offer names and mark what is out of range. run.json, sequence.json, quality.json and cohort.json are those of the
-    records.
+    offer names and mark what is out of range. run.json, sequence.json, quality.json, cohort.json and transfer.json are
+    those of the records.
     """
     if where:
         typer.echo(schema_folder())

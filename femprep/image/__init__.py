@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.grid import Grid
+from femprep.image.intensity import IntensityImage, read_image
 from femprep.image.masks import read_masks
 from femprep.image.object import LabelObject, make_object
 from femprep.image.reader import read_segmentation, write_segmentation
@@ -16,6 +17,7 @@ from femprep.image.topology import Topology, topology
 __all__ = [
     "BoundaryPoints",
     "Grid",
+    "IntensityImage",
     "LabelObject",
     "Segmentation",
     "SliceShifts",
@@ -26,6 +28,7 @@ __all__ = [
     "estimate_shifts",
     "isotropic",
     "make_object",
+    "read_image",
     "read_masks",
     "read_segmentation",
     "slice_table",

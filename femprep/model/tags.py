@@ -23,8 +23,16 @@ REGION_TAGS: Final[Mapping[str, int]] = MappingProxyType(
         "blood_rv": 12,
         "blood_la": 13,
         "blood_ra": 14,
+        "scar": 21,
+        "border": 22,
+        "fat": 23,
+        "edema": 24,
+        "hypoperfused": 25,
     }
 )
+
+#: Regions of tissue that a second image shows within the wall; ``wall_region`` tells the wall's own region there.
+TISSUES: Final = ("scar", "border", "fat", "edema", "hypoperfused")
 
 #: Numbers of boundary and interface facets.
 FACET_TAGS: Final[Mapping[str, int]] = MappingProxyType(

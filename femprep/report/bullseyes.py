@@ -116,7 +116,13 @@ def report_bulls_eyes(mesh: VolumeMesh, measured: Mapping[str, FloatArray] | Non
     if "aha" not in mesh.cell_data:
         return []
     measured = quality_measures(mesh) if measured is None else measured
-    return [
+    eyes = [
         draw(mesh, name, statistic=statistic, label=title, text=text, measured=measured)
         for name, statistic, title, text in SHOWN
     ]
+    for one in mesh.info.get("tissues", {}).get("tissues", ()):
+        values = [0.0 if value is None else value for value in one["transmurality_of_segments"] or ()]
+        if values:
+            label = f"{one['name']}, transmurality, %"
+            eyes.append(bulls_eye_svg(values, label=label, text="{:.0f}", limits=(0.0, 100.0)))
+    return eyes + [draw(mesh, name, label=f"{name}, mean") for name in mesh.info.get("sampled", {})]

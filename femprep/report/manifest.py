@@ -17,6 +17,7 @@ from femprep.model.distance import SurfaceFidelity
 from femprep.model.fidelity import FidelityRecord
 from femprep.model.record import Record
 from femprep.model.solution import SolutionRecord
+from femprep.model.tissue import TissuesRecord
 from femprep.options import AnnotateOptions, Options
 
 #: Libraries whose version can change a result.
@@ -96,6 +97,9 @@ class RunManifest(Record):
     )
     thickness_mm: list[float | None] | None = Field(
         None, description="Mean thickness of the wall in each of the 17 AHA segments, mm; null without segments."
+    )
+    tissues: TissuesRecord | None = Field(
+        None, description="Scar, border zone or other tissue of a second image, by AHA segment; null without one."
     )
     solution: SolutionRecord | None = Field(
         None, description="What a solver made of the mesh; null where none was asked for."

@@ -116,7 +116,11 @@ def write_run(
         stages = {**run.seconds, "write": time.perf_counter() - start}
         manifest = _manifest(run, stages, source, volumes, details, folder, more=("report.html", *FILES))
         manifest = manifest.model_copy(
-            update={"thickness_mm": thickness_of_segments(run.mesh, view.whole), "solution": run.solution}
+            update={
+                "thickness_mm": thickness_of_segments(run.mesh, view.whole),
+                "tissues": run.quality.tissues,
+                "solution": run.solution,
+            }
         )
         write_methods(methods(manifest), folder)
         (folder / "report.html").write_text(

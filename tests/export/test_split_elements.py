@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from meshes import mixed, truncated_ellipsoid, with_fibres
 
-from femprep.export.split import element_tets, to_tetrahedra
+from femprep.export.split import to_tetrahedra
 from femprep.mesh.elements import boundary_faces, match_facets
+from femprep.mesh.operations.element_tets import element_tets
 
 CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1.0]])
 PRISM = CUBE[[0, 1, 3, 4, 5, 7]]

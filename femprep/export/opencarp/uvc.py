@@ -19,6 +19,7 @@ Bayer et al. 2018, doi 10.1016/j.media.2018.01.005
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -44,6 +45,9 @@ def universal(mesh: VolumeMesh) -> dict[str, npt.NDArray[np.float64] | npt.NDArr
     z, depth, turn = (np.array(mesh.point_data[name], dtype=np.float64) for name in _NEEDED)
     phi = 2 * np.pi * np.where(turn > 0.5, turn - 1.0, turn)
     right = np.asarray(mesh.point_data.get("transventricular", np.zeros(len(z)))) > 0.5
+    # Scar and other tissue within the wall has the wall's own region beside its own.
+    if "wall_region" in mesh.cell_data:
+        mesh = replace(mesh, region=mesh.cell_data["wall_region"])
     septum = _points(mesh, REGION_TAGS["septum"])
     septum[region_nodes(mesh, REGION_TAGS["lv"])] = False
     inside = septum.copy()

@@ -14,6 +14,7 @@ from femprep.mesh.topology import pieces
 from femprep.model import FloatArray, IntArray, VolumeMesh, is_blood, tag_name
 from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.facets import split_facets
+from femprep.model.tissue import TissuesRecord
 from femprep.options import CheckOptions, choose, takes
 from femprep.volume.quality.judged import carried_failures, limits_for
 from femprep.volume.quality.limits import judge
@@ -124,6 +125,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         volume_ratio=sizes["volume_ratio"],
         worst=_worst(mesh, measures, limits.worst),
         validity=sound,
+        tissues=TissuesRecord(**mesh.info["tissues"]) if "tissues" in mesh.info else None,
         options=limits,
         limits_from=source,
         limits=verdicts,

@@ -10,6 +10,7 @@ from femprep.errors import QualityError
 from femprep.model.distance import SurfaceFidelity
 from femprep.model.fidelity import FidelityRecord
 from femprep.model.record import Record
+from femprep.model.tissue import TissuesRecord
 from femprep.options import CheckOptions
 
 
@@ -137,6 +138,9 @@ class QualityReport(Record):
     limits: tuple[LimitRecord, ...]
     fidelity: tuple[FidelityRecord, ...] | None = Field(
         None, description="Distance to the labels the mesh was made from; null where they are not at hand."
+    )
+    tissues: TissuesRecord | None = Field(
+        None, description="Scar, border zone or other tissue of a second image, by AHA segment; null without one."
     )
     given_fidelity: tuple[SurfaceFidelity, ...] | None = Field(
         None, description="Distance to the surfaces that were given; null where none were."

@@ -1,0 +1,187 @@
+"""Scars of known shape in phantoms, marked from label maps of 8 mm slices: how far off they are; prints a table.
+
+    python tests/benchmarks/bench_regions.py [--edge-length MM] [--csv FILE]
+
+A scar is a sector of the wall of an LV ellipsoid, through a part of its depth; its volume, centroid and transmurality
+are those of a million points. The wall is swept from the phantom's own label map of 1.4 x 1.4 x 8 mm. The second image
+has slices of 8 mm too, in the same pose and tilted against the long axis. Beside each figure stands that of the nearest
+voxel, the label of the voxel at an element's centre; and, as the meshed wall is itself smaller than the phantom's, the
+volume beside that of the elements of the mesh whose centres lie in the scar. A biventricular phantom tells what leaks
+through the septum.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rows import keep, shown
+
+import femprep as fp
+from femprep.image import Grid
+from femprep.mesh.measures.volume_elements import centroids, element_volumes
+from femprep.model import FloatArray
+from femprep.phantoms import biventricular, lv_ellipsoid
+
+ENDO, EPI = np.array([25.0, 25.0, 60.0]), np.array([34.0, 34.0, 69.0])
+BASE = 20.0
+#: Name, depths from and to, middle and half width of the sector, degrees, heights from and to, mm.
+SCARS = (
+    ("subendocardial half", 0.0, 0.5, 40.0, 35.0, -np.inf, np.inf),
+    ("subepicardial half", 0.5, 1.0, 200.0, 40.0, -np.inf, np.inf),
+    ("transmural", 0.0, 1.0, 130.0, 30.0, -np.inf, np.inf),
+    ("subendocardial third", 0.0, 1 / 3, 300.0, 45.0, -np.inf, np.inf),
+    ("mid-wall", 0.25, 0.75, 250.0, 40.0, -np.inf, np.inf),
+    ("subendocardial half, of 32 mm height", 0.0, 0.5, 40.0, 40.0, -36.0, -4.0),
+)
+
+
+def depth(points: FloatArray) -> FloatArray:
+    """0 on the endocardial, 1 on the epicardial ellipsoid, and between them in proportion to their semi-axes."""
+    low, high = np.full(len(points), -0.5), np.full(len(points), 1.5)
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        axes = ENDO + middle[:, None] * (EPI - ENDO)
+        outside = ((points / axes) ** 2).sum(axis=1) > 1.0
+        low, high = np.where(outside, middle, low), np.where(outside, high, middle)
+    return 0.5 * (low + high)
+
+
+def scar(row: tuple[Any, ...]) -> Callable[[FloatArray], Any]:
+    """Whether points lie in a scar."""
+    _, inner, outer, middle, half, bottom, top = row
+
+    def inside(points: FloatArray) -> Any:
+        through = depth(points)
+        turn = (np.degrees(np.arctan2(points[:, 1], points[:, 0])) - middle + 180.0) % 360.0 - 180.0
+        height = (points[:, 2] >= bottom) & (points[:, 2] <= top) & (points[:, 2] <= BASE)
+        return (through >= max(inner, -1e-9)) & (through <= outer) & (np.abs(turn) < half) & height
+
+    return inside
+
+
+def tilted(grid: Grid, degrees: float) -> Grid:
+    """The grid turned about the y axis through its middle."""
+    a = np.radians(degrees)
+    turn = np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
+    middle = grid.to_world([(np.array(grid.shape) - 1) / 2])[0]
+    direction = turn @ grid.direction
+    return Grid(
+        grid.shape, grid.spacing, middle - direction @ ((np.array(grid.shape) - 1) / 2 * grid.spacing), direction
+    )
+
+
+def labelled(grid: Grid, inside: Callable[[FloatArray], Any]) -> fp.Segmentation:
+    """Label map of what a function tells of voxel centres."""
+    index = np.stack(np.meshgrid(*map(np.arange, grid.shape), indexing="ij"), axis=-1).reshape(-1, 3)
+    labels = inside(grid.to_world(index.astype(float))).reshape(grid.shape)
+    return fp.Segmentation(labels.astype(np.uint8), grid, {"scar": (1,)})
+
+
+@cache
+def truth_of(row: tuple[Any, ...]) -> tuple[float, FloatArray]:
+    """The same, once for each scar."""
+    return truth(scar(row))
+
+
+def truth(inside: Callable[[FloatArray], Any]) -> tuple[float, FloatArray]:
+    """Volume, mL, and centroid of a scar."""
+    low, high = np.array([-35.0, -35.0, -70.0]), np.array([35.0, 35.0, BASE])
+    points = np.random.default_rng(0).uniform(low, high, (1_000_000, 3))
+    mine = inside(points)
+    return float(mine.mean() * np.prod(high - low) / 1e3), points[mine].mean(axis=0)
+
+
+def one(mesh: fp.VolumeMesh, row: tuple[Any, ...], grid: Grid, pose: str) -> dict[str, Any]:
+    """Figures of one scar in one image."""
+    inside = scar(row)
+    image = labelled(grid, inside)
+    volume, centre = truth_of(row)
+    found = fp.add_regions(mesh, image)
+    told = found.info["tissues"]["tissues"][0]
+    size = np.concatenate([element_volumes(mesh.points, block, kind) for kind, block in mesh.cells.items()])
+    place = np.concatenate([centroids(mesh.points, block, kind) for kind, block in mesh.cells.items()])
+    index = np.rint(grid.to_index(place)).astype(int)
+    there = ((index >= 0) & (index < grid.shape)).all(axis=1)
+    plain = there & (image.labels[tuple(np.clip(index, 0, np.array(grid.shape) - 1).T)] == 1)
+    true_share = inside(place)
+    meshed = float(size[true_share].sum()) / 1e3
+    region = found.region == told["tag"]
+
+    def off(weight: FloatArray) -> float:
+        return float(np.linalg.norm(np.average(place, axis=0, weights=weight) - centre))
+
+    def wrong(chosen: Any) -> float:
+        return 100.0 * float(size[chosen != true_share].sum() / size[true_share].sum())
+
+    through = 100.0 * (min(row[2], 1.0) - row[1])
+    return {
+        "scar": row[0],
+        "image": pose,
+        "true_ml": volume,
+        "meshed_ml": meshed,
+        "shares_of_meshed_percent": 100.0 * (told["shares_ml"] / meshed - 1.0),
+        "shares_percent": 100.0 * (told["shares_ml"] / volume - 1.0),
+        "region_percent": 100.0 * (told["region_ml"] / volume - 1.0),
+        "nearest_percent": 100.0 * (float(size[plain].sum()) / 1e3 / volume - 1.0),
+        "centroid_mm": off(found.cell_data["scar_share"] * size),
+        "nearest_centroid_mm": off(plain * size),
+        "transmurality_true": through,
+        "transmurality": told["transmurality_percent"],
+        "wrong_elements_percent": wrong(region),
+        "nearest_wrong_percent": wrong(plain),
+        "edge_mm": told["edge_mm"],
+        "threshold": told["threshold"],
+    }
+
+
+def septum(edge_length: float) -> dict[str, Any]:
+    """A scar on the left side of a septum: what of it gets beyond the septum's middle."""
+    phantom = biventricular()
+    seg = phantom.segmentation((1.4, 1.4, 8.0), apex="uncapped")
+    run = fp.mesh_segmentation(seg, anatomy="biv", volume={"edge_length": edge_length}, fibres={})
+    row = ("septum", 0.0, 0.4, 0.0, 40.0, -np.inf, np.inf)
+    image = labelled(seg.grid, scar(row))
+    found = fp.add_regions(run.mesh, image)
+    size = np.concatenate([element_volumes(found.points, block, kind) for kind, block in found.cells.items()])
+    share = found.cell_data["scar_share"]
+    right = found.cell_data["transventricular"] > 0.5
+    return {
+        "scar": "left side of a septum",
+        "scar_ml": float((share * size).sum() / 1e3),
+        "right_of_the_middle_ml": float((share * size)[right].sum() / 1e3),
+        "right_region_ml": float(size[right & (found.region == 21)].sum() / 1e3),
+        "transmurality": found.info["tissues"]["tissues"][0]["transmurality_percent"],
+    }
+
+
+def main() -> None:
+    """Print a line for each scar and pose."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--edge-length", type=float, default=2.5)
+    parser.add_argument("--no-septum", action="store_true", help="leave the biventricular phantom out")
+    parser.add_argument("--csv", type=Path)
+    given = parser.parse_args()
+    seg = lv_ellipsoid().segmentation((1.4, 1.4, 8.0), apex="uncapped")
+    run = fp.mesh_segmentation(
+        seg, volume={"mesher": "sweep", "edge_length": given.edge_length}, sweep={"element": "tetra"}, fibres={}
+    )
+    print(f"{run.mesh}, wall {run.quality.volume / 1e3:.2f} mL, phantom {lv_ellipsoid().wall_volume / 1e3:.2f} mL")
+    wide = seg.grid.window((-10, -10, -3), tuple(n + m for n, m in zip(seg.grid.shape, (20, 20, 6))))  # type: ignore[arg-type]
+    poses = {"same pose": seg.grid, "tilted by 25 degrees": tilted(wide, 25.0)}
+    rows = [one(run.mesh, row, grid, pose) for row in SCARS for pose, grid in poses.items()]
+    for row in rows:
+        print(shown(row), flush=True)
+    if not given.no_septum:
+        rows.append(septum(max(given.edge_length, 4.0)))
+        print(shown(rows[-1]), flush=True)
+    if given.csv:
+        keep(rows, given.csv)
+
+
+if __name__ == "__main__":
+    main()
