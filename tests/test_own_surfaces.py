@@ -112,7 +112,9 @@ def test_both_doors_give_the_same_mesh(tmp_path: Path) -> None:
     template = {n: replace(one, directions=directions) for n, one in shapes.heart(1500).items()}
     found = {}
     for door, surfaces in (("template", template), ("stl", _read(_write(shapes.heart(1500), tmp_path)))):
-        found[door] = fp.mesh_surfaces(surfaces, volume={"edge_length": 5.0}, wall={"base": BASE}, fibres={})
+        # Swept, as fTetWild's facets of 5 mm cut off a few tenths of a percent more or less from run to run.
+        volume = {"edge_length": 5.0, "mesher": "sweep"}
+        found[door] = fp.mesh_surfaces(surfaces, volume=volume, wall={"base": BASE}, fibres={})
     one, other = found["template"], found["stl"]
     assert one.quality.passed
     assert other.quality.passed

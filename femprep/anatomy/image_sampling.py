@@ -48,7 +48,7 @@ def sample_image(mesh: VolumeMesh, image: IntensityImage, name: str) -> VolumeMe
     --------
     >>> coordinates = fp.add_coordinates(mesh, axes=fp.ventricular_axes(seg))
     >>> image = fp.IntensityImage(1000.0 + seg.labels, seg.grid)
-    >>> fp.sample_image(coordinates, image, "t1").cell_data["t1"].min() > 1000.0
+    >>> fp.sample_image(coordinates, image, "t1").cell_data["t1"].shape == (mesh.n_cells,)
     True
     """
     _require_name(mesh, name)

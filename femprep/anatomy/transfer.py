@@ -61,7 +61,8 @@ def transfer(
 
     Examples
     --------
-    >>> fine = fp.add_coordinates(mesh, axes=fp.ventricular_axes(seg))
+    >>> axes = fp.ventricular_axes(seg)
+    >>> fine = fp.add_fibres(fp.add_coordinates(mesh, axes=axes), axes=axes)
     >>> moved = fp.transfer(fine, fine, "fiber")
     >>> moved.info["transfer"]["fields"][0]["kind"]
     'direction'

@@ -74,7 +74,13 @@ REASONS: Final[tuple[Reason, ...]] = (
     Reason(
         *("image-geometry", "refused", "Voxel sizes or axes cannot be those of a heart, or are not told."),
         "Correct the header, or give `--spacing`.",
-        ("InputError image.size", "InputError image.grid", "InputError image.affine", "InputError image.slices"),
+        (
+            "InputError preflight:check_second_images",
+            "InputError image.size",
+            "InputError image.grid",
+            "InputError image.affine",
+            "InputError image.slices",
+        ),
     ),
     Reason(
         *("labels-missing", "refused", "A structure that is needed has no label, or no voxel in this map."),

@@ -47,12 +47,12 @@ FEB = """<?xml version="1.0" encoding="ISO-8859-1"?>
 <Nodes name="Object2"><node id="24">0,0,1</node><node id="25">1,1,1</node></Nodes>
 <Elements type="tet4" name="Healthy"><elem id="1">11,12,13,24</elem></Elements>
 <Elements type="tri3" name="Shell"><elem id="2">11,12,13</elem></Elements>
-<Elements type="tet4" name="Scar"><elem id="7">12,13,24,25</elem></Elements>
+<Elements type="tet4" name="Lesion"><elem id="7">12,13,24,25</elem></Elements>
 <Surface name="ENDO"><tri3 id="1">11,13,12</tri3></Surface>
 <Surface name="outside"><tri3 id="1">24,12,25</tri3></Surface>
 </Mesh><MeshData>
 <ElementData type="fiber" elem_set="Healthy"><e lid="1">1,0,0</e></ElementData>
-<ElementData type="fiber" elem_set="Scar"><e lid="1">0,0,1</e></ElementData>
+<ElementData type="fiber" elem_set="Lesion"><e lid="1">0,0,1</e></ElementData>
 </MeshData></febio_spec>
 """
 
@@ -63,7 +63,7 @@ def test_febio_model_with_parts_surfaces_and_fibres(tmp_path: Path) -> None:
     names = mesh.info["tag_names"]
     assert mesh.points.tolist() == POINTS
     assert mesh.cells["tetra"].tolist() == [[0, 1, 2, 3], [1, 2, 3, 4]]
-    assert mesh.region.tolist() == [names["Healthy"], names["Scar"]]
+    assert mesh.region.tolist() == [names["Healthy"], names["Lesion"]]
     assert mesh.facets["triangle"].tolist() == [[0, 2, 1], [3, 1, 4]]
     assert mesh.facet_tag.tolist() == [101, names["outside"]]
     assert mesh.cell_data["fiber"].tolist() == [[1, 0, 0], [0, 0, 1]]
@@ -81,7 +81,7 @@ def test_ls_dyna_keyword_file(tmp_path: Path) -> None:
     nodes = "\n".join(f"{i:8d}{x:16.8f}{y:16.8f}{z:16.8f}" for i, (x, y, z) in zip((5, 6, 7, 8, 9), POINTS))
     lines = [
         *("*KEYWORD", "$ a comment", "*NODE", nodes, "*PART", "Healthy muscle", _card(1, 1, 1, width=10)),
-        *("Scar", _card(2, 1, 1, width=10), "*ELEMENT_SOLID"),
+        *("Lesion", _card(2, 1, 1, width=10), "*ELEMENT_SOLID"),
         *(_card(1, 1, 5, 6, 7, 8, 8, 8, 8, 8), _card(2, 2, 6, 7, 8, 9, 9, 9, 9, 9)),
         *("*ELEMENT_SHELL", _card(3, 1, 5, 6, 7, 7), "*SET_SEGMENT_TITLE", "ENDO", _card(4, width=10)),
         *(_card(5, 7, 6, 6, width=10), "*SET_SOLID_TITLE", "aha_4", _card(9, width=10), _card(2, width=10), "*END"),
@@ -91,7 +91,7 @@ def test_ls_dyna_keyword_file(tmp_path: Path) -> None:
     names = mesh.info["tag_names"]
     assert mesh.points.tolist() == POINTS
     assert mesh.cells["tetra"].tolist() == [[0, 1, 2, 3], [1, 2, 3, 4]]
-    assert mesh.region.tolist() == [names["Healthy"], names["Scar"]]
+    assert mesh.region.tolist() == [names["Healthy"], names["Lesion"]]
     assert mesh.facets["triangle"].tolist() == [[0, 2, 1]]
     assert mesh.facet_tag.tolist() == [101]
     assert mesh.cell_data["aha"].tolist() == [0, 4]

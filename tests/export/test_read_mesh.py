@@ -26,14 +26,14 @@ FOREIGN_DECK = """*Heading
       50,           1.,           1.,           1.
 *Element, type=C3D4H
 100, 10, 20, 30, 40
-*Element, type=C3D4, elset=Scar
+*Element, type=C3D4, elset=Lesion
 200, 20, 30, 40, 50
 *Element, type=S3, elset=shell
 300, 10, 20, 30
 *Elset, elset=Healthy, generate
 100, 100, 1
 *Elset, elset=Everything
-Healthy, Scar
+Healthy, Lesion
 *Surface, type=ELEMENT, name=ENDO
 Healthy, S1
 *Surface, type=ELEMENT, name=outside
@@ -47,7 +47,7 @@ def test_foreign_abaqus_deck(tmp_path: Path) -> None:
     assert mesh.points.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
     assert mesh.cells["tetra"].tolist() == [[0, 1, 2, 3], [1, 2, 3, 4]]
     names = mesh.info["tag_names"]
-    assert mesh.region.tolist() == [names["Healthy"], names["Scar"]]
+    assert mesh.region.tolist() == [names["Healthy"], names["Lesion"]]
     assert mesh.facets["triangle"].tolist() == [[0, 2, 1], [3, 1, 4]]
     assert mesh.facet_tag.tolist() == [101, names["outside"]]
     assert mesh.info["source"]["left_out"] == ["S3"]
