@@ -105,3 +105,59 @@ def _fit(low: FloatArray, high: FloatArray, box: FloatArray, order: IntArray) ->
         for k in range(3):
             low[node, k] = min(low[2 * node, k], low[2 * node + 1, k])
             high[node, k] = max(high[2 * node, k], high[2 * node + 1, k])
+
+
+@compiled()
+def box_distance(q: FloatArray, low: FloatArray, high: FloatArray, node: int) -> float:
+    """Squared distance of a point from a box of the tree."""
+    total = 0.0
+    for k in range(3):
+        gap = max(low[node, k] - q[k], q[k] - high[node, k], 0.0)
+        total += gap * gap
+    return total
+
+
+@compiled(part=True)
+def descend(
+    q: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    node: int,
+    best: float,
+    stack: IntArray,
+    bound: FloatArray,
+    depth: int,
+) -> int:
+    """Put the children of a node that may hold something nearer than ``best`` onto the stack, the nearer one on top.
+
+    Parameters
+    ----------
+    q : (3,) array
+        The query.
+    low, high : arrays
+        Of the tree.
+    node : int
+        No leaf.
+    best : float
+        Square of the least distance so far.
+    stack, bound : arrays
+        Nodes to look at, and the squared distances of their boxes.
+    depth : int
+        How many there are.
+
+    Returns
+    -------
+    int
+        How many there are now.
+    """
+    left, right = 2 * node, 2 * node + 1
+    left_gap, right_gap = box_distance(q, low, high, left), box_distance(q, low, high, right)
+    if left_gap < right_gap:
+        left, right, left_gap, right_gap = right, left, right_gap, left_gap
+    if left_gap <= best:
+        stack[depth], bound[depth] = left, left_gap
+        depth += 1
+    if right_gap <= best:
+        stack[depth], bound[depth] = right, right_gap
+        depth += 1
+    return depth
