@@ -13,7 +13,7 @@ from femprep.errors import InputError
 from femprep.mesh.compiled import compiled
 from femprep.mesh.measures.triangles import normals, vertex_normals
 from femprep.mesh.topology import edge_table, is_closed, is_consistently_wound
-from femprep.mesh.tree import LEAF, BoxTree, build_tree, check_mesh, descend
+from femprep.mesh.tree import LEAF, BoxTree, build_tree, check_mesh
 from femprep.model import BoolArray, FloatArray, IntArray
 
 #: Queries that share their working memory.
@@ -150,7 +150,7 @@ def _check_queries(queries: npt.ArrayLike) -> FloatArray:
 
 
 @compiled()
-def closest_on_triangle(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[float, float, float]:
+def _closest_on_triangle(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[float, float, float]:
     """Barycentric coordinates of the point of a, b, c closest to q (Ericson, Real-time collision detection, 5.1.5)."""
     abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     acx, acy, acz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
@@ -183,6 +183,16 @@ def closest_on_triangle(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArr
     return 1.0 - v - w, v, w
 
 
+@compiled()
+def _box_distance(q: FloatArray, low: FloatArray, high: FloatArray, node: int) -> float:
+    """Squared distance of a point from a box of the tree."""
+    total = 0.0
+    for k in range(3):
+        gap = max(low[node, k] - q[k], q[k] - high[node, k], 0.0)
+        total += gap * gap
+    return total
+
+
 @compiled(part=True)
 def _try(
     q: FloatArray,
@@ -196,7 +206,7 @@ def _try(
 ) -> float:
     """Take triangle t for query i where it is nearer than the best; the square of the least distance."""
     a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
-    wa, wb, wc = closest_on_triangle(q, a, b, c)
+    wa, wb, wc = _closest_on_triangle(q, a, b, c)
     gap = 0.0
     for axis in range(3):
         step = wa * a[axis] + wb * b[axis] + wc * c[axis] - q[axis]
@@ -241,7 +251,16 @@ def _search(
                 if bound[depth] > best:
                     continue
                 if node < leaves:
-                    depth = descend(q, low, high, node, best, stack, bound, depth)
+                    left, right = 2 * node, 2 * node + 1
+                    left_gap, right_gap = _box_distance(q, low, high, left), _box_distance(q, low, high, right)
+                    if left_gap < right_gap:
+                        left, right, left_gap, right_gap = right, left, right_gap, left_gap
+                    if left_gap <= best:
+                        stack[depth], bound[depth] = left, left_gap
+                        depth += 1
+                    if right_gap <= best:
+                        stack[depth], bound[depth] = right, right_gap
+                        depth += 1
                     continue
                 first = (node - leaves) * LEAF
                 for k in range(first, min(first + LEAF, len(order))):

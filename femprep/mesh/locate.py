@@ -14,9 +14,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from femprep.errors import InputError
-from femprep.mesh.closest import closest_on_triangle
+from femprep.mesh.closest import _box_distance, _closest_on_triangle
 from femprep.mesh.compiled import compiled
-from femprep.mesh.tree import LEAF, build_tree, descend
+from femprep.mesh.tree import LEAF, build_tree
 from femprep.model import FloatArray, IntArray
 
 #: Queries that share their working memory.
@@ -140,7 +140,7 @@ def _try(
     for left_out in range(4):
         j, k, m = (left_out + 1) % 4, (left_out + 2) % 4, (left_out + 3) % 4
         a, b, c = places[tets[t, j]], places[tets[t, k]], places[tets[t, m]]
-        wa, wb, wc = closest_on_triangle(q, a, b, c)
+        wa, wb, wc = _closest_on_triangle(q, a, b, c)
         gap = 0.0
         for axis in range(3):
             step = wa * a[axis] + wb * b[axis] + wc * c[axis] - q[axis]
@@ -180,7 +180,16 @@ def _search(
                 if bound[depth] > best:
                     continue
                 if node < leaves:
-                    depth = descend(q, low, high, node, best, stack, bound, depth)
+                    left, right = 2 * node, 2 * node + 1
+                    left_gap, right_gap = _box_distance(q, low, high, left), _box_distance(q, low, high, right)
+                    if left_gap < right_gap:
+                        left, right, left_gap, right_gap = right, left, right_gap, left_gap
+                    if left_gap <= best:
+                        stack[depth], bound[depth] = left, left_gap
+                        depth += 1
+                    if right_gap <= best:
+                        stack[depth], bound[depth] = right, right_gap
+                        depth += 1
                     continue
                 first = (node - leaves) * LEAF
                 for k in range(first, min(first + LEAF, len(order))):
