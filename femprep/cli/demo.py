@@ -19,8 +19,8 @@ def demo(
     """
     import tempfile
 
+    from femprep.cli._mesh_runs import mesh_file
     from femprep.cli._names import mesh_names
-    from femprep.cli.mesh import mesh_file
     from femprep.options import Options
     from femprep.phantoms import lv_ellipsoid
     from femprep.report.folder import require_writable
