@@ -11,24 +11,23 @@ import numpy as np
 from femprep.anatomy import on_wall, ventricular_axes
 from femprep.annotation.regions import regions_by_place
 from femprep.errors import OptionError
-from femprep.export.abaqus.calculix import inflate
 from femprep.image import IntensityImage, Segmentation
 from femprep.mesh.measures.triangles import areas
 from femprep.mesh.topology import volume
 from femprep.model import Plane, Progress, Surface, VolumeMesh, Wall, verdict_of
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
-from femprep.pipeline import fill, with_activation, with_anatomy, with_images
 from femprep.preflight import check_options, check_second_images
 from femprep.report.manifest import VolumeRecord
 from femprep.report.run import Run
 from femprep.report.volumes import cavity_volume
+from femprep.stages.fill import fill
+from femprep.stages.furnish import furnish, solved
 from femprep.surface import fit_surface
 from femprep.surface.given.beyond import closed_beyond
 from femprep.volume import check
 from femprep.volume.quality.given_fidelity import given_fidelity, with_given_fidelity
 from femprep.volume.quality.judged import carry
-from femprep.volume.quality.limits import judge_solution
 from femprep.volume.refine.plan import levels_for
 from femprep.volume.validate import check_amount
 from femprep.wall import given_openings, keep_apart
@@ -104,28 +103,15 @@ def mesh_surfaces(
     if anatomy != "lv":
         with stages("regions"):
             mesh = on_wall(mesh, lambda part: replace(part, region=regions_by_place(part)))
-    axes = None
-    if options.fibres is not None:
-        with stages("anatomy") as report:
-            axes = ventricular_axes(mesh, mirrored=options.fibres.mirrored)
-            mesh = with_anatomy(mesh, axes, options, report)
-    if options.purkinje is not None or options.activation is not None:
-        with stages("activation"):
-            mesh = with_activation(mesh, axes, options)
-    if second:
-        with stages("second images"):
-            mesh = with_images(mesh, axes or ventricular_axes(mesh), tissue, images or {})
+    filled, mirrored = mesh, "auto" if options.fibres is None else options.fibres.mirrored
+    mesh = furnish(mesh, lambda: ventricular_axes(filled, mirrored=mirrored), options, stages, tissue, images)
     with stages("quality"):
         quality = check(mesh, options=options.check)
         given = {_facets(name, own): surface for name, surface in own.surfaces.items()}
         judged = with_given_fidelity(quality, given_fidelity(mesh, given))
         mesher = str(verdict_of(mesh).get("mesher", options.volume.mesher))
         mesh = carry(mesh, quality.options, mesher, judged.failures[len(quality.failures) :])
-    solution = None
-    if options.solve == "ccx":
-        with stages("solve"):
-            solution = inflate(mesh, options.export)
-            judged = judge_solution(judged, solution)
+    judged, solution = solved(mesh, judged, options, stages)
     told: dict[str, Any] = {
         "volumes": tuple(_volumes(mesh, wall, own)),
         "seconds": stages.seconds,

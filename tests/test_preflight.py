@@ -229,7 +229,7 @@ def test_a_mesh_whose_fibres_fail_is_written_without(ventricle, tmp_path: Path, 
     def fails(*_: Any, **__: Any) -> None:
         raise StageError("the field does not converge")
 
-    monkeypatch.setattr("femprep.pipeline.add_fibres", fails)
+    monkeypatch.setattr("femprep.stages.furnish.add_fibres", fails)
     fp.write_segmentation(ventricle, tmp_path / "heart.nii.gz")
     config = tmp_path / "run.toml"
     config.write_text('[export]\nstep = "inflation"\nmaterial = "orthotropic"\n')

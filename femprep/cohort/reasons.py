@@ -197,7 +197,7 @@ REASONS: Final[tuple[Reason, ...]] = (
     Reason(
         *("mesher-failed", "failed", "fTetWild crashed, or gave a mesh that is not the wall."),
         "Another `--edge-length`, or `--mesher sweep`.",
-        ("StageError volume", "StageError pipeline:_tetrahedra"),
+        ("StageError volume", "StageError stages.fill:_tetrahedra"),
     ),
     Reason(
         *("mesher-limit", "failed", "fTetWild took more time or memory than its limits."),

@@ -10,11 +10,12 @@ from types import SimpleNamespace
 import pytest
 
 import femprep
-from femprep import errors, pipeline
+from femprep import errors
 from femprep.cohort.reasons import REASONS, reason_at, reason_of, reason_of_failures
 from femprep.errors import DiskFullError, InputError, StageError
 from femprep.options import Options
 from femprep.preflight import check_options
+from femprep.stages import fill
 
 PACKAGE = Path(femprep.__file__).parent
 #: Rooms and files that no subject of a cohort comes to: other commands, phantoms, readers of meshes.
@@ -76,7 +77,7 @@ def test_every_reason_can_be_come_to() -> None:
     (InputError, ("image.object", "_require_size"), "labels-broken"),
     (InputError, ("wall.joining.build", "_thicken"), "wall-too-thin"),
     (StageError, ("volume.tetwild.guard", "_wait"), "mesher-limit"),
-    (StageError, ("pipeline", "_tetrahedra"), "mesher-failed"),
+    (StageError, ("stages.fill", "_tetrahedra"), "mesher-failed"),
     (StageError, ("volume.tetwild.guard", "_judge_exit"), "mesher-failed"),
     (DiskFullError, ("image.reader", "anywhere"), "disk-full"),
     (MemoryError, ("image.reader", "anywhere"), "memory-ran-out"),
@@ -111,10 +112,10 @@ def test_where_neither_mesher_fills_the_wall_the_one_asked_for_is_the_reason(mon
 
         return raises
 
-    monkeypatch.setattr(pipeline, "_tetwild", fail(StageError("it crashed")))
-    monkeypatch.setattr(pipeline, "_swept", fail(InputError("the surfaces cross")))
+    monkeypatch.setattr(fill, "_tetwild", fail(StageError("it crashed")))
+    monkeypatch.setattr(fill, "_swept", fail(InputError("the surfaces cross")))
     with pytest.raises(StageError, match="it crashed; nor could the wall be swept: the surfaces cross") as caught:
-        pipeline._tetrahedra(SimpleNamespace(base="base"), Options(), None)  # type: ignore[arg-type]
+        fill._tetrahedra(SimpleNamespace(base="base"), Options(), None)  # type: ignore[arg-type]
     assert reason_of(caught.value).code == "mesher-failed"
 
 
