@@ -25,6 +25,7 @@ from femprep.anatomy.frames import bislerp, make_frames, normalise, rotate
 from femprep.anatomy.laplace.fem import LinearElements
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.laplace.shapes import shape_functions
+from femprep.anatomy.laplace.valves import valve_fields
 from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.options import FibreOptions
 
@@ -95,7 +96,7 @@ def _toward_valves(fields: WallFields) -> tuple[FloatArray, FloatArray]:
     """Direction to the valves ``(n, 3)`` and share of the outflow tract ``(n,)`` at the nodes (Doste et al. 2019)."""
     space, found = fields.space, {}
     for ventricle in ("lv", "rv") if fields.biventricular else ("lv",):
-        inflow, outflow, share = fields.valves(ventricle)
+        inflow, outflow, share = valve_fields(fields, ventricle)
         ways = [normalise(space.to_nodes(space.gradient(field))) for field in (inflow, outflow)]
         share = np.clip(share, 0.0, 1.0)
         found[ventricle] = normalise((1 - share)[:, None] * ways[0] + share[:, None] * ways[1]), share
@@ -108,11 +109,6 @@ def _toward_valves(fields: WallFields) -> tuple[FloatArray, FloatArray]:
     (left_way, left_share), (right_way, right_share) = found["lv"], found["rv"]
     way = (1 - right)[:, None] * left_way + right[:, None] * right_way
     return way, (1 - right) * left_share + right * right_share
-
-
-def at_cells(space: LinearElements, nodes: Sites) -> Sites:
-    """The fields at element centres."""
-    return Sites(*(space.to_cells(getattr(nodes, name)) for name in nodes.__dataclass_fields__))
 
 
 def at_centres(nodes: Sites, corners: IntArray) -> Sites:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from fibre_sites import at_cells
 
 from femprep.anatomy import WallFields, add_aha, add_coordinates, add_fibres, ventricular_axes
 from femprep.anatomy.fibres import helix_angle
-from femprep.anatomy.rules import at_cells, node_fields
+from femprep.anatomy.rules import node_fields
 
 
 @pytest.mark.data

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from biventricular import LV_EPI, RV_EPI, biventricular, level
+from fibre_sites import at_cells
 
 from femprep.anatomy.aha import add_aha
 from femprep.anatomy.axes import VentricularAxes
@@ -19,7 +20,7 @@ from femprep.anatomy.find_axes import ventricular_axes
 from femprep.anatomy.frames import make_frames
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.mirror import flip
-from femprep.anatomy.rules import at_cells, node_fields
+from femprep.anatomy.rules import node_fields
 from femprep.mesh.elements import element_faces
 
 

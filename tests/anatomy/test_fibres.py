@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from anatomy_meshes import clipped_ellipsoid, ellipsoid, grown, slab
 from ellipsoid_wall import EllipsoidWall
+from fibre_sites import at_cells
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,7 +17,7 @@ from femprep.anatomy.fibres import add_fibres, default_points, helix_angle, quad
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.laplace.shapes import shape_functions
 from femprep.anatomy.mirror import flip
-from femprep.anatomy.rules import at_cells, node_fields
+from femprep.anatomy.rules import node_fields
 from femprep.errors import InputError, OptionError
 from femprep.options import FibreOptions
 

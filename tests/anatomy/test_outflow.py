@@ -12,6 +12,7 @@ from anatomy_meshes import ellipsoid
 import femprep as fp
 from femprep.anatomy import WallFields
 from femprep.anatomy.fibres import helix_angle
+from femprep.anatomy.laplace.valves import valve_fields
 from femprep.anatomy.rules import node_fields
 from femprep.model import FACET_TAGS
 from femprep.model.blocks import chosen_rows
@@ -77,7 +78,7 @@ def test_both_shares_of_the_openings_make_up_the_whole_exactly() -> None:
     one, two = FACET_TAGS["mitral"], FACET_TAGS["aortic"]
     swapped = np.where(mesh.facet_tag == one, two, np.where(mesh.facet_tag == two, one, mesh.facet_tag))
     fields = WallFields(mesh)
-    mine, other = fields.valves("lv")[2], WallFields(replace(mesh, facet_tag=swapped)).valves("lv")[2]
+    mine, other = valve_fields(fields, "lv")[2], valve_fields(WallFields(replace(mesh, facet_tag=swapped)), "lv")[2]
     np.testing.assert_allclose(mine + other, fields.upward, atol=1e-7)
     # Towards the apex the outflow tract has less and less of a say.
     on = np.abs(fields.space.points[:, 0]) < 6

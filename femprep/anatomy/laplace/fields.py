@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable
-from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
@@ -25,6 +24,7 @@ import scipy.sparse as sp
 from femprep.anatomy.axes import BASE_FACETS, VentricularAxes
 from femprep.anatomy.find_axes import ventricular_axes
 from femprep.anatomy.frames import normalise
+from femprep.anatomy.insertions import with_insertions
 from femprep.anatomy.laplace.dirichlet import solve
 from femprep.anatomy.laplace.fem import LinearElements
 from femprep.anatomy.laplace.multilevel import Solved, solve_coarsest, solve_nested
@@ -32,15 +32,12 @@ from femprep.anatomy.part import refuse_blood
 from femprep.errors import InputError
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FACET_TAGS, FloatArray, IntArray, Progress, VolumeMesh
-from femprep.model.blocks import chosen_rows
 
 logger = logging.getLogger(__name__)
 
 #: Conductivity across the gradient lines, relative to that along them, by coordinate. Round the wall no boundary holds
 #: the lines' beginnings together, so there it has to be larger.
 CROSS: Final = {"across": 1e-2, "upward": 1e-3, "turn": 5e-2}
-#: Facets of the inflow and the outflow valve of each ventricle.
-VALVES: Final = {"lv": ("mitral", "aortic"), "rv": ("tricuspid", "pulmonary")}
 
 
 def require_ventricle(facets: Iterable[str]) -> None:
@@ -88,14 +85,15 @@ class WallFields:
         self.axes = axes or ventricular_axes(mesh)
         self.space = LinearElements(mesh)
         tags = FACET_TAGS
-        self.lv = self._nodes("endo", "endo_lv")
-        self.rv = self._nodes("endo_rv")
-        self.epi = self._nodes("epi")
-        self.base = self._nodes(*BASE_FACETS)
+        self.lv = self.facet_nodes("endo", "endo_lv")
+        self.rv = self.facet_nodes("endo_rv")
+        self.epi = self.facet_nodes("epi")
+        self.base = self.facet_nodes(*BASE_FACETS)
         self.has_apex_plane = bool(np.any(mesh.facet_tag == tags["apex"]))
         self._solved: dict[str, Solved] = {}
         if self.biventricular and not self.axes.insertions and not self._is_coarser:
-            self._take(self._with_insertions(keep_septal=axes is not None))
+            side = self.space.to_points(self.side)
+            self._take(with_insertions(mesh, self.axes, side, keep_septal=axes is not None))
 
     #: Whether these are the fields of a coarser mesh, which keeps what helps to solve them on the finer one.
     _is_coarser = False
@@ -154,7 +152,8 @@ class WallFields:
             if progress is not None:
                 progress("fields", done / len(names))
 
-    def _nodes(self, *names: str) -> IntArray:
+    def facet_nodes(self, *names: str) -> IntArray:
+        """Nodes of the facets of some names."""
         return self.space.facet_nodes(*(FACET_TAGS[name] for name in names))
 
     @property
@@ -163,10 +162,11 @@ class WallFields:
         return len(self.rv) > 0
 
     @cached_property
-    def _laplace(self):  # type: ignore[no-untyped-def]
+    def laplace(self) -> sp.csr_array:
+        """The stiffness matrix of equal conductivity everywhere."""
         return self.space.stiffness()
 
-    def _dirichlet(self, *sides: tuple[IntArray, float]) -> tuple[IntArray, FloatArray]:
+    def prescribed(self, *sides: tuple[IntArray, float]) -> tuple[IntArray, FloatArray]:
         """Nodes and values; where two sides share a node (the rim), the later one has it."""
         value = np.full(self.space.n, np.nan)
         for nodes, number in sides:
@@ -181,11 +181,11 @@ class WallFields:
         Its zeros are the epicardium and the middle of the septum: w > 0 is the left ventricle, w < 0 the right one,
         and 1 - |w| runs from each endocardium to the epicardium or to the middle of the septum.
         """
-        return self._solve("across", self._laplace, self._transmural_sides)
+        return self._solve("across", self.laplace, self._transmural_sides)
 
     @property
     def _transmural_sides(self) -> tuple[IntArray, FloatArray]:
-        return self._dirichlet((self.epi, 0.0), (self.lv, 1.0), (self.rv, -1.0))
+        return self.prescribed((self.epi, 0.0), (self.lv, 1.0), (self.rv, -1.0))
 
     @cached_property
     def across_distance(self) -> FloatArray:
@@ -198,93 +198,27 @@ class WallFields:
         inner = self.space.to_nodes(self.space.to_cells(self.across))
         return np.where(np.abs(self.across) > 1e-9, self.across, inner)
 
-    def _with_insertions(self, keep_septal: bool) -> VentricularAxes:
-        """The axes with the RV insertion points: where on the epicardium the two ventricles meet.
-
-        Half-way up, as from labels: the median, before and behind, over the middle half of the heights of the groove.
-        The middle between them becomes the septal direction, unless axes were given.
-        """
-        axes, centres = self.axes, [np.empty((0, 3))]
-        side = self.space.to_points(self.side)
-        for chosen in chosen_rows(self.mesh.facets, self.mesh.facet_tag == FACET_TAGS["epi"]).values():
-            mixed = (side[chosen] < 0).any(axis=1) & (side[chosen] > 0).any(axis=1)
-            centres.append(self.mesh.points[chosen[mixed]].mean(axis=1))
-        groove = np.concatenate(centres)
-        if not len(groove):
-            return axes
-        height = axes.height(groove)
-        groove = groove[(height >= np.percentile(height, 25)) & (height <= np.percentile(height, 75))]
-        turn = (axes.angle(groove) + 180.0) % 360.0 - 180.0
-        if not ((turn > 0).any() and (turn < 0).any()):
-            return axes
-        ends = np.radians([np.median(turn[turn < 0]), np.median(turn[turn > 0])])
-        out = float(np.median(axes.radius(groove)))
-        at = axes.apex + float(np.median(axes.height(groove))) * axes.long_axis
-        ways = [np.cos(a) * axes.septal + np.sin(a) * axes.anterior for a in (*ends, ends.mean())]
-        points = {"inferior": at + out * ways[0], "anterior": at + out * ways[1]}
-        septal = axes.septal if keep_septal else ways[2]
-        return replace(axes, septal=septal, insertions=points)
-
     @cached_property
     def outside(self) -> FloatArray:
         """Harmonic field: 1 on the epicardium, 0 on the endocardia (phi_epi of Bayer et al.)."""
         if not self.biventricular:
             return 1.0 - self.across
-        sides = self._dirichlet((self.epi, 1.0), (self.lv, 0.0), (self.rv, 0.0))
-        return self._solve("outside", self._laplace, sides)
+        sides = self.prescribed((self.epi, 1.0), (self.lv, 0.0), (self.rv, 0.0))
+        return self._solve("outside", self.laplace, sides)
 
     @cached_property
     def upward(self) -> FloatArray:
         """Harmonic field: 0 at the apex, 1 at the base (psi_ab of Bayer et al.)."""
-        return self._solve("upward", self._laplace, self._apicobasal_sides)
+        return self._solve("upward", self.laplace, self._apicobasal_sides)
 
     @cached_property
     def upward_distance(self) -> FloatArray:
         """As :attr:`upward`, made linear in distance along its gradient lines."""
         return np.clip(self._linear("upward", self.upward, self._apicobasal_sides), 0.0, 1.0)
 
-    def valves(self, ventricle: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Harmonic fields of a ventricle with open valves (Doste et al. 2019, doi 10.1002/cnm.3185, section 2.3).
-
-        Parameters
-        ----------
-        ventricle : {"lv", "rv"}
-
-        Returns
-        -------
-        inflow, outflow : (n,) arrays
-            0 at the ventricle's apex, 1 at its inflow and its outflow valve.
-        share : (n,) array
-            Of the outflow tract: 0 at the apex and the inflow valve, 1 at the outflow valve.
-
-        Raises
-        ------
-        InputError
-            Facets of a valve are missing.
-        """
-        names = VALVES[ventricle]
-        rings = [self._nodes(name) for name in names]
-        for name, ring in zip(names, rings):
-            if not len(ring):
-                have = ", ".join(self.mesh.facet_names)
-                raise InputError(
-                    f"rule doste needs facets tagged {name}, where the {ventricle} is open; the mesh has {have}; take "
-                    "rule linear, or open the valves"
-                )
-        inflow, outflow = rings
-        apex = self.apex_nodes
-        if ventricle == "rv":
-            centre = self.space.points[inflow].mean(axis=0)
-            apex = self.rv[[np.argmax(np.linalg.norm(self.space.points[self.rv] - centre, axis=1))]]
-        sides = (((inflow, 1.0),), ((outflow, 1.0),), ((inflow, 0.0), (outflow, 1.0)))
-        first, second, third = (
-            solve(self.space, self._laplace, self._dirichlet((apex, 0.0), *valve)) for valve in sides
-        )
-        return first, second, third
-
     @property
     def _apicobasal_sides(self) -> tuple[IntArray, FloatArray]:
-        return self._dirichlet((self.apex_nodes, 0.0), (self.base, 1.0))
+        return self.prescribed((self.apex_nodes, 0.0), (self.base, 1.0))
 
     @cached_property
     def apex_nodes(self) -> IntArray:
@@ -294,7 +228,7 @@ class WallFields:
         the endocardium; its nodes are those within three quarters of an edge length of it.
         """
         if self.has_apex_plane:
-            return self._nodes("apex")
+            return self.facet_nodes("apex")
         axes, points = self.axes, self.space.points
         height, radius = axes.height(points), axes.radius(points)
         near = self.lv[np.argsort(height[self.lv], kind="stable")[:1]]
