@@ -22,7 +22,7 @@ from femprep.export.fibres import directions
 from femprep.export.names import facet_nodes
 from femprep.mesh.eikonal import first_times
 from femprep.mesh.elements import ELEMENTS
-from femprep.mesh.operations.element_tets import element_tets
+from femprep.mesh.operations.element_tets import mesh_tets
 from femprep.model import (
     REGION_TAGS,
     BoolArray,
@@ -120,13 +120,9 @@ def add_activation(mesh: VolumeMesh, options: ActivationOptions | None = None, *
 
 def _tetrahedra(mesh: VolumeMesh, tissue: BoolArray) -> tuple[IntArray, IntArray]:
     """Tetrahedra of the elements that conduct, and which element each is of."""
-    tets, rows = [], []
-    for kind, block, own in block_rows(mesh.cells):
-        cut, row = element_tets(kind, block)
-        kept = tissue[own][row]
-        tets.append(cut[kept])
-        rows.append(row[kept] + own.start)
-    return np.concatenate(tets), np.concatenate(rows)
+    tets, row = mesh_tets(mesh.cells)
+    kept = tissue[row]
+    return tets[kept], row[kept]
 
 
 def _beginning(mesh: VolumeMesh, wall: BoolArray) -> tuple[str, IntArray, FloatArray]:

@@ -13,11 +13,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from femprep.anatomy.wall_parts import tets_of
 from femprep.anatomy.wall_slices import Feet
 from femprep.image.grid import Grid
 from femprep.image.resample import slice_distance
 from femprep.mesh.locate import Locator
+from femprep.mesh.operations.element_tets import mesh_tets
 from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh
 
 #: Farther than any pixel is from another, mm.
@@ -26,7 +26,7 @@ _FAR: Final = 1e3
 
 def wall_locator(mesh: VolumeMesh) -> Locator:
     """Finds points in a mesh, by their places."""
-    return Locator(tets_of(mesh)[0], mesh.points)
+    return Locator(mesh_tets(mesh.cells)[0], mesh.points)
 
 
 def voxels_in(locator: Locator, grid: Grid) -> BoolArray:

@@ -13,6 +13,7 @@ from femprep.anatomy.correspondence import Correspondence, paired, require_same_
 from femprep.anatomy.wall_parts import PARTS, wall_parts
 from femprep.errors import InputError
 from femprep.mesh.measures.volume_elements import element_volumes
+from femprep.mesh.measures.weighted import weighted_percentile
 from femprep.model import FloatArray, Notice, VolumeMesh, is_blood, noted
 from femprep.model.transfer import FieldRecord, TransferRecord
 from femprep.volume.quality.transmural import mesh_edges
@@ -217,10 +218,7 @@ def _three(error: FloatArray, weight: FloatArray) -> tuple[float, float, float]:
     """Mean, what 95 % of the weight do not exceed, largest."""
     some = weight > 0.0
     error, weight = error[some], weight[some]
-    order = np.argsort(error, kind="stable")
-    share = np.cumsum(weight[order])
-    most = float(error[order][np.searchsorted(share, 0.95 * share[-1])])
-    return float(np.average(error, weights=weight)), most, float(error.max())
+    return float(np.average(error, weights=weight)), weighted_percentile(error, weight, 95.0), float(error.max())
 
 
 def _edge(mesh: VolumeMesh) -> float:

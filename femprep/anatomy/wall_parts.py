@@ -23,9 +23,9 @@ from femprep.anatomy.laplace.fem import LinearElements
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.part import part_of
 from femprep.errors import InputError
-from femprep.mesh.operations.element_tets import element_tets
+from femprep.mesh.measures.weighted import weighted_percentile
+from femprep.mesh.operations.element_tets import mesh_tets
 from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh, is_blood
-from femprep.model.blocks import block_rows
 
 #: Point data that coordinates are.
 COORDINATES: Final = ("transmural", "apicobasal", "rotational_cos", "rotational_sin")
@@ -83,7 +83,7 @@ class WallPart:
     @cached_property
     def tets(self) -> tuple[IntArray, IntArray]:
         """The tetrahedra its elements are made of ``(m, 4)``, and the element of the part each belongs to."""
-        return tets_of(self.mesh)
+        return mesh_tets(self.mesh.cells)
 
     @cached_property
     def gradients(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -100,19 +100,10 @@ class WallPart:
         """Thickness of the wall, length of its meridian and radius round the axis at mid-wall, mm: medians."""
         weight = self.space.volume
         thickness, length, radius = (
-            1.0 / max(_median(np.linalg.norm(gradient, axis=1), weight), 1e-9) for gradient in self.gradients
+            1.0 / max(weighted_percentile(np.linalg.norm(gradient, axis=1), weight, 50.0), 1e-9)
+            for gradient in self.gradients
         )
         return thickness, length, radius
-
-
-def tets_of(mesh: VolumeMesh) -> tuple[IntArray, IntArray]:
-    """The tetrahedra that the elements of a mesh are made of ``(m, 4)``, and the element each belongs to."""
-    tets, owner = [], []
-    for kind, block, rows in block_rows(mesh.cells):
-        own, row = element_tets(kind, block)
-        tets.append(own)
-        owner.append(row + rows.start)
-    return np.concatenate(tets), np.concatenate(owner)
 
 
 def wall_parts(mesh: VolumeMesh, what: str = "the mesh") -> list[WallPart]:
@@ -172,9 +163,3 @@ def slice_chart(part: WallPart, along: FloatArray, sizes: tuple[float, float, fl
     thickness, _, radius = sizes
     out = radius + thickness * (part.depth - 0.5)
     return np.column_stack([out * part.cosine, out * part.sine, along])
-
-
-def _median(values: FloatArray, weight: FloatArray) -> float:
-    order = np.argsort(values, kind="stable")
-    total = np.cumsum(weight[order])
-    return float(values[order][np.searchsorted(total, 0.5 * total[-1])])

@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import IntArray
+from femprep.model.blocks import block_rows
+
+
+def mesh_tets(cells: Mapping[str, IntArray]) -> tuple[IntArray, IntArray]:
+    """Tetrahedra of all elements of a mesh ``(m, 4)``, and the element each comes from ``(m,)``."""
+    tets, owner = [], []
+    for kind, block, rows in block_rows(cells):
+        own, row = element_tets(kind, block)
+        tets.append(own)
+        owner.append(row + rows.start)
+    return np.concatenate(tets), np.concatenate(owner)
 
 
 def element_tets(kind: str, block: IntArray) -> tuple[IntArray, IntArray]:
