@@ -26,6 +26,7 @@ def swept(cases) -> list[tuple[str, str]]:
     return [(case, kind) for case in cases for kind in KINDS[case] if kind.startswith("sweep")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("case", "kind"), swept(PHANTOMS))
 def test_swept_phantom(case, kind):
     assert fallen(case, kind) == {}

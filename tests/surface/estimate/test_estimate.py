@@ -66,6 +66,7 @@ def test_shape_gives_the_points_and_more_of_the_surface() -> None:
     assert distance.max() < 1.0
 
 
+@pytest.mark.slow
 def test_same_bytes_again() -> None:
     phantom, region = BODIES["rv"]
     obj = stack(phantom, region, 2)
@@ -73,6 +74,7 @@ def test_same_bytes_again() -> None:
     assert one.points.tobytes() == two.points.tobytes()
 
 
+@pytest.mark.slow
 def test_turns_with_its_image() -> None:
     phantom, region = BODIES["la"]
     obj = stack(phantom, region, 3)

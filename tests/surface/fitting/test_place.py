@@ -85,6 +85,7 @@ def test_the_same_input_gives_the_same_bytes() -> None:
     assert place_evenly(ball.directions, ball.cells, surface).points.tobytes() == first.points.tobytes()
 
 
+@pytest.mark.slow
 def test_edges_are_flipped_only_where_the_template_s_order_leaves_no_even_triangles() -> None:
     ball, long = charge_template(400), ellipsoid(8, 9, 60)
     kept, mended = (place_evenly(ball.directions, ball.cells, long, connectivity=c) for c in ("template", "auto"))

@@ -35,6 +35,7 @@ def test_central_charge_flows_along_rays_to_the_exact_radius() -> None:
     np.testing.assert_allclose(ends, directions / (levels / strength + 1.0 / RADIUS)[:, None], atol=2e-5)
 
 
+@pytest.mark.slow
 def test_order_is_four() -> None:
     field = ellipsoid_field()
     starts = field.on_sphere(sphere_points(60))

@@ -82,6 +82,7 @@ def test_fit_equals_an_orthogonal_factorisation(knots: int) -> None:
     assert info["rms"] == pytest.approx(np.sqrt(np.mean((rows @ exact - values) ** 2)), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_fit_converges_to_a_smooth_function() -> None:
     at, between = sphere_points(3000), sphere_points(777)
     errors = []

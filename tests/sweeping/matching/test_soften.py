@@ -31,6 +31,7 @@ def endo() -> Surface:
     return ellipsoid((22.0, 22.0, 42.0), "lv")
 
 
+@pytest.mark.slow
 def test_smooth_walls_are_left_alone(endo) -> None:
     matched = match_surfaces(endo=endo, epi=ellipsoid((32.0, 32.0, 52.0), "epi"), base=BASE, edge_length=4.0)
     assert matched.info["softened_mm"] == 0.0

@@ -111,6 +111,7 @@ def test_sound_mesh_gets_no_worse(coarse_mesh, held):
     assert tet_quality(outcome.points, cells).min() >= min(POOR, tet_quality(coarse_mesh.points, cells).min())
 
 
+@pytest.mark.slow
 def test_same_bytes_on_repeat(coarse_mesh, held):
     points = spoiled(coarse_mesh, 1.5)
     original = points.copy()

@@ -145,6 +145,7 @@ def test_without_the_wall_smooth_surfaces_go_through_the_facets() -> None:
     assert fine.info["refinement"]["levels"] == 1
 
 
+@pytest.mark.slow
 def test_rims_lie_on_the_surface_and_in_the_plane() -> None:
     mesh = layered(rings=8, layers=2, element="tetra")
     fine = refine(mesh, 2, wall=ellipsoid_wall(ENDO, EPI, HEIGHT, rings=24))
