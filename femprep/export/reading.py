@@ -175,6 +175,8 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".key": "lsdyna",
     ".pts": "opencarp",
     ".elem": "opencarp",
+    ".bpts": "opencarp",
+    ".belem": "opencarp",
     ".vtu": _vtk,
     ".vtk": _legacy_vtk,
     ".xdmf": _xdmf,
