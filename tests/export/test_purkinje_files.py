@@ -16,8 +16,8 @@ from femprep.export.names import facet_nodes
 from femprep.export.purkinje import HOLDS
 from femprep.model import FACET_TAGS, PurkinjeNet
 
-#: How exactly coordinates come back: micrometres are multiplied and divided, or in single precision; LS-DYNA has sixteen
-#: characters.
+#: How exactly coordinates come back: micrometres are multiplied and divided, or in single precision; LS-DYNA has
+#: sixteen characters.
 TOLERANCE = {"vtu": 0.0, "opencarp": 1e-13, "opencarp-binary": 4e-6, "ls-dyna": 1e-9}
 FILES = {"vtu": "lv.vtu", "opencarp": "lv.pts", "opencarp-binary": "lv.bpts", "ls-dyna": "lv.k"}
 
