@@ -14,6 +14,7 @@ from femprep.report.methods import FILES, methods
 from femprep.report.templates import asset, render
 
 if TYPE_CHECKING:
+    from femprep.report.data_pictures import DataPictures
     from femprep.volume.quality.report import QualityReport
 
 #: Worst elements of each measure on a page.
@@ -66,7 +67,7 @@ def report_page(
     figures: Sequence[tuple[Any, ...]],
     histograms: Sequence[str],
     fidelity: str,
-    slices: Sequence[str],
+    data: DataPictures,
     bulls_eyes: Sequence[str],
     colours: Mapping[str, str],
     picture: str | None,
@@ -82,11 +83,13 @@ def report_page(
         Limits, failures, worst elements.
     figures : rows of (name, value...)
         Counts and quality.
-    histograms, slices, bulls_eyes : sequences of SVG
+    histograms, bulls_eyes : sequences of SVG
+    data : DataPictures
+        Slices and cuts along the long axis.
     fidelity : str
         Distances to the labels, HTML.
     colours : mapping
-        Line colour by surface name.
+        Colour of each facet tag, by name.
     picture : str, optional
         ``data:`` address of the picture of the mesh.
     scene : mapping
@@ -117,7 +120,7 @@ def report_page(
         stages=table([(s.name, round(s.seconds, 2)) for s in manifest.stages], ("stage", "s")),
         histograms=histograms,
         fidelity=fidelity,
-        slices=slices,
+        data=data,
         bulls_eyes=bulls_eyes,
         colours=colours,
         picture=picture,
