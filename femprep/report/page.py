@@ -25,18 +25,20 @@ STYLE = asset("pages.css")
 
 
 def histogram(edges: Sequence[float], counts: Sequence[int], caption: str) -> str:
-    """SVG histogram: counts between edges, with a caption below."""
+    """SVG histogram: counts between edges, with a caption below, in two lines where it has a colon."""
     top = max(*counts, 1)
     step, unit = 280.0 / len(counts), 75.0 / top
+    title, _, rest = caption.partition(": ")
     bars = "".join(
         f'<rect x="{10 + i * step:.1f}" y="{90 - n * unit:.1f}" width="{step - 0.6:.1f}" height="{n * unit:.1f}"/>'
         for i, n in enumerate(counts)
     )
     return (
-        f'<svg viewBox="0 0 300 120" width="300" role="img" aria-label="{escape(caption)}"><g fill="#4a78a8">{bars}</g>'
+        f'<svg viewBox="0 0 300 132" width="300" role="img" aria-label="{escape(caption)}"><g fill="#4a78a8">{bars}</g>'
         f'<text x="10" y="103" font-size="9">{edges[0]:.3g}</text>'
         f'<text x="290" y="103" font-size="9" text-anchor="end">{edges[-1]:.3g}</text>'
-        f'<text x="10" y="116" font-size="9.5">{escape(caption)}</text></svg>'
+        f'<text x="10" y="116" font-size="9.5">{escape(title)}</text>'
+        f'<text x="10" y="127" font-size="9.5">{escape(rest)}</text></svg>'
     )
 
 
@@ -112,7 +114,7 @@ def report_page(
         failures=quality.failures,
         limits_from=quality.limits_from,
         purpose=quality.options.purpose,
-        checks=check_lines(quality.limits),
+        checks=check_lines(quality.limits, manifest.options.volume.mesher),
         solution=manifest.solution,
         worst=_worst(quality),
         figures=table(figures),

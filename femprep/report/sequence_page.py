@@ -26,7 +26,7 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 52.0, 690.0, 14.0, 190.0
 #: Other phases than the first and those of the greatest and the least cavity that show a slice.
 _SLICES: Final = 24
 #: What the phases of the greatest and the least cavity are called.
-_ENDS: Final = ("greatest cavity", "least cavity")
+_ENDS: Final = ("end-diastole", "end-systole")
 #: Segments of the left ventricle.
 _SEGMENTS: Final = 17
 
@@ -85,9 +85,7 @@ def sequence_page(phases: Sequence[Phase], manifest: SequenceManifest, command: 
         scale=SCALE,
         eyes=_eyes(full, least),
         data=full.data,
-        ends=[
-            (f"{one.record.name}, {words}", one.data) for one, words in zip(ends, ("greatest cavity", "least cavity"))
-        ],
+        ends=[(f"{one.record.name}, {words}", one.data) for one, words in zip(ends, _ENDS)],
         others=[(others[k].record.name, others[k].data.slices) for k in chosen],
         methods=sequence_methods(reference.manifest, manifest).plain,
         files=FILES,
@@ -99,7 +97,7 @@ def sequence_page(phases: Sequence[Phase], manifest: SequenceManifest, command: 
 
 def _row(phase: Phase, manifest: SequenceManifest, full: Phase, least: Phase) -> dict[str, Any]:
     """A line of the table of phases."""
-    lines = check_lines(phase.quality.limits)
+    lines = check_lines(phase.quality.limits, "sweep")
     lights = [str(line["light"]) for line in lines] if phase.record.passed else ["red"]
     marks = [words for one, words in zip((full, least), _ENDS) if one is phase]
     if phase is not full and phase.record is manifest.phases[manifest.reference]:
@@ -188,9 +186,9 @@ def _eyes(full: Phase, least: Phase) -> list[str]:
     limits = float(np.nanmin([wide, narrow])), float(np.nanmax([wide, narrow]))
     more = 100.0 * (narrow / wide - 1.0)
     return [
-        bulls_eye_svg(wide, label="wall thickness, greatest cavity, mm", text="{:.1f}", limits=limits),
-        bulls_eye_svg(narrow, label="wall thickness, least cavity, mm", text="{:.1f}", limits=limits),
-        bulls_eye_svg(more, label="thickening, %", text="{:.0f}"),
+        bulls_eye_svg(wide, label=f"{_ENDS[0]}, mm", text="{:.1f}", limits=limits, width=300),
+        bulls_eye_svg(narrow, label=f"{_ENDS[1]}, mm", text="{:.1f}", limits=limits, width=300),
+        bulls_eye_svg(more, label="thickening, %", text="{:.0f}", width=300),
     ]
 
 
