@@ -173,7 +173,7 @@ def _height(values: Any, top: float) -> Any:
 def _round_marks(top: float) -> list[float]:
     """From 0 in four to eight round steps to above the greatest value."""
     step = 10.0 ** np.floor(np.log10(max(top, 1e-9)))
-    step = float(next(step * part for part in (0.1, 0.2, 0.25, 0.5, 1.0) if top / (step * part) <= 8.0))
+    step = float(next(step * part for part in (0.1, 0.2, 0.25, 0.5, 1.0, 2.0) if top / (step * part) <= 8.0))
     return [step * k for k in range(int(np.ceil(top / step)) + 1)]
 
 

@@ -58,6 +58,14 @@ def test_view_is_turned_cut_and_coloured(heart: Path) -> None:
         page.select_option("#colour", label="wall thickness, mm")
         assert picture(page) != cut
         assert "wall thickness" in page.locator("#legend").inner_text()
+        page.select_option("#cut", "-1")
+        page.select_option("#colour", label="AHA segment")
+        shown = page.evaluate(f"{VIEW}.state.shown")
+        page.locator("#legend button", has_text="17").click()
+        assert page.evaluate(f"{VIEW}.state.shown") != shown
+        assert page.locator("#legend button", has_text="17").get_attribute("aria-pressed") == "false"
+        page.locator("#legend button", has_text="17").click()
+        assert page.evaluate(f"{VIEW}.state.shown") == shown
         for name in ("fibres", "worst"):
             before = picture(page)
             page.check(f"#{name}")

@@ -296,5 +296,5 @@
   resize();
   if (phases.length) move(scene3d.first);
   else build();
-  window.femprepView = { state, camera, renderer, elements };
+  window.femprepView = { state, camera, renderer, elements, points };
 })();
