@@ -14,13 +14,17 @@ MEANS = {"lv": 220.0, "rv": 205.0, "myo": 90.0}
 REST, NOISE = 55.0, 12.0
 
 
-def cine(seg: fp.Segmentation, seed: int = 0, noise: float = NOISE) -> fp.IntensityImage:
-    """An image of the label map's own voxels, noise on it."""
+def cine(seg: fp.Segmentation, seed: int = 0, noise: float = NOISE, blur: float = 0.0) -> fp.IntensityImage:
+    """An image of the label map's own voxels, noise on it, its edges as soft as ``blur`` pixels within a slice."""
     draw = np.random.default_rng(seed)
     values = np.full(seg.labels.shape, REST)
     for name, mean in MEANS.items():
         if name in seg.structures:
             values[np.isin(seg.labels, seg.structures[name])] = mean
+    if blur:
+        from scipy import ndimage
+
+        values = ndimage.gaussian_filter(values, (blur, blur, 0.0))
     return fp.IntensityImage((values + draw.normal(0.0, noise, values.shape)).astype(np.float32), seg.grid)
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -39,25 +40,29 @@ def pictures(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def write(folder: Path, name: str, radius: float, wall: float) -> None:
+def write(folder: Path, name: str, radius: float, wall: float) -> fp.Segmentation:
     """The label map of a phantom, and its image."""
     long = 34.0 + radius
     heart = lv_ellipsoid((radius, radius, long), (radius + wall, radius + wall, long + wall))
     seg = heart.segmentation(spacing=(1.6, 1.6, 8.0))
     fp.write_segmentation(seg, folder / f"{name}.nii.gz")
-    write_image(cine(seg, noise=0.0), folder / f"{name}-cine.nii.gz")
+    write_image(cine(seg, noise=0.0, blur=0.8), folder / f"{name}-cine.nii.gz")
+    return seg
 
 
 @pytest.fixture(scope="module")
 def cohort(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of a cohort of hearts at end-diastole, one of them dilated, and of one file that is no image."""
+    """Folder of a cohort of hearts at end-diastole, one of them dilated, and one of which a slice is not labelled."""
     source = tmp_path_factory.mktemp("hearts")
     lines = ["subject\timage\tintensity_image"]
     for number, (radius, wall) in enumerate(HEARTS, start=1):
         name = f"heart{number:02d}"
-        write(source, name, radius, wall)
+        seg = write(source, name, radius, wall)
         lines.append(f"{name}\t{name}.nii.gz\t{name}-cine.nii.gz")
-    (source / "heart09.nii.gz").write_text("no image")
+    # Of the last one a slice in the middle is not labelled.
+    labels = np.array(seg.labels)
+    labels[..., labels.shape[2] // 2] = 0
+    fp.write_segmentation(replace(seg, labels=labels), source / "heart09.nii.gz")
     lines.append("heart09\theart09.nii.gz\tn/a")
     (source / "subjects.tsv").write_text("\n".join(lines) + "\n")
     out = tmp_path_factory.mktemp("cohort") / "hearts"
@@ -78,12 +83,14 @@ def beat(tmp_path_factory: pytest.TempPathFactory) -> Path:
     options = {"surface": {"vertices": 300}, "volume": {"edge_length": 6.0}, "fibres": {}}
     found = fp.mesh_sequence(phases, **options, times=[0.0, 160.0, 320.0, 480.0, 640.0])
     out = tmp_path_factory.mktemp("beat") / "out"
-    fp.write_sequence(found, out, images=[cine(one, noise=0.0) for one in phases])
+    fp.write_sequence(found, out, images=[cine(one, noise=0.0, blur=0.8) for one in phases])
     return out
 
 
 def taken(page: Any, path: Path, top: str, height: int) -> None:
     """Take a picture from an element on, and look whether something is on it."""
+    page.mouse.move(0, 0)
+    page.evaluate("document.activeElement.blur()")
     page.wait_for_timeout(300)
     page.evaluate("document.querySelector('nav').style.position = 'static'")
     y = page.locator(top).bounding_box()["y"] + page.evaluate("window.scrollY")
@@ -103,16 +110,18 @@ def test_view_of_a_heart(heart: Any, pictures: Path) -> None:
     heart.select_option("#cut", "0")
     heart.select_option("#colour", label="AHA segment")
     heart.check("#fibres")
+    heart.uncheck("#edges")
     taken(heart, pictures / "heart-view.png", "h1", 800)
 
 
 def test_worst_elements_of_a_heart(heart: Any, pictures: Path) -> None:
     heart.check("#worst")
-    taken(heart, pictures / "heart-worst.png", "#view", 650)
+    taken(heart, pictures / "heart-worst.png", "#view", 660)
 
 
 def test_data_of_a_heart(heart: Any, pictures: Path) -> None:
-    taken(heart, pictures / "heart-data.png", "#data", 1080)
+    heart.evaluate("document.body.style.zoom = 0.8")
+    taken(heart, pictures / "heart-data.png", "#data", 960)
 
 
 def test_checks_of_a_heart(heart: Any, pictures: Path) -> None:
@@ -134,5 +143,5 @@ def test_page_of_a_sequence(beat: Path, pictures: Path) -> None:
         page.select_option("#cut", "0")
         page.select_option("#colour", label="wall thickness, mm")
         page.locator("#phase").fill("2")
-        taken(page, pictures / "sequence-view.png", "h1", 760)
+        taken(page, pictures / "sequence-view.png", "h1", 810)
         taken(page, pictures / "sequence-volumes.png", "#volumes", 1080)

@@ -65,13 +65,18 @@ def cohort_page(
     names = [name for name in (rows[0] if rows else ()) if not name.startswith("_") and name not in _TEXT]
     names = [name for name in names if any(row[name] is not None for row in rows)]
     links = {row["subject"]: _link(row, out) for row in rows}
-    scores = {name: robust_z(np.array([np.nan if row[name] is None else row[name] for row in rows])) for name in names}
+    # What a subject took that was refused at once is no figure of a heart.
+    made = [row for row in rows if row["status"] in _MADE]
+    scores = {
+        name: robust_z(np.array([row[name] if row in made and row[name] is not None else np.nan for row in rows]))
+        for name in names
+    }
     outliers = []
     for number, row in enumerate(rows):
         row["_link"] = links[row["subject"]]
         row["_out"] = [name for name in names if abs(scores[name][number]) > OUTLIER]
         for name in row["_out"]:
-            median = float(np.median([other[name] for other in rows if other[name] is not None]))
+            median = float(np.median([other[name] for other in made if other[name] is not None]))
             outliers.append(
                 {
                     "subject": row["subject"],
@@ -93,7 +98,7 @@ def cohort_page(
         reasons=[{**one, "count": record["reasons"][one["code"]], "light": _LIGHTS[one["status"]]} for one in reasons],
         limit=OUTLIER,
         outliers=sorted(outliers, key=lambda one: -abs(one["z"])),
-        plots=[_plot(name, rows) for name in names if sum(row[name] is not None for row in rows) >= _LEAST],
+        plots=[_plot(name, made) for name in names if sum(row[name] is not None for row in made) >= _LEAST],
         pictures=list(_pictures(rows, out)),
         rows=[{**row, "message": row["message"][:300]} for row in rows],
         columns=columns,

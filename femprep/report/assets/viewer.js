@@ -185,10 +185,16 @@
       }
     }
     if (state.fibres && fibres) {
-      const seen = [...new Set(shown.map((face) => owner[face]))], step = Math.max(1, Math.ceil(seen.length / 8000)), half = reach / 45;
-      const line = new Float32Array(6 * Math.ceil(seen.length / step));
-      for (let k = 0, l = 0; k < seen.length; k += step) {
-        for (const sign of [-1, 1]) for (let axis = 0; axis < 3; axis++) line[l++] = 1.01 * centres[seen[k]][axis] + sign * half * fibres[3 * seen[k] + axis] / 127;
+      // A line before each face that is seen: one at the middle of its element would lie hidden in it.
+      const step = Math.max(1, Math.ceil(shown.length / 8000)), half = reach / 45, before = reach / 150;
+      const line = new Float32Array(6 * Math.ceil(shown.length / step));
+      for (let k = 0, l = 0; k < shown.length; k += step) {
+        const ring = faces[shown[k]], element = owner[shown[k]];
+        const middle = [0, 1, 2].map((axis) => ring.reduce((sum, node) => sum + points[3 * node + axis], 0) / ring.length);
+        const out = middle.map((x, axis) => x - centres[element][axis]), length = Math.hypot(...out) || 1;
+        for (const sign of [-1, 1]) {
+          for (let axis = 0; axis < 3; axis++) line[l++] = middle[axis] + before * out[axis] / length + sign * half * fibres[3 * element + axis] / 127;
+        }
       }
       lines(line, "#000000", 1);
     }
