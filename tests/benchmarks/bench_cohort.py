@@ -83,9 +83,8 @@ def stages(source: Path, folder: Path, options: list[str]) -> None:
     subprocess.run(command(source, folder / "out", "--workers", "1", *options), check=False)
     rows = timings(folder / "out")
     outside = [row["seconds"] - row["stages"] for row in rows]
-    print(
-        f"{len(rows)} subjects, one worker; seconds of a subject: median {statistics.median(r['seconds'] for r in rows):.2f}"
-    )
+    middle = statistics.median(row["seconds"] for row in rows)
+    print(f"{len(rows)} subjects, one worker; seconds of a subject: median {middle:.2f}")
     print(f"outside of its stages, s: median {statistics.median(outside):.3f}, most {max(outside):.3f}")
 
 
@@ -97,9 +96,8 @@ def workers(source: Path, folder: Path, options: list[str]) -> None:
         subprocess.run(command(source, folder / f"out{count}", "--workers", str(count), *options), check=False)
         took[count] = time.perf_counter() - start
         rows = timings(folder / f"out{count}")
-        print(
-            f"{count} worker(s): {len(rows)} subjects in {took[count]:.1f} s, {sum(r['seconds'] for r in rows):.1f} s of work"
-        )
+        work = sum(row["seconds"] for row in rows)
+        print(f"{count} worker(s): {len(rows)} subjects in {took[count]:.1f} s, {work:.1f} s of work")
     print(f"two workers: {took[1] / took[2]:.2f} times as quick, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
 
 
