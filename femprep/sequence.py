@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +12,17 @@ import numpy as np
 
 from femprep.errors import InputError, OptionError
 from femprep.export.series import write_pvd, write_xdmf_series
-from femprep.image import Segmentation
+from femprep.image import IntensityImage, Segmentation
 from femprep.model import Progress, noted
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
 from femprep.pipeline import begin, mesh_segmentation
 from femprep.report.folder import whole_folder
-from femprep.report.manifest import PhaseRecord, SequenceManifest, hashes
+from femprep.report.manifest import PhaseRecord, RunManifest, SequenceManifest, StageRecord, hashes
 from femprep.report.methods import FILES, sequence_methods
-from femprep.report.output import write_methods, write_run
+from femprep.report.output import write_methods, written
 from femprep.report.run import Run
+from femprep.report.sequence_page import Phase, sequence_page
 from femprep.report.volumes import cavity_volume, voxel_volume
 from femprep.sweeping import displacements, template_of
 from femprep.wall import phase_base_offsets
@@ -42,6 +44,8 @@ class SequenceRun:
         What their connectivity follows from, see :func:`~femprep.sweeping.template_of`.
     options : Options, optional
         Those asked for; of each run, with its own base and this template.
+    seconds : mapping of str to float
+        Wall-clock time of each stage beside those of the runs.
 
     Examples
     --------
@@ -54,6 +58,7 @@ class SequenceRun:
     reference: int
     template: Mapping[str, int | str]
     options: Options | None = None
+    seconds: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
@@ -127,12 +132,14 @@ def mesh_sequence(
     if options.anatomy != "lv":
         raise OptionError(f"option 'anatomy' is {options.anatomy!r}; a sequence is swept, which meshes lv alone")
     options = _with(options, volume={"mesher": "sweep"})
-    offsets = phase_base_offsets(phases, options=options.wall)
-    for number, seg in enumerate(phases):  # a phase that cannot be meshed is known before the first is
-        try:
-            begin(seg, _with(options, wall={"base_offset": offsets[number]}), Stages(None))
-        except InputError as error:
-            raise InputError(f"phase {number}: {error}") from error
+    stages = Stages(None)
+    with stages("preflight of all phases"):
+        offsets = phase_base_offsets(phases, options=options.wall)
+        for number, seg in enumerate(phases):  # a phase that cannot be meshed is known before the first is
+            try:
+                begin(seg, _with(options, wall={"base_offset": offsets[number]}), Stages(None))
+            except InputError as error:
+                raise InputError(f"phase {number}: {error}") from error
 
     def run(number: int, chosen: Options) -> Run:
         report = progress or (lambda stage, fraction: None)
@@ -145,10 +152,10 @@ def mesh_sequence(
     template = template_of(first.mesh)
     same = _with(options, sweep=dict(template))
     runs = [first if number == reference else run(number, same) for number in range(count)]
-    moved = displacements([one.mesh for one in runs], reference)
-    return SequenceRun(
-        tuple(replace(one, mesh=mesh) for one, mesh in zip(runs, moved)), moments, reference, dict(template), options
-    )
+    with stages("displacements"):
+        moved = displacements([one.mesh for one in runs], reference)
+    runs = [replace(one, mesh=mesh) for one, mesh in zip(runs, moved)]
+    return SequenceRun(tuple(runs), moments, reference, dict(template), options, stages.seconds)
 
 
 def write_sequence(
@@ -156,12 +163,15 @@ def write_sequence(
     out: str | Path,
     *,
     sources: Sequence[str | Path] | None = None,
+    images: Sequence[IntensityImage] | None = None,
+    command: str = "",
     progress: Progress | None = None,
 ) -> SequenceManifest:
     """Write the folder of a sequence, whole or not at all.
 
     ``phases/<name>/`` is the folder of each phase's run; ``sequence.pvd`` and ``sequence.xdmf`` are the time series
-    with the displacement of each node from the reference phase; ``run.json`` tells each phase's quality and volumes.
+    with the displacement of each node from the reference phase; ``run.json`` tells each phase's quality and volumes,
+    ``report.html`` shows them.
 
     Parameters
     ----------
@@ -169,7 +179,11 @@ def write_sequence(
     out : path
         Folder to make.
     sources : sequence of path, optional
-        The image file of each phase; gives the phases their names.
+        The label map of each phase; gives the phases their names.
+    images : sequence of IntensityImage, optional
+        The image that each was drawn on, for the pages.
+    command : str
+        What was typed, for the page.
     progress : callable, optional
         Called with ``(stage, fraction)``.
 
@@ -184,47 +198,63 @@ def write_sequence(
     """
     paths = [Path(source) for source in sources] if sources is not None else [None] * len(sequence.runs)
     names = phase_names(paths)
-    records, written = [], {}
+    shown = list(images) if images is not None else [None] * len(sequence.runs)
+    own, phases, spent = time.perf_counter(), [], 0.0
     with whole_folder(Path(out)) as folder:
         (folder / "phases").mkdir()
-        for name, path, run, time in zip(names, paths, sequence.runs, sequence.times, strict=True):
-            written[name] = write_run(run, folder / "phases" / name, source=path, progress=progress)
-            moved = np.linalg.norm(run.mesh.point_data["displacement"], axis=1)
-            cavity = run.objects["lv"]
-            records.append(
-                PhaseRecord(
-                    name=name,
-                    source=path.name if path else None,
-                    sha256=written[name].input.sha256,
-                    time=time,
-                    passed=run.quality.passed,
-                    failures=list(run.quality.failures),
-                    cavity_ml=cavity_volume(run.mesh) / 1000.0,
-                    label_cavity_ml=voxel_volume(cavity, run.wall.planes.values()) / 1000.0,
-                    label_total_ml=cavity.volume / 1000.0,
-                    base_offset_mm=run.options.wall.base_offset,
-                    displacement_mean_mm=float(moved.mean()),
-                    displacement_maximum_mm=float(moved.max()),
-                )
-            )
+        for name, path, run, moment, image in zip(names, paths, sequence.runs, sequence.times, shown, strict=True):
+            start = time.perf_counter()
+            kept = written(run, folder / "phases" / name, source=path, image=image, command=command, progress=progress)
+            spent += time.perf_counter() - start
+            record = _record(run, kept.manifest, name, path, moment)
+            phases.append(Phase(record, kept.manifest, run.quality, kept.view, kept.data))
         write_pvd(folder / "sequence.pvd", [f"phases/{name}/mesh.vtu" for name in names], sequence.times)
         write_xdmf_series([run.mesh for run in sequence.runs], folder, "sequence", sequence.times)
         files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()}
-        files |= {"run.json", *FILES}
+        files |= {"run.json", "report.html", *FILES}
+        seconds = {**sequence.seconds, "write": time.perf_counter() - own - spent}
         manifest = SequenceManifest(
             options=sequence.options,
             reference=sequence.reference,
             template=dict(sequence.template),
-            phases=records,
+            phases=[phase.record for phase in phases],
+            stages=_stages(seconds),
             ejection_fraction_percent=sequence.ejection_fraction,
             label_ejection_fraction_percent=sequence.label_ejection_fraction,
-            notices=_of_phases({name: one.notices for name, one in written.items()}),
+            notices=_of_phases({phase.record.name: phase.manifest.notices for phase in phases}),
             files=sorted(files),
         )
-        write_methods(sequence_methods(written[names[sequence.reference]], manifest), folder)
-        manifest = manifest.model_copy(update={"sha256": hashes(folder, files)})
+        write_methods(sequence_methods(phases[sequence.reference].manifest, manifest), folder)
+        (folder / "report.html").write_text(sequence_page(phases, manifest, command), encoding="utf-8")
+        seconds["write"] = time.perf_counter() - own - spent
+        manifest = manifest.model_copy(update={"sha256": hashes(folder, files), "stages": _stages(seconds)})
         (folder / "run.json").write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
     return manifest
+
+
+def _record(run: Run, manifest: RunManifest, name: str, path: Path | None, moment: float) -> PhaseRecord:
+    """What the sequence's record tells of one phase."""
+    moved = np.linalg.norm(run.mesh.point_data["displacement"], axis=1)
+    cavity = run.objects["lv"]
+    return PhaseRecord(
+        name=name,
+        source=path.name if path else None,
+        sha256=manifest.input.sha256,
+        image=manifest.image,
+        time=moment,
+        passed=run.quality.passed,
+        failures=list(run.quality.failures),
+        cavity_ml=cavity_volume(run.mesh) / 1000.0,
+        label_cavity_ml=voxel_volume(cavity, run.wall.planes.values()) / 1000.0,
+        label_total_ml=cavity.volume / 1000.0,
+        base_offset_mm=run.options.wall.base_offset,
+        displacement_mean_mm=float(moved.mean()),
+        displacement_maximum_mm=float(moved.max()),
+    )
+
+
+def _stages(seconds: Mapping[str, float]) -> list[StageRecord]:
+    return [StageRecord(name=name, seconds=round(value, 3)) for name, value in seconds.items()]
 
 
 def phase_names(paths: Sequence[Path | None]) -> list[str]:

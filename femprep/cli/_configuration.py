@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from femprep.errors import FileError, OptionError
+from femprep.model.image_file import ImageFile, image_file
 from femprep.options import Options, choose
 
 
@@ -122,6 +123,17 @@ def parse_samples(items: Sequence[str] | None) -> dict[str, Path]:
             raise OptionError(f"--sample gives two images the name {name!r}; write NAME=FILE")
         found[name] = Path(file)
     return found
+
+
+def parse_images(items: Sequence[str] | None) -> list[ImageFile]:
+    """``["cine.nii.gz", "cine_4d.nii.gz:12"]`` as files with the number of the frame, from 1, where one is told.
+
+    Raises
+    ------
+    OptionError
+        A text of another form.
+    """
+    return [image_file(item) for item in items or ()]
 
 
 def parse_surfaces(items: Sequence[str] | None) -> dict[str, Path]:

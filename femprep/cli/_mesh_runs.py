@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import typer
 
 from femprep.cli._names import mesh_names, sequence_names
+from femprep.model.image_file import ImageFile
 from femprep.options import Options
 
 #: File of a second label map, labels of its tissues, and images to sample by the name of their field.
@@ -40,7 +42,9 @@ def mesh_own(
     return _told(run, manifest, out, quiet=quiet, json=json)
 
 
-def mesh_phases(paths: list[Path], out: Path, options: Options, *, quiet: bool, json: bool) -> int:
+def mesh_phases(
+    paths: list[Path], out: Path, options: Options, *, quiet: bool, json: bool, images: Sequence[ImageFile] = ()
+) -> int:
     """Run the main job on the phases of one heart; the exit status is 1 where a phase fails the quality check."""
     from femprep.cli._progress import bars
     from femprep.export import require_formats
@@ -50,14 +54,21 @@ def mesh_phases(paths: list[Path], out: Path, options: Options, *, quiet: bool, 
     require_writable(out)
 
     from femprep.image import read_segmentation
+    from femprep.image.underlay import read_under
+    from femprep.model.stages import Stages
     from femprep.sequence import mesh_sequence, phase_names, write_sequence
 
     require_writable(out, sequence_names(phase_names(paths), options.formats))
 
     with bars(quiet or json) as progress:
-        phases = [read_segmentation(path, structures=options.labels, options=options.image) for path in paths]
+        stages = Stages(progress)
+        with stages("read"):
+            phases = [read_segmentation(path, structures=options.labels, options=options.image) for path in paths]
+            shown = [read_under(seg, image, options) for seg, image in zip(phases, images)] or None
         found = mesh_sequence(phases, options, progress=progress)
-        manifest = write_sequence(found, out, sources=paths, progress=progress)
+        found = replace(found, seconds={**stages.seconds, **found.seconds})
+        command = shlex.join(["femprep", *sys.argv[1:]])
+        manifest = write_sequence(found, out, sources=paths, images=shown, command=command, progress=progress)
     if json:
         typer.echo(manifest.model_dump_json(indent=2))
     elif not quiet:
@@ -75,6 +86,7 @@ def mesh_file(
     quiet: bool,
     json: bool,
     second: SecondImages = (None, {}, {}),
+    image: ImageFile | None = None,
 ) -> int:
     """Run the main job on one file and print its summary; the exit status is 1 where the quality check fails."""
     from femprep.cli._progress import bars
@@ -86,6 +98,7 @@ def mesh_file(
     require_writable(out, mesh_names(options.formats))
 
     from femprep.image import read_masks, read_segmentation
+    from femprep.image.underlay import read_under
     from femprep.model.stages import Stages
 
     with bars(quiet or json) as progress:
@@ -98,8 +111,11 @@ def mesh_file(
                 seg = read_segmentation(segmentation, options.labels, preset, options=options.image)
                 source = segmentation
             further = read_second(second)
+            shown = None if image is None else read_under(seg, image, options)
         before = stages.seconds
-        run, manifest = mesh_and_write(seg, out, options, source=source, before=before, progress=progress, **further)
+        run, manifest = mesh_and_write(
+            seg, out, options, source=source, image=shown, before=before, progress=progress, **further
+        )
     return _told(run, manifest, out, quiet=quiet, json=json)
 
 
@@ -122,6 +138,7 @@ def mesh_and_write(
     source: Path | None,
     before: dict[str, float],
     progress: Any,
+    image: Any = None,
     **second: Any,
 ) -> tuple[Any, Any]:
     """The pipeline, then its folder; ``before`` are the seconds of earlier stages."""
@@ -130,7 +147,8 @@ def mesh_and_write(
 
     run = mesh_segmentation(seg, options, progress=progress, **second)
     run = replace(run, seconds={**before, **run.seconds})
-    return run, write_run(run, out, source=source, command=shlex.join(["femprep", *sys.argv[1:]]), progress=progress)
+    command = shlex.join(["femprep", *sys.argv[1:]])
+    return run, write_run(run, out, source=source, image=image, command=command, progress=progress)
 
 
 def _told(run: Any, manifest: Any, out: Path, *, quiet: bool, json: bool) -> int:

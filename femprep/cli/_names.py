@@ -24,7 +24,7 @@ def sequence_names(phases: Iterable[str], formats: Iterable[str]) -> list[str]:
     """Files of ``femprep mesh --sequence``, given the names of its phases."""
     own = mesh_names(formats)
     below = [f"phases/{phase}/{name}" for phase in phases for name in own]
-    return ["run.json", *FILES, "sequence.pvd", "sequence.xdmf", "sequence.h5", *below]
+    return ["run.json", "report.html", *FILES, "sequence.pvd", "sequence.xdmf", "sequence.h5", *below]
 
 
 def surface_names(objects: Iterable[str]) -> list[str]:

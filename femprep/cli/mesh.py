@@ -10,6 +10,7 @@ import typer
 from femprep.cli import _arguments as shared
 from femprep.cli._arguments import FIBRES, INPUT, OUTPUT
 from femprep.cli._configuration import (
+    parse_images,
     parse_masks,
     parse_plane,
     parse_samples,
@@ -239,6 +240,15 @@ def mesh(
             rich_help_panel=IMAGES,
         ),
     ] = None,
+    image: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FILE[:FRAME]",
+            help="The image that the labels were drawn on, of any grid: report.html shows it under the outlines; of "
+            "several frames that one, from 1. Of --sequence one for each phase, in their order.",
+            rich_help_panel=IMAGES,
+        ),
+    ] = None,
     quiet: shared.Quiet = False,
     json: Annotated[
         bool, typer.Option("--json", help="Print run and quality records as JSON.", rich_help_panel=OUTPUT)
@@ -261,12 +271,15 @@ def mesh(
     if given["sequence"] and (regions or sample):
         raise OptionError("--regions and --sample belong to one heart; leave --sequence out, then femprep transfer")
     images = parse_samples(sample)
+    shown = parse_images(image)
     masks = parse_masks(mask)
     second = (regions, tissues, images)
     surfaces = parse_surfaces(surface)
     if surfaces:
         if maps or masks:
             raise OptionError("give either surfaces or a label map or masks, not both")
+        if shown:
+            raise OptionError("--image lies under the slices of a label map; surfaces have none, leave it out")
         if given["sequence"] or given["structure"] or given["preset"]:
             raise OptionError("surfaces name themselves; leave --sequence, --structure and --preset out")
         return mesh_own(surfaces, out, mesh_options(**given), quiet=quiet, json=json, second=second)
@@ -276,7 +289,11 @@ def mesh(
         raise OptionError("masks name their structures themselves; leave --sequence, --structure and --preset out")
     if len(maps) > 1 and not given["sequence"]:
         raise OptionError(f"{len(maps)} label maps given; add --sequence where they are phases of one heart")
+    if shown and len(shown) != max(len(maps), 1):
+        wanted = f"one for each of the {len(maps)} phases" if given["sequence"] else "one"
+        raise OptionError(f"--image is given {len(shown)} times; {wanted} is needed, or none")
     options = mesh_options(**given)
     if given["sequence"]:
-        return mesh_phases(maps, out, options, quiet=quiet, json=json)
-    return mesh_file(maps[0] if maps else masks, out, options, quiet=quiet, json=json, second=second)
+        return mesh_phases(maps, out, options, quiet=quiet, json=json, images=shown)
+    first = shown[0] if shown else None
+    return mesh_file(maps[0] if maps else masks, out, options, quiet=quiet, json=json, second=second, image=first)

@@ -33,6 +33,10 @@ def is_done(subject: Subject, folder: Path) -> bool:
             and record["options"] == asked(subject).model_dump(mode="json")
             and _hashes(record) == [file_sha256(image) for image in subject.images]
             and _kind(record) == subject.kind
+            and (
+                subject.kind == "surfaces"
+                or _shown(record) == [(file_sha256(one.path), one.frame) for one in subject.shown]
+            )
             and all((folder / name).is_file() for name in record["files"])
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
@@ -41,6 +45,16 @@ def is_done(subject: Subject, folder: Path) -> bool:
 
 def _hashes(record: dict[str, Any]) -> list[str]:
     return [phase["sha256"] for phase in record["phases"]] if "phases" in record else [record["input"]["sha256"]]
+
+
+def _asked_to_show(subject: Subject) -> list[tuple[str, int | None]]:
+    return [(file_sha256(one.path), one.frame) for one in subject.shown]
+
+
+def _shown(record: dict[str, Any]) -> list[tuple[str, int | None]]:
+    """Hash and frame of the images that its pages show."""
+    found = [own.get("image") for own in record.get("phases", [record])]
+    return [(one["sha256"], one["frame"]) for one in found if one]
 
 
 def _kind(record: dict[str, Any]) -> str:

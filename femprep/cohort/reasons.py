@@ -80,6 +80,7 @@ REASONS: Final[tuple[Reason, ...]] = (
             "InputError image.grid",
             "InputError image.affine",
             "InputError image.slices",
+            "InputError image.underlay",
         ),
     ),
     Reason(

@@ -62,8 +62,10 @@ def timing_of_folder(subject: Subject, folder: Path) -> Timing:
 
 def stage_seconds(folder: Path) -> float:
     """Seconds of all stages of a folder's runs."""
-    runs = _runs(_read(folder / "run.json"), folder)
-    return round(sum(float(stage["seconds"]) for _, run in runs for stage in run["stages"]), 3)
+    record = _read(folder / "run.json")
+    own = [record] if "phases" in record else []
+    runs = [*own, *(run for _, run in _runs(record, folder))]
+    return round(sum(float(stage["seconds"]) for run in runs for stage in run["stages"]), 3)
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import uuid
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -149,7 +149,8 @@ def page(record: CohortRecord, timings: Sequence[Timing], out: Path, command: st
 
 
 def _absolute(subject: Subject) -> Subject:
-    return Subject(subject.name, tuple(image.absolute() for image in subject.images), subject.options, subject.kind)
+    shown = tuple(image._replace(path=image.path.absolute()) for image in subject.shown)
+    return replace(subject, images=tuple(image.absolute() for image in subject.images), shown=shown)
 
 
 def _work(client: Any, jobs: Sequence[Any], table: Table, tell: Any) -> None:

@@ -8,9 +8,10 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, NamedTuple
 
 from femprep.errors import FileError, InputError, OptionError
+from femprep.model.image_file import ImageFile, image_file
 from femprep.options import Options, choose
 from femprep.options.base import nearest
 
@@ -18,7 +19,7 @@ from femprep.options.base import nearest
 Kind = Literal["mesh", "sequence", "surfaces"]
 
 #: Columns of a table that are no options.
-_OWN: Final = ("subject", "image", "phase")
+_OWN: Final = ("subject", "image", "phase", "intensity_image")
 #: What stands in a cell for nothing.
 _NOTHING: Final = ("", "n/a")
 #: Files and folders of the cohort itself, which no subject may be called.
@@ -37,6 +38,8 @@ class Subject:
         Its label map, or those of its phases in order.
     options : Options
     kind : {"mesh", "sequence", "surfaces"}
+    shown : tuple of ImageFile
+        The images that the labels were drawn on, for the pages: as many as label maps, or none.
 
     Examples
     --------
@@ -49,6 +52,7 @@ class Subject:
     images: tuple[Path, ...]
     options: Options
     kind: Kind = "mesh"
+    shown: tuple[ImageFile, ...] = ()
 
 
 def read_subjects(
@@ -59,8 +63,9 @@ def read_subjects(
     Parameters
     ----------
     source : path
-        A folder; or a table, ``.tsv``, with columns ``subject``, ``image`` (relative to the table), ``phase``, and any
-        option by its name in a configuration file, as ``volume.edge_length``.
+        A folder; or a table, ``.tsv``, with columns ``subject``, ``image`` (its label map, relative to the table),
+        ``phase``, ``intensity_image`` (what it was drawn on, ``FILE`` or ``FILE:FRAME``, for the page), and any option
+        by its name in a configuration file, as ``volume.edge_length``.
     options : Options
         Of all; columns of a table win.
     pattern : str
@@ -122,8 +127,18 @@ def _plain(parts: Iterable[str]) -> str:
     return re.sub(r"[^\w.+-]+", "_", "_".join(parts)).lstrip(".+-")
 
 
+class _Line(NamedTuple):
+    """A line of a table: its number, and what stands in it."""
+
+    number: int
+    image: Path
+    phase: str | None
+    options: Options
+    shown: ImageFile | None
+
+
 def _of_table(source: Path, options: Options, kind: Kind) -> list[Subject]:
-    rows: dict[str, list[tuple[int, Path, str | None, Options]]] = {}
+    rows: dict[str, list[_Line]] = {}
     for line, row in _rows(source):
         where = f"{source.name!r}, line {line}"
         values = {key: text.strip() for key, text in row.items() if (text or "").strip() not in _NOTHING}
@@ -131,27 +146,37 @@ def _of_table(source: Path, options: Options, kind: Kind) -> list[Subject]:
             if needed not in values:
                 raise InputError(f"{where}: no {needed}; every line needs a subject and an image")
         image = source.parent / values["image"]
-        if not image.is_file():
-            raise FileError(f"{where}: image {str(image)!r} is not there")
+        under = values.get("intensity_image")
+        shown = None if under is None else image_file(under, source.parent)
+        for path in (image, *(() if shown is None else (shown.path,))):
+            if not path.is_file():
+                raise FileError(f"{where}: image {str(path)!r} is not there")
         try:
             own = choose(Options, options, _changes(options, values))
         except OptionError as error:
             raise OptionError(f"{where}: {error}") from None
-        rows.setdefault(values["subject"], []).append((line, image, values.get("phase"), own))
+        rows.setdefault(values["subject"], []).append(_Line(line, image, values.get("phase"), own, shown))
     found = []
     for name, lines in rows.items():
         if kind != "sequence":
-            for line, image, phase, own in lines:
-                if len(lines) > 1 and phase is None:
+            for one in lines:
+                if len(lines) > 1 and one.phase is None:
                     raise InputError(
-                        f"{source.name!r}, line {line}: {name!r} has {len(lines)} lines; tell them apart by the column "
-                        "phase, or add --sequence"
+                        f"{source.name!r}, line {one.number}: {name!r} has {len(lines)} lines; tell them apart by the "
+                        "column phase, or add --sequence"
                     )
-                found.append(Subject(f"{name}_{phase}" if len(lines) > 1 else name, (image,), own, kind))
+                own_name = f"{name}_{one.phase}" if len(lines) > 1 else name
+                found.append(Subject(own_name, (one.image,), one.options, kind, (one.shown,) if one.shown else ()))
             continue
-        if any(own != lines[0][3] for _, _, _, own in lines):
+        if any(one.options != lines[0].options for one in lines):
             raise OptionError(f"{source.name!r}: the phases of {name!r} have different options; one sequence has one")
-        found.append(Subject(name, tuple(image for _, image, _, _ in lines), lines[0][3], kind))
+        shown_of = tuple(one.shown for one in lines if one.shown)
+        if shown_of and len(shown_of) < len(lines):
+            raise InputError(
+                f"{source.name!r}: {len(shown_of)} of the {len(lines)} phases of {name!r} have an intensity_image; "
+                "give one for all, or for none"
+            )
+        found.append(Subject(name, tuple(one.image for one in lines), lines[0].options, kind, shown_of))
     return found
 
 

@@ -18,6 +18,7 @@ from femprep.cohort.subjects import Subject
 from femprep.cohort.watch import Watch
 from femprep.errors import DiskFullError, FemprepError, cannot_write
 from femprep.image import read_segmentation
+from femprep.image.underlay import read_under
 from femprep.model.stages import Stages
 from femprep.pipeline import fit_surfaces, mesh_segmentation
 from femprep.report.output import write_run, write_surfaces
@@ -126,8 +127,11 @@ def _make(subject: Subject, folder: Path) -> None:
     stages = Stages(None)
     with stages("read"):
         maps = [read_segmentation(path, structures=options.labels, options=options.image) for path in subject.images]
+        shown = [] if subject.kind == "surfaces" else [read_under(*one, options) for one in zip(maps, subject.shown)]
     if subject.kind == "sequence":
-        write_sequence(mesh_sequence(maps, options), folder, sources=subject.images)
+        found = mesh_sequence(maps, options)
+        found = replace(found, seconds={**stages.seconds, **found.seconds})
+        write_sequence(found, folder, sources=subject.images, images=shown or None)
     elif subject.kind == "surfaces":
         fitted = fit_surfaces(maps[0], options.objects, options)
         fitted = replace(fitted, seconds={**stages.seconds, **fitted.seconds})
@@ -135,7 +139,7 @@ def _make(subject: Subject, folder: Path) -> None:
     else:
         run = mesh_segmentation(maps[0], options)
         run = replace(run, seconds={**stages.seconds, **run.seconds})
-        write_run(run, folder, source=subject.images[0])
+        write_run(run, folder, source=subject.images[0], image=shown[0] if shown else None)
 
 
 def _known(error: BaseException) -> BaseException:

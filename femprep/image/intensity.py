@@ -105,6 +105,7 @@ def read_image(path: str | os.PathLike[str], *, frame: int | None = None) -> Int
             {
                 "file": str(file),
                 "format": format_of(file),
+                "frame": frame,
                 "notices": records(*(Notice.of("assumed", line) for line in notes)),
             },
         )

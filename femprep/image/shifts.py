@@ -201,6 +201,33 @@ def align_slices(seg: Segmentation, shifts: SliceShifts | None = None) -> Segmen
     return replace(seg, labels=labels, grid=replace(grid, offsets=offsets), info=info)
 
 
+def scanned_places(seg: Segmentation, index: FloatArray) -> FloatArray:
+    """World points at which (fractional) indices of a stack lay before its slices were moved back.
+
+    Parameters
+    ----------
+    seg : Segmentation
+        As :func:`align_slices` returned it, or any other: then its places as they are.
+    index : (n, 3) array
+
+    Returns
+    -------
+    (n, 3) array
+        mm LPS; between slices the shift is interpolated.
+    """
+    places = seg.grid.to_world(index)
+    record = seg.info.get("slice_shifts")
+    if not record or not record["slices"]:
+        return places
+    axis = int(record["axis"])
+    flat = [a for a in range(3) if a != axis]
+    numbers = np.array([one["slice"] for one in record["slices"]])
+    shift = np.array([one["shift"] for one in record["slices"]], dtype=np.float64)
+    count = seg.grid.shape[axis]
+    every = [np.interp(index[:, axis], np.arange(count), _nearest(numbers, shift[:, a], count)) for a in range(2)]
+    return np.asarray(places + np.stack(every, axis=1) @ seg.grid.direction[:, flat].T, dtype=np.float64)
+
+
 def _outlines(stack: Any, spacing: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Slices of a structure; in each its centroid with holes filled, and how its form differs from its neighbour's, mm.
 

@@ -20,24 +20,39 @@ _REMEDIES: Final = (
     ("size_ratio", "even edge lengths: no sizing field, or a smaller gradation"),
     ("volume_ratio", "even edge lengths: no sizing field, or a smaller gradation"),
 )
-_SHAPE: Final = "--quality best, another --edge-length, or --mesher sweep"
+_SHAPE: Final = {
+    "tetwild": "--quality best, another --edge-length, or --mesher sweep",
+    "sweep": "another --edge-length, more --layers, or --mesher tetwild",
+}
+#: Units of what is asked, by the end of a check's name.
+_UNITS: Final = (
+    ("dihedral", "degrees"),
+    ("label_distance", "pixels"),
+    ("surface_distance", "mm"),
+    ("off_plane", "mm"),
+    ("volume_difference", "%"),
+    ("time_step", "microseconds"),
+)
 _FAULT: Final = "another --edge-length; it should not happen, tell us"
 
 
-def check_lines(limits: Iterable[LimitRecord]) -> list[dict[str, Any]]:
+def check_lines(limits: Iterable[LimitRecord], mesher: str = "tetwild") -> list[dict[str, Any]]:
     """A line for each limit, missed ones first.
 
     Parameters
     ----------
     limits : iterable of LimitRecord
+    mesher : str
+        That made the mesh, and is not advised again.
     """
     lines = [
         {
             "light": _light(item),
             "name": item.name.replace("_", " "),
             "asked": f"{item.kind} {item.limit:g}",
+            "unit": next((unit for name, unit in _UNITS if item.name.endswith(name)), ""),
             "value": item.value,
-            "remedy": _remedy(item),
+            "remedy": _remedy(item, mesher),
         }
         for item in limits
     ]
@@ -51,7 +66,7 @@ def _light(item: LimitRecord) -> str:
     return "amber" if near else "green"
 
 
-def _remedy(item: LimitRecord) -> str:
+def _remedy(item: LimitRecord, mesher: str) -> str:
     if item.kind == "exactly":
         return _FAULT
-    return next((words for name, words in _REMEDIES if name in item.name), _SHAPE)
+    return next((words for name, words in _REMEDIES if name in item.name), _SHAPE.get(mesher, _SHAPE["tetwild"]))

@@ -30,8 +30,10 @@ _MADE: Final = ("meshed", "check failed")
 _TEXT: Final = ("subject", "status", "reason", "message")
 #: Fields of a row that are no figure of its own.
 _LEFT_OUT: Final = {"kind", "exit_status", "images", "sha256", "thickness_mm", "notices", "solved", *_TEXT}
+#: What the slices of all hearts may take with their images, characters.
+_MOST_PICTURES: Final = 3_500_000
 #: One SVG of a slice on the page of a heart.
-_SLICE: Final = re.compile(r'<svg [^>]*aria-label="slice \d+">.*?</svg>', re.DOTALL)
+_SLICE: Final = re.compile(r'<svg [^>]*aria-label="slice (\d+)">.*?</svg>', re.DOTALL)
 
 
 def cohort_page(
@@ -65,13 +67,18 @@ def cohort_page(
     names = [name for name in (rows[0] if rows else ()) if not name.startswith("_") and name not in _TEXT]
     names = [name for name in names if any(row[name] is not None for row in rows)]
     links = {row["subject"]: _link(row, out) for row in rows}
-    scores = {name: robust_z(np.array([np.nan if row[name] is None else row[name] for row in rows])) for name in names}
+    # What a subject took that was refused at once is no figure of a heart.
+    made = [row for row in rows if row["status"] in _MADE]
+    scores = {
+        name: robust_z(np.array([row[name] if row in made and row[name] is not None else np.nan for row in rows]))
+        for name in names
+    }
     outliers = []
     for number, row in enumerate(rows):
         row["_link"] = links[row["subject"]]
         row["_out"] = [name for name in names if abs(scores[name][number]) > OUTLIER]
         for name in row["_out"]:
-            median = float(np.median([other[name] for other in rows if other[name] is not None]))
+            median = float(np.median([other[name] for other in made if other[name] is not None]))
             outliers.append(
                 {
                     "subject": row["subject"],
@@ -93,8 +100,8 @@ def cohort_page(
         reasons=[{**one, "count": record["reasons"][one["code"]], "light": _LIGHTS[one["status"]]} for one in reasons],
         limit=OUTLIER,
         outliers=sorted(outliers, key=lambda one: -abs(one["z"])),
-        plots=[_plot(name, rows) for name in names if sum(row[name] is not None for row in rows) >= _LEAST],
-        pictures=list(_pictures(rows, out)),
+        plots=[_plot(name, made) for name in names if sum(row[name] is not None for row in made) >= _LEAST],
+        pictures=_pictures(rows, out),
         rows=[{**row, "message": row["message"][:300]} for row in rows],
         columns=columns,
         date=time.strftime("%Y-%m-%d %H:%M %Z"),
@@ -176,14 +183,31 @@ def _plot(name: str, rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {"title": _title(name), "low": low, "high": high, "median": median, "median_x": round(at, 1), "dots": dots}
 
 
-def _pictures(rows: Iterable[Mapping[str, Any]], out: Path) -> Iterable[dict[str, Any]]:
-    """The middle slice of each heart, as its own page draws it."""
+def _pictures(rows: Iterable[Mapping[str, Any]], out: Path) -> list[dict[str, Any]]:
+    """The middle slice of each heart, as its own page draws it; without images where these are too many for a page."""
+    found = []
     for row in rows:
-        if not row["_link"]:
-            continue
-        page = _page(out / row["subject"])
-        found = _SLICE.findall(page.read_text(encoding="utf-8")) if page is not None else []
-        if found:
+        page = _page(out / row["subject"]) if row["_link"] else None
+        svg = "" if page is None else _middle_slice(page.read_text(encoding="utf-8"))
+        if svg:
             light = _LIGHTS[row["status"]]
-            picture = {"subject": row["subject"], "link": row["_link"], "svg": Markup(found[len(found) // 2])}
-            yield {**picture, "light": light}
+            found.append({"subject": row["subject"], "link": row["_link"], "light": light, "svg": svg})
+    lit = sum(len(one["svg"]) for one in found) <= _MOST_PICTURES
+    return [{**one, "svg": Markup(one["svg"] if lit else _unlit(one["svg"]))} for one in found]
+
+
+def _middle_slice(page: str) -> str:
+    """The middle one of the slices of a page; of a sequence, whose page shows some phases, of the first of them."""
+    found: list[str] = []
+    numbers: list[int] = []
+    for match in _SLICE.finditer(page):
+        if numbers and int(match[1]) <= numbers[-1]:
+            break
+        numbers.append(int(match[1]))
+        found.append(match[0])
+    return found[len(found) // 2] if found else ""
+
+
+def _unlit(svg: str) -> str:
+    """A slice without the image under it."""
+    return re.sub(r'<g class="image">.*?</g>', "", svg, flags=re.DOTALL).replace(' class="lit"', "", 1)

@@ -52,6 +52,18 @@ class InputRecord(Record):
     notes: dict[str, Any] = Field(default_factory=dict, description="What the reader found and did.")
 
 
+class ImageRecord(Record):
+    """The image that the labels were drawn on, as the page shows it; no figure depends on it."""
+
+    path: str | None = Field(None, description="File name as given, without its folder; null for data made in memory.")
+    sha256: str | None = Field(None, description="SHA-256 of the file.")
+    frame: int | None = Field(None, description="Which frame of the file, from 1; null where it holds one.")
+    shape: tuple[int, int, int] = Field(description="Voxels along i, j, k.")
+    spacing_mm: tuple[float, float, float] = Field(description="Voxel sizes, mm.")
+    resampled: bool = Field(description="Whether it has other voxels than the labels, and was interpolated at theirs.")
+    covered_percent: float = Field(description="Labelled voxels that lie in it, %.")
+
+
 class StageRecord(Record):
     """One stage of a run."""
 
@@ -86,6 +98,9 @@ class RunManifest(Record):
     length_unit: Literal["mm"] = Field("mm", description="Unit of all lengths.")
     coordinates: Literal["LPS"] = Field("LPS", description="World coordinates: left, posterior, superior.")
     input: InputRecord
+    image: ImageRecord | None = Field(
+        None, description="The image that the page shows under the outlines; null where none was given."
+    )
     options: Options = Field(description="All options of the run, defaults included.")
     stages: list[StageRecord] = Field(description="Stages in order.")
     volumes: list[VolumeRecord] = Field(default_factory=list, description="Volumes beside the segmentation's.")
@@ -179,6 +194,7 @@ class PhaseRecord(Record):
     name: str = Field(description="Folder of the phase, below phases/.")
     source: str | None = Field(None, description="File name of its label map.")
     sha256: str | None = Field(None, description="SHA-256 of that file.")
+    image: ImageRecord | None = Field(None, description="The image that pages show under its outlines.")
     time: float = Field(description="Its time in the series.")
     passed: bool = Field(description="Whether the quality check passed.")
     failures: list[str] = Field(default_factory=list, description="What failed.")
@@ -203,6 +219,9 @@ class SequenceManifest(Record):
     reference: int = Field(description="Number of the phase the displacements are from.")
     template: dict[str, int | str] = Field(description="Element, columns, rows and layers all phases share.")
     phases: list[PhaseRecord] = Field(description="Phases in order.")
+    stages: list[StageRecord] = Field(
+        default_factory=list, description="Stages beside those of the phases, which stand in their own records."
+    )
     ejection_fraction_percent: float = Field(
         description="Greatest less least cavity of the meshes, per cent of the greatest."
     )

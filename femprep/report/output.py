@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,12 @@ import numpy as np
 
 from femprep.export import write_facets, write_format, write_mesh, write_purkinje, write_surface, write_wall
 from femprep.export.losses import losses
-from femprep.image import Segmentation
+from femprep.image import IntensityImage, Segmentation
 from femprep.model import Notice, Progress, noted, verdict_of
-from femprep.model.facets import facet_triangles
 from femprep.report.beside_labels import beside
 from femprep.report.bullseyes import report_bulls_eyes, thickness_of_segments
 from femprep.report.colours import colour
+from femprep.report.data_pictures import DataPictures, data_pictures, image_notices, image_record, under_labels
 from femprep.report.fidelity_tables import fidelity_tables, given_table
 from femprep.report.folder import whole_folder
 from femprep.report.manifest import (
@@ -37,7 +38,6 @@ from femprep.report.quality_page import quality_charts
 from femprep.report.run import Run, Surfaces
 from femprep.report.scene import scene
 from femprep.report.shown import Shown, shown
-from femprep.report.slices import slice_pictures
 from femprep.report.volumes import voxel_volume
 from femprep.wall import cavity_surface
 
@@ -47,6 +47,7 @@ def write_run(
     out: str | Path,
     *,
     source: str | Path | Mapping[str, Path] | None = None,
+    image: IntensityImage | None = None,
     command: str = "",
     progress: Progress | None = None,
 ) -> RunManifest:
@@ -60,7 +61,9 @@ def write_run(
         Folder to make. Of one that femprep made before, the files it wrote are replaced when the new one is whole;
         whatever else the folder holds stays where it is.
     source : path, optional
-        The image file the run began with, or its files of surfaces by name; names and hashes go into ``run.json``.
+        The label map the run began with, or its files of surfaces by name; names and hashes go into ``run.json``.
+    image : IntensityImage, optional
+        The image that the labels were drawn on: the page shows it under the outlines.
     command : str
         What was typed, for the page.
     progress : callable, optional
@@ -78,6 +81,8 @@ def write_run(
         since an earlier run, or that femprep did not write. The folder is then as it was.
     DiskFullError
         There is no room; nothing new is left.
+    InputError
+        The image and the labels do not lie in one place.
 
     Examples
     --------
@@ -85,9 +90,32 @@ def write_run(
     >>> "mesh.vtu" in manifest.files  # doctest: +SKIP
     True
     """
+    return written(run, out, source=source, image=image, command=command, progress=progress).manifest
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """The record of a folder, and what its page shows of mesh and data."""
+
+    manifest: RunManifest
+    view: Shown
+    data: DataPictures
+
+
+def written(
+    run: Run,
+    out: str | Path,
+    *,
+    source: str | Path | Mapping[str, Path] | None = None,
+    image: IntensityImage | None = None,
+    command: str = "",
+    progress: Progress | None = None,
+) -> Written:
+    """Write the folder of one run as :func:`write_run` does, and keep what its page shows."""
     start = time.perf_counter()
     report = progress or (lambda stage, fraction: None)
     report("write", 0.0)
+    under = under_labels(run, image)
     with whole_folder(Path(out)) as folder:
         png = folder / ".picture.png"
         painter = start_painter()
@@ -101,7 +129,7 @@ def write_run(
             for name in (name for name in run.options.formats if name not in left_out):
                 write_format(run.mesh, folder, name, options=run.options.export)
             (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
-            slices, volumes, details = _slices(run), list(run.volumes), _details(run)
+            data, volumes, details = data_pictures(run, under), list(run.volumes), _details(run)
             report("write", 0.8)
             content = _content(run, view)
             picture = finish_picture(painter, png)
@@ -113,23 +141,26 @@ def write_run(
         if picture is None:
             line = "no picture of the mesh: VTK could not render it here"
             details["report"] = noted({}, Notice.of("left out", line))
+        if under is not None:
+            details["image"] = {"notices": image_notices(under)}
         stages = {**run.seconds, "write": time.perf_counter() - start}
         manifest = _manifest(run, stages, source, volumes, details, folder, more=("report.html", *FILES))
         manifest = manifest.model_copy(
             update={
                 "thickness_mm": thickness_of_segments(run.mesh, view.whole),
+                "image": None if under is None else image_record(under),
                 "tissues": run.quality.tissues,
                 "solution": run.solution,
             }
         )
         write_methods(methods(manifest), folder)
         (folder / "report.html").write_text(
-            report_page(manifest, run.quality, slices=slices, picture=picture, command=command, **content),
+            report_page(manifest, run.quality, data=data, picture=picture, command=command, **content),
             encoding="utf-8",
         )
         manifest = _write_manifest(manifest, folder, start)
     report("write", 1.0)
-    return manifest
+    return Written(manifest, view, data)
 
 
 def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | None = None) -> RunManifest:
@@ -287,17 +318,6 @@ def _details(run: Run) -> dict[str, Any]:
     return {**_surface_details(run), "wall": wall, "volume": plain(run.mesh.info)}
 
 
-def _slices(run: Run) -> list[str]:
-    if run.segmentation is None:
-        return []
-    parts = {}
-    for name in run.mesh.facet_names:
-        if name.startswith(("endo", "epi")):
-            used, triangles = np.unique(facet_triangles(run.mesh, name), return_inverse=True)
-            parts[name] = run.mesh.points[used], triangles.reshape(-1, 3)
-    return slice_pictures(run.segmentation, parts, off=list(run.fidelity.off.values()))
-
-
 def _content(run: Run, view: Shown) -> dict[str, Any]:
     """What the page holds that depends on the run alone."""
     figures = [("points", run.quality.n_points)]
@@ -305,7 +325,6 @@ def _content(run: Run, view: Shown) -> dict[str, Any]:
     figures += [
         (f"facets {name}", int(np.sum(run.mesh.facet_tag == tag))) for name, tag in run.mesh.facet_names.items()
     ]
-    names = [name for name in run.mesh.facet_names if name.startswith(("endo", "epi"))]
     return {
         "figures": figures,
         "histograms": quality_charts(run.quality),
@@ -315,6 +334,6 @@ def _content(run: Run, view: Shown) -> dict[str, Any]:
             else fidelity_tables(run.fidelity.records, run.options.limits.maximum_label_distance)
         ),
         "bulls_eyes": report_bulls_eyes(run.mesh, view.whole),
-        "colours": {name: colour(name) for name in names},
+        "colours": {name: colour(name) for name in run.mesh.facet_names},
         "scene": scene(view, run.quality),
     }

@@ -14,6 +14,7 @@ from femprep.report.methods import FILES, methods
 from femprep.report.templates import asset, render
 
 if TYPE_CHECKING:
+    from femprep.report.data_pictures import DataPictures
     from femprep.volume.quality.report import QualityReport
 
 #: Worst elements of each measure on a page.
@@ -24,18 +25,20 @@ STYLE = asset("pages.css")
 
 
 def histogram(edges: Sequence[float], counts: Sequence[int], caption: str) -> str:
-    """SVG histogram: counts between edges, with a caption below."""
+    """SVG histogram: counts between edges, with a caption below, in two lines where it has a colon."""
     top = max(*counts, 1)
     step, unit = 280.0 / len(counts), 75.0 / top
+    title, _, rest = caption.partition(": ")
     bars = "".join(
         f'<rect x="{10 + i * step:.1f}" y="{90 - n * unit:.1f}" width="{step - 0.6:.1f}" height="{n * unit:.1f}"/>'
         for i, n in enumerate(counts)
     )
     return (
-        f'<svg viewBox="0 0 300 120" width="300" role="img" aria-label="{escape(caption)}"><g fill="#4a78a8">{bars}</g>'
+        f'<svg viewBox="0 0 300 132" width="300" role="img" aria-label="{escape(caption)}"><g fill="#4a78a8">{bars}</g>'
         f'<text x="10" y="103" font-size="9">{edges[0]:.3g}</text>'
         f'<text x="290" y="103" font-size="9" text-anchor="end">{edges[-1]:.3g}</text>'
-        f'<text x="10" y="116" font-size="9.5">{escape(caption)}</text></svg>'
+        f'<text x="10" y="116" font-size="9.5">{escape(title)}</text>'
+        f'<text x="10" y="127" font-size="9.5">{escape(rest)}</text></svg>'
     )
 
 
@@ -66,7 +69,7 @@ def report_page(
     figures: Sequence[tuple[Any, ...]],
     histograms: Sequence[str],
     fidelity: str,
-    slices: Sequence[str],
+    data: DataPictures,
     bulls_eyes: Sequence[str],
     colours: Mapping[str, str],
     picture: str | None,
@@ -82,11 +85,13 @@ def report_page(
         Limits, failures, worst elements.
     figures : rows of (name, value...)
         Counts and quality.
-    histograms, slices, bulls_eyes : sequences of SVG
+    histograms, bulls_eyes : sequences of SVG
+    data : DataPictures
+        Slices and cuts along the long axis.
     fidelity : str
         Distances to the labels, HTML.
     colours : mapping
-        Line colour by surface name.
+        Colour of each facet tag, by name.
     picture : str, optional
         ``data:`` address of the picture of the mesh.
     scene : mapping
@@ -109,7 +114,7 @@ def report_page(
         failures=quality.failures,
         limits_from=quality.limits_from,
         purpose=quality.options.purpose,
-        checks=check_lines(quality.limits),
+        checks=check_lines(quality.limits, manifest.options.volume.mesher),
         solution=manifest.solution,
         worst=_worst(quality),
         figures=table(figures),
@@ -117,7 +122,7 @@ def report_page(
         stages=table([(s.name, round(s.seconds, 2)) for s in manifest.stages], ("stage", "s")),
         histograms=histograms,
         fidelity=fidelity,
-        slices=slices,
+        data=data,
         bulls_eyes=bulls_eyes,
         colours=colours,
         picture=picture,

@@ -21,8 +21,9 @@ import numpy as np
 from femprep.errors import DiskFullError, cannot_write
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, boundary_faces
 from femprep.mesh.numbering import set_numbers
-from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
+from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh, tag_name
 from femprep.model.blocks import chosen_rows, nodes_of
+from femprep.report.colours import colour
 
 logger = logging.getLogger(__name__)
 
@@ -31,12 +32,8 @@ TIME_LIMIT = 60.0
 
 #: Exit status of the child where no room is left for the picture.
 _NO_ROOM: Final = 75
-#: Width and height of the picture, pixels; colours of the tags (ColorBrewer's Set2), of the cut and of edges.
+#: Width and height of the picture, pixels; colours of the cut and of edges.
 _SIZE: Final = (1200, 600)
-_TAG_COLOURS: Final = (
-    *((102, 194, 165), (252, 141, 98), (141, 160, 203), (231, 138, 195)),
-    *((166, 216, 84), (255, 217, 47), (229, 196, 148), (179, 179, 179)),
-)
 _CUT_COLOUR: Final = (0.88, 0.63, 0.59)
 _EDGE_COLOUR: Final = (0.27, 0.27, 0.27)
 
@@ -191,8 +188,9 @@ def _polydata(points: FloatArray, polygons: IntArray, tag: IntArray | None = Non
     mesh.SetPoints(places)
     mesh.SetPolys(cells)
     if tag is not None:
-        _, rank = np.unique(tag, return_inverse=True)
-        colours = np.array(_TAG_COLOURS, dtype=np.uint8)[rank.ravel() % len(_TAG_COLOURS)]
+        tags, rank = np.unique(tag, return_inverse=True)
+        shades = [bytes.fromhex(colour(tag_name(number)).removeprefix("#")) for number in tags]
+        colours = np.array([list(shade) for shade in shades], dtype=np.uint8)[rank.ravel()]
         mesh.GetCellData().SetScalars(numpy_to_vtk(colours, deep=True))
     return mesh
 

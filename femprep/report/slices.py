@@ -1,19 +1,24 @@
-"""Slices of a label map with the mesh drawn over them, as SVG."""
+"""Slices of a label map, or of the image it was drawn on, with the mesh drawn over them, as SVG."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from femprep.image import Segmentation
+from femprep.image.underlay import Underlay, greys
 from femprep.model import FloatArray, IntArray
-from femprep.report.colours import colour
+from femprep.report.colours import structure_colour
+from femprep.report.overlay import Drawing
 
-#: Fill of each structure.
-FILLS = ("#cfe3f5", "#f7d9cf", "#d5ecd4", "#eee3c0", "#e3d5ee")
-_OFF = "#ff0000"
+#: Slices that are drawn at most: a page of more would not open from a mail.
+MOST: Final = 40
+#: Room around the labels within a slice: pixels, and mm where an image lies under them.
+MARGIN: Final = 3
+ROOM: Final = 12.0
 
 
 def plane_cut(points: FloatArray, triangles: IntArray, height: FloatArray) -> FloatArray:
@@ -52,8 +57,10 @@ def slice_pictures(
     width: int = 220,
     *,
     off: Sequence[FloatArray] = (),
+    under: Underlay | None = None,
+    limits: tuple[float, float] = (0.0, 1.0),
 ) -> list[str]:
-    """One SVG a slice: the structures filled, the cut of each surface drawn over them.
+    """One SVG a slice: the image, where there is one, the structures filled, the cut of each surface drawn over them.
 
     Parameters
     ----------
@@ -64,55 +71,61 @@ def slice_pictures(
         Width of a picture, pixels of the screen.
     off : sequence of (n, 3) arrays
         Points that lie off the labels, mm LPS: drawn as dots in the slice they lie in.
+    under : Underlay, optional
+        The image to lay under them.
+    limits : (float, float)
+        Its values that are black and white.
 
     Returns
     -------
     list of str
-        SVG elements from the first slice that holds a label to the last.
+        SVG elements from the first slice that holds a label to the last; of more than ``MOST`` slices so many, evenly
+        spread.
     """
     axis = seg.stack_axis
     across = [a for a in range(3) if a != axis]
     # A preset may name structures that this map does not hold; their masks are empty.
     masks = {name: np.moveaxis(np.isin(seg.labels, labels), axis, 2) for name, labels in seg.structures.items()}
-    spacing = np.asarray(seg.grid.spacing, dtype=float)[across]
+    spacing = np.asarray(seg.grid.spacing, dtype=np.float64)[across]
     everything = np.any(np.stack(list(masks.values())), axis=0)
     if not everything.any():
         return []
-    low, high = _box(everything)
+    low, high = _box(everything, np.full(2, MARGIN) if under is None else np.ceil(ROOM / spacing))
     indices = {name: seg.grid.to_index(points) for name, (points, _) in surfaces.items()}
     dots = seg.grid.to_index(np.concatenate(off)) if sum(map(len, off)) else np.empty((0, 3))
     pictures = []
-    for k in range(low[2], high[2]):
-        body = []
-        for fill, mask in zip(FILLS, masks.values()):
+    for k in shown_slices(low[2], high[2]):
+        drawing = Drawing(np.asarray(low[:2] - 0.5, dtype=np.float64), (high - low)[:2].astype(np.float64), spacing)
+        if under is not None:
+            columns, rows = np.meshgrid(*(np.arange(low[a], high[a], dtype=float) for a in range(2)))
+            places = np.full((columns.size, 3), float(k))
+            places[:, across] = np.stack([columns.ravel(), rows.ravel()], axis=1)
+            drawing.raster("image", greys(under.values(places), limits).reshape(columns.shape))
+        for name, mask in masks.items():
             path = _runs(mask[low[0] : high[0], low[1] : high[1], k])
-            body.append(f'<path d="{path}" fill="{fill}"/>')
+            if path:
+                drawing.fill("labels", path, structure_colour(name))
         for name, (_, triangles) in surfaces.items():
-            stroke, index = colour(name), indices[name]
-            segments = plane_cut(index, triangles, index[:, axis] - (k + 1e-9))[:, :, across] - low[:2] + 0.5
-            path = "".join(f"M{a[0]:.2f} {a[1]:.2f}L{b[0]:.2f} {b[1]:.2f}" for a, b in segments)
-            body.append(f'<path d="{path}" stroke="{stroke}" fill="none" vector-effect="non-scaling-stroke"/>')
-        path = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in dots[np.rint(dots[:, axis]) == k][:, across] - low[:2] + 0.5)
-        if path:
-            body.append(
-                f'<path d="{path}" stroke="{_OFF}" stroke-width="4" stroke-linecap="round" fill="none" '
-                'vector-effect="non-scaling-stroke"/>'
-            )
-        size = (high - low)[:2] * spacing
-        pictures.append(
-            f'<svg viewBox="0 0 {size[0]:.2f} {size[1]:.2f}" width="{width}" role="img" aria-label="slice {k}">'
-            f'<g transform="scale({spacing[0]:.5f} {spacing[1]:.5f})" stroke-width="1.4">{"".join(body)}</g>'
-            f'<text x="2" y="8" font-size="7">{k}</text></svg>'
-        )
+            index = indices[name]
+            drawing.outline(name, plane_cut(index, triangles, index[:, axis] - (k + 1e-9))[:, :, across])
+        drawing.dots(dots[np.rint(dots[:, axis]) == k][:, across])
+        pictures.append(drawing.svg(width, f"slice {k}", str(k)))
     return pictures
 
 
-def _box(mask: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """First and last (exclusive) index of what is set, with a margin of 3 pixels within a slice."""
-    margin = np.array([3, 3, 0])
+def shown_slices(first: int, end: int) -> list[int]:
+    """Numbers of the slices that are drawn, from the first to before the end: all, or ``MOST`` evenly spread."""
+    if end - first <= MOST:
+        return list(range(first, end))
+    return [int(k) for k in np.unique(np.rint(np.linspace(first, end - 1, MOST)))]
+
+
+def _box(mask: npt.NDArray[np.bool_], margin: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """First and last (exclusive) index of what is set, with a margin of so many pixels within a slice."""
+    room = np.array([*margin, 0]).astype(np.int64)
     found = np.argwhere(mask)
-    low = np.maximum(found.min(axis=0) - margin, 0)
-    high = np.minimum(found.max(axis=0) + 1 + margin, mask.shape)
+    low = np.maximum(found.min(axis=0) - room, 0)
+    high = np.minimum(found.max(axis=0) + 1 + room, mask.shape)
     return low, high
 
 

@@ -11,7 +11,9 @@ import cohorts
 import jsonschema
 import pytest
 from cohorts import Quiet
+from greys import cine, write_image
 
+import femprep as fp
 from femprep.cli.schema import schema_folder
 
 pytestmark = pytest.mark.slow
@@ -105,6 +107,32 @@ def test_phases_of_a_patient_are_one_sequence_with_an_ejection_fraction(undistur
     written = (tmp_path / "out" / "patient" / "run.json").stat().st_mtime_ns
     assert cohorts.run(source.parent, tmp_path / "out", "--sequence").returncode == done.returncode
     assert (tmp_path / "out" / "patient" / "run.json").stat().st_mtime_ns == written
+
+
+def test_images_of_a_table_stand_on_the_pages_and_other_ones_are_made_anew(undisturbed: Quiet, tmp_path: Path) -> None:
+    lines = ["subject\timage\tphase\tintensity_image"]
+    for name, phase in (("heart2", "ED"), ("heart0", "ES")):
+        shutil.copy(undisturbed.source / f"{name}.nii.gz", tmp_path)
+        image = cine(fp.read_segmentation(tmp_path / f"{name}.nii.gz", preset="acdc"))
+        write_image(image, tmp_path / f"{name}-cine.nii.gz")
+        lines.append(f"p\t{name}.nii.gz\t{phase}\t{name}-cine.nii.gz")
+    (tmp_path / "subjects.tsv").write_text("\n".join(lines) + "\n")
+    out = tmp_path / "out"
+    done = cohorts.run(tmp_path / "subjects.tsv", out, "--sequence", workers=1)
+    assert done.returncode in (0, 1), done.stderr
+    record = json.loads((out / "p" / "run.json").read_text())
+    assert [phase["image"]["path"] for phase in record["phases"]] == ["heart2-cine.nii.gz", "heart0-cine.nii.gz"]
+    assert (out / "p" / "report.html").read_text().count('class="lit"') > 10
+    # The thumbnail on the cohort's page has the image, and leads to the page of the sequence.
+    page = (out / "cohort.html").read_text()
+    assert page.count('class="lit"') == 1
+    assert 'href="p/report.html"' in page
+    written = (out / "p" / "run.json").stat().st_mtime_ns
+    cohorts.run(tmp_path / "subjects.tsv", out, "--sequence", workers=1)
+    assert (out / "p" / "run.json").stat().st_mtime_ns == written
+    shutil.copy(tmp_path / "heart2-cine.nii.gz", tmp_path / "heart0-cine.nii.gz")
+    cohorts.run(tmp_path / "subjects.tsv", out, "--sequence", workers=1)
+    assert (out / "p" / "run.json").stat().st_mtime_ns != written
 
 
 def test_surfaces_alone(undisturbed: Quiet, tmp_path: Path) -> None:

@@ -73,6 +73,26 @@ def test_phases_in_a_table_are_one_sequence_or_subjects_of_their_own(tmp_path: P
     assert [path.name for path in found.images] == ["ed.nii.gz", "es.nii.gz"]
 
 
+def test_images_to_show_are_those_of_the_line(tmp_path: Path) -> None:
+    touch(tmp_path, "ed.nii.gz", "es.nii.gz", "cine/4d.nii.gz")
+    source = table(
+        tmp_path,
+        "subject\timage\tphase\tintensity_image",
+        "p\ted.nii.gz\tED\tcine/4d.nii.gz:1",
+        "p\tes.nii.gz\tES\tcine/4d.nii.gz:12",
+    )
+    cine = tmp_path / "cine" / "4d.nii.gz"
+    assert [one.shown for one in read_subjects(source, OPTIONS)] == [((cine, 1),), ((cine, 12),)]
+    (found,) = read_subjects(source, OPTIONS, kind="sequence")
+    assert found.shown == ((cine, 1), (cine, 12))
+    source.write_text(source.read_text().replace("cine/4d.nii.gz:12", "n/a"))
+    with pytest.raises(InputError, match="1 of the 2 phases of 'p' have an intensity_image"):
+        read_subjects(source, OPTIONS, kind="sequence")
+    source.write_text(source.read_text().replace("4d", "5d"))
+    with pytest.raises(FileError, match=r"line 2: image .*5d.nii.gz' is not there"):
+        read_subjects(source, OPTIONS)
+
+
 @pytest.mark.parametrize(("lines", "kind", "words"), [
     (("subject\timage", "p\tnone.nii.gz"), FileError, "line 2: image .*none.nii.gz' is not there"),
     (("subject\timage\tedge_length", "p\ta.nii.gz\t2"), OptionError, "'edge_length' is no option.*volume.edge_length"),

@@ -15,7 +15,7 @@ from femprep.cohort.reasons import REASONS
 from femprep.cohort.records import CohortRecord, SubjectRecord, Timing
 from femprep.phantoms import lv_ellipsoid
 from femprep.report.checks import check_lines
-from femprep.report.cohort_page import OUTLIER, cohort_page, robust_z
+from femprep.report.cohort_page import OUTLIER, _pictures, cohort_page, robust_z
 from femprep.volume.quality.report import LimitRecord
 
 pytest.importorskip("jinja2")
@@ -58,6 +58,14 @@ def test_view_is_turned_cut_and_coloured(heart: Path) -> None:
         page.select_option("#colour", label="wall thickness, mm")
         assert picture(page) != cut
         assert "wall thickness" in page.locator("#legend").inner_text()
+        page.select_option("#cut", "-1")
+        page.select_option("#colour", label="AHA segment")
+        shown = page.evaluate(f"{VIEW}.state.shown")
+        page.locator("#legend button", has_text="17").click()
+        assert page.evaluate(f"{VIEW}.state.shown") != shown
+        assert page.locator("#legend button", has_text="17").get_attribute("aria-pressed") == "false"
+        page.locator("#legend button", has_text="17").click()
+        assert page.evaluate(f"{VIEW}.state.shown") == shown
         for name in ("fibres", "worst"):
             before = picture(page)
             page.check(f"#{name}")
@@ -106,7 +114,8 @@ def cohort(tmp_path: Path) -> Path:
         reasons={"done": 12, "image-unreadable": 1},
         subjects=rows,
     )
-    timings = [Timing(subject=row.subject, seconds=3.0).model_dump() for row in rows]
+    timings = [Timing(subject=row.subject, seconds=3.0 + 0.1 * k).model_dump() for k, row in enumerate(rows)]
+    timings[-1]["seconds"] = 0.01  # refused at once
     reasons = [one._asdict() for one in REASONS if one.code in record.reasons]
     text = cohort_page(record.model_dump(mode="json"), timings, reasons, {}, tmp_path, title="hearts")
     (tmp_path / "cohort.html").write_text(text)
@@ -118,6 +127,35 @@ def test_of_a_heart_that_was_not_made_nobody_knows_what_was_repaired(cohort: Pat
     found = {row["subject"]: row["repaired"] for row in rows}
     assert found["heart00"] == 0
     assert found["none"] is None
+
+
+def svg(number: int, size: int = 0) -> str:
+    image = f'<g class="image"><image href="data:{"A" * size}"/></g>' if size else ""
+    return f'<svg class="lit" viewBox="0 0 9 9" aria-label="slice {number}"><g>{image}<g class="labels"></g></g></svg>'
+
+
+def test_thumbnail_is_the_middle_slice_of_the_first_phase(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "report.html").write_text("".join(map(svg, (2, 3, 4, 5, 6, 1, 2, 3, 4, 5, 6, 7))))
+    rows = [{"subject": "a", "status": "meshed", "_link": "a/report.html"}]
+    assert [one["svg"] for one in _pictures(rows, tmp_path)] == [svg(4)]
+
+
+def test_images_that_are_too_many_for_a_page_are_left_out_of_its_thumbnails(tmp_path: Path) -> None:
+    rows = [{"subject": f"h{k}", "status": "meshed", "_link": f"h{k}/report.html"} for k in range(40)]
+    for row in rows:
+        (tmp_path / row["subject"]).mkdir()
+        (tmp_path / row["subject"] / "report.html").write_text(svg(3, 100_000))
+    assert all("<image" in one["svg"] for one in _pictures(rows[:30], tmp_path))
+    many = _pictures(rows, tmp_path)
+    assert len(many) == 40
+    assert not any("<image" in one["svg"] or "lit" in one["svg"] for one in many)
+    assert all('class="labels"' in one["svg"] for one in many)
+
+
+def test_what_a_refused_heart_took_is_no_outlier(cohort: Path) -> None:
+    rows = json.loads(re.search(r'<script[^>]*id="rows">(.*?)</script>', cohort.read_text(), re.DOTALL)[1])
+    assert {row["subject"]: row["_out"] for row in rows if row["_out"]} == {"heart07": ["cavity_ml"]}
 
 
 def names(page) -> list[str]:

@@ -80,7 +80,7 @@
   for (const field of scene3d.fields) fields.push({ ...field, values: await unpack(field.values) });
   const fibres = scene3d.fibres ? await unpack(scene3d.fibres) : null;
   for (const field of fields) field.colours = (field.classes || []).map((one) => new THREE.Color(one.colour));
-  const region = fields.find((field) => field.title === "region");
+  for (const field of fields) field.hidden = new Set();
 
   function ramp(share) {
     const at = Math.min(share, 0.9999) * (SCALE.length - 1), low = Math.floor(at);
@@ -88,7 +88,7 @@
   }
   const ramps = Array.from({ length: 256 }, (_, step) => ramp(step / 255));
 
-  const state = { field: 0, cut: -1, share: 0.5, turned: false, edges: true, fibres: false, worst: false, hidden: new Set() };
+  const state = { field: 0, cut: -1, share: 0.5, turned: false, edges: true, fibres: false, worst: false, worstOf: scene3d.worst, phase: 0 };
   const stage = new THREE.Scene();
   stage.background = new THREE.Color("#ffffff");
   const camera = new THREE.PerspectiveCamera(35, 1, 1, 5000);
@@ -110,10 +110,13 @@
     controls.update();
   }
 
-  // Which elements are shown: their region is, and their middle lies on the kept side of the cut.
+  // Which elements are shown: their region and segment are, and their middle lies on the kept side of the cut.
   function keep() {
     const kept = new Uint8Array(elements).fill(1);
-    if (state.hidden.size) for (let e = 0; e < elements; e++) if (state.hidden.has(region.values[e])) kept[e] = 0;
+    for (const field of fields) {
+      if (!field.hidden.size) continue;
+      for (let e = 0; e < elements; e++) if (field.hidden.has(field.values[e])) kept[e] = 0;
+    }
     if (state.cut < 0) return kept;
     const normal = scene3d.axes[state.cut];
     const height = centres.map((c) => c[0] * normal[0] + c[1] * normal[1] + c[2] * normal[2]);
@@ -173,19 +176,25 @@
     for (let face = 0; face < faces.length; face++) if (kept[owner[face]] && (other[face] < 0 || !kept[other[face]])) shown.push(face);
     surface(shown, (face) => shade(face, field), state.worst ? 0.18 : 1);
     if (state.worst) {
-      const bad = new Set(scene3d.worst.map((one) => one.element)), red = new THREE.Color("#d00000");
+      const bad = new Set(state.worstOf.map((one) => one.element)), red = new THREE.Color("#d00000");
       surface(faces.map((_, face) => face).filter((face) => bad.has(owner[face])), () => red, 1);
-      for (const one of scene3d.worst) {
+      for (const one of state.worstOf) {
         const ball = new THREE.Mesh(new THREE.SphereGeometry(reach / 60, 12, 8), new THREE.MeshBasicMaterial({ color: red, transparent: true, opacity: 0.5 }));
         ball.position.set(...here(one.place));
         add(ball);
       }
     }
     if (state.fibres && fibres) {
-      const seen = [...new Set(shown.map((face) => owner[face]))], step = Math.max(1, Math.ceil(seen.length / 8000)), half = reach / 45;
-      const line = new Float32Array(6 * Math.ceil(seen.length / step));
-      for (let k = 0, l = 0; k < seen.length; k += step) {
-        for (const sign of [-1, 1]) for (let axis = 0; axis < 3; axis++) line[l++] = 1.01 * centres[seen[k]][axis] + sign * half * fibres[3 * seen[k] + axis] / 127;
+      // A line before each face that is seen: one at the middle of its element would lie hidden in it.
+      const step = Math.max(1, Math.ceil(shown.length / 8000)), half = reach / 45, before = reach / 150;
+      const line = new Float32Array(6 * Math.ceil(shown.length / step));
+      for (let k = 0, l = 0; k < shown.length; k += step) {
+        const ring = faces[shown[k]], element = owner[shown[k]];
+        const middle = [0, 1, 2].map((axis) => ring.reduce((sum, node) => sum + points[3 * node + axis], 0) / ring.length);
+        const out = middle.map((x, axis) => x - centres[element][axis]), length = Math.hypot(...out) || 1;
+        for (const sign of [-1, 1]) {
+          for (let axis = 0; axis < 3; axis++) line[l++] = middle[axis] + before * out[axis] / length + sign * half * fibres[3 * element + axis] / 127;
+        }
       }
       lines(line, "#000000", 1);
     }
@@ -199,10 +208,26 @@
     box.replaceChildren();
     const say = (text) => { const span = document.createElement("span"); span.append(...[].concat(text)); box.append(span); };
     if (field.classes) {
-      for (const one of field.classes) {
+      field.classes.forEach((one, number) => {
         const swatch = document.createElement("i");
         swatch.style.background = one.colour;
-        say([swatch, one.name]);
+        if (field.facet) { say([swatch, one.name]); return; }
+        // Elements of a region or a segment are left out, and taken in again, by a click on its name.
+        const button = document.createElement("button");
+        button.type = "button";
+        button.title = "leave out, or take in again";
+        button.setAttribute("aria-pressed", String(!field.hidden.has(number)));
+        button.append(swatch, one.name);
+        button.addEventListener("click", () => {
+          field.hidden[field.hidden.has(number) ? "delete" : "add"](number);
+          build();
+        });
+        box.append(button);
+      });
+      if (field.facet) {
+        const swatch = document.createElement("i");
+        swatch.style.background = `#${CUT.getHexString()}`;
+        say([swatch, "cut"]);
       }
       return;
     }
@@ -224,6 +249,34 @@
     render();
   }
 
+  // Phases of one heart: its points moved, its thickness and worst elements those of the phase.
+  const phases = scene3d.phases || [];
+  const rest = points.slice(), thick = fields.find((field) => field.moves);
+  for (const phase of phases) {
+    phase.moved = await unpack(phase.moved);
+    if (phase.thickness) phase.thickness = await unpack(phase.thickness);
+  }
+  function move(number) {
+    const phase = phases[number];
+    for (let i = 0; i < points.length; i++) points[i] = rest[i] + phase.step * phase.moved[i];
+    if (thick && phase.thickness) thick.values = phase.thickness;
+    state.worstOf = phase.worst;
+    state.phase = number;
+    byId("phase").value = number;
+    byId("phase-name").textContent = phase.name;
+    build();
+  }
+  if (phases.length) {
+    let timer = 0;
+    const stop = () => { clearInterval(timer); timer = 0; byId("play").textContent = "Play"; };
+    byId("phase").addEventListener("input", (event) => { stop(); move(Number(event.target.value)); });
+    byId("play").addEventListener("click", () => {
+      if (timer) { stop(); return; }
+      byId("play").textContent = "Stop";
+      timer = setInterval(() => move((state.phase + 1) % phases.length), Math.max(80, 1500 / phases.length));
+    });
+  }
+
   // The controls.
   fields.forEach((field, number) => byId("colour").add(new Option(field.title, number)));
   const listen = (id, event, take) => byId(id).addEventListener(event, (e) => { take(e.target); build(); });
@@ -233,17 +286,7 @@
   listen("turned", "change", (input) => { state.turned = input.checked; });
   for (const name of ["edges", "fibres", "worst"]) listen(name, "change", (input) => { state[name] = input.checked; });
   if (!fibres) byId("fibres").parentElement.hidden = true;
-  if (region.classes.length > 1) {
-    region.classes.forEach((one, number) => {
-      const label = document.createElement("label"), input = document.createElement("input");
-      input.type = "checkbox";
-      input.checked = true;
-      input.addEventListener("change", () => { state.hidden[input.checked ? "delete" : "add"](number); build(); });
-      label.append(input, ` ${one.name}`);
-      byId("controls").append(label);
-    });
-  }
-  byId("reset").addEventListener("click", () => { reset(); render(); });
+  byId("reset").addEventListener("click", () => { for (const field of fields) field.hidden.clear(); reset(); build(); });
   for (const row of document.querySelectorAll("[data-place]")) {
     row.addEventListener("click", () => {
       byId("worst").checked = state.worst = true;
@@ -257,6 +300,7 @@
   new ResizeObserver(resize).observe(holder);
   reset();
   resize();
-  build();
-  window.femprepView = { state, camera, renderer, elements };
+  if (phases.length) move(scene3d.first);
+  else build();
+  window.femprepView = { state, camera, renderer, elements, points };
 })();
