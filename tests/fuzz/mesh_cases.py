@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import Any
 
-from fuzz.common import MESHED, SWEEP, TARGETS, Made, map_for_options, mesh, one_of
+import numpy as np
+from fuzz.common import FILLED, SWEEP, TARGETS, Made, map_for_options, mesh, one_of, write
 from fuzz.damage import NUMBERS, Random, choose, file_of
 from fuzz.sources import Sources
 
@@ -105,12 +105,10 @@ def activate(random: Random, sources: Sources, folder: Path) -> Made:
 def template(random: Random, sources: Sources, folder: Path) -> Made:
     """A swept mesh that a new one is to follow, or a field of edge lengths, damaged."""
     seg, image = sources.maps["lv"], folder / "map.nii.gz"
-    whole = map_for_options(random, seg, image)
-    if random.random() < 0.5:
+    if random.random() < 0.8:
+        whole = map_for_options(random, seg, image)
         path, done = _damaged(random, sources.swept, folder, 0.9)
         return Made(done, mesh(image, "lv", *SWEEP, "--template", str(path)), "out", whole)
+    write(image, np.asarray(seg.labels), seg.grid.spacing)
     path, done = _damaged(random, _one(random, sources.sizing), folder, 0.9)
-    if random.random() < MESHED:
-        quick: Any = ("--edge-length", "8", "--quality", "fast", "--vertices", "300", "--quiet", "--time-limit", "60")
-        return Made(done, mesh(image, "lv", *quick, "--sizing", str(path)), "out", True)
-    return Made(done, mesh(image, "lv", *SWEEP, "--sizing", str(path)), "out", whole)
+    return Made(done, mesh(image, "lv", *FILLED, "--sizing", str(path)), "out", True)

@@ -145,13 +145,11 @@ class Sources:
         """Fields of edge lengths."""
         import pyvista
 
-        grid = pyvista.ImageData(dimensions=(5, 5, 5), spacing=(40.0, 40.0, 40.0), origin=(-80.0, -80.0, -80.0))
-        grid.point_data["edge_length"] = np.full(grid.n_points, 8.0)
+        image = pyvista.ImageData(dimensions=(5, 5, 5), spacing=(40.0, 40.0, 40.0), origin=(-80.0, -80.0, -80.0))
+        image.point_data["edge_length"] = np.full(image.n_points, 8.0)
+        grid = image.cast_to_unstructured_grid()
         written = []
-        for name, data in (
-            ("field.vtk", grid.cast_to_unstructured_grid()),
-            ("field.vtu", grid.cast_to_unstructured_grid()),
-        ):
+        for name, data in (("field.vtk", grid), ("field.vtu", grid), ("field.vti", image)):
             path = self._place("sizing", name.replace(".", "-")) / name
             data.save(path)
             written.append(path)
