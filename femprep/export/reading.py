@@ -15,6 +15,7 @@ import numpy as np
 
 from femprep.errors import FemprepError, FileError, InputError, MissingDependencyError
 from femprep.export.foreign import from_meshio
+from femprep.export.hdf5 import require_hdf5
 from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_in
 from femprep.mesh.entities import refuse_entities
@@ -55,10 +56,13 @@ def read_mesh(path: str | Path) -> VolumeMesh:
     path = Path(path)
     if not path.exists():
         raise FileError(f"mesh file {str(path)!r} does not exist")
+    if not path.is_file() and not path.is_dir():  # to open a pipe waits for whoever writes into it
+        raise FileError(f"{str(path)!r} is no regular file, expected a mesh")
     reader = "svmultiphysics" if path.is_dir() else _READERS.get(path.suffix.lower(), _meshio)
     try:
         if path.suffix.lower() in _XML:
             refuse_entities(path)
+        require_hdf5(path)
         mesh = import_module(f"femprep.export.{reader}.read").read(path) if isinstance(reader, str) else reader(path)
         _require_finite(mesh)
         if path.suffix.lower() in _COMMENTED and (verdict := verdict_in(path)):
