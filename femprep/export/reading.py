@@ -126,6 +126,17 @@ def _medit(path: Path) -> VolumeMesh:
     return mesh.with_data(cell=solutions(path, mesh))
 
 
+def _tecplot(path: Path) -> VolumeMesh:
+    """meshio goes on looking for nodes and elements behind the end of the file, for as many as there should be."""
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+    size = path.stat().st_size
+    for match in re.finditer(rb"\b(NODES|N|ELEMENTS|E)\s*=\s*(\d{1,18})", head, re.IGNORECASE):
+        if int(match[2]) > size:
+            raise FileError(f"{str(path)!r} is damaged: it says {match[0].decode()!r} and has {size} bytes")
+    return _meshio(path)
+
+
 def _meshio(path: Path) -> VolumeMesh:
     return from_meshio(meshio_mesh(path))
 
@@ -165,6 +176,9 @@ def meshio_mesh(path: Path) -> Any:
         raise FileError(f"{str(path)!r} is damaged or of an unknown format: {reason}") from error
 
 
+#: Bytes of a file in which its head is looked for.
+_HEAD: Final = 2**16
+
 #: Endings of text files with comments, in which a mesh's verdict stands.
 _COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")
 
@@ -185,4 +199,6 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".med": _med,
     ".msh": _with_unit,
     ".mesh": _medit,
+    ".dat": _tecplot,
+    ".tec": _tecplot,
 }

@@ -85,6 +85,7 @@ def test_phases_in_a_table_are_one_sequence_or_subjects_of_their_own(tmp_path: P
     (("subject\timage", "failures\ta.nii.gz"), InputError, "cannot name a subject"),
     (("subject,image", "p,a.nii.gz"), FileError, "needed are subject and image"),
     (("subject\timage",), InputError, "no line with a subject"),
+    (("subject\timage\tvolume.edge_length", "p\ta.nii.gz\t" + 3000 * "["), OptionError, "line 2: .*edge_length"),
 ])  # fmt: skip
 def test_what_is_wrong_with_a_table_is_told(
     tmp_path: Path, lines: tuple[str, ...], kind: type[FemprepError], words: str

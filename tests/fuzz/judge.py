@@ -110,12 +110,14 @@ def _command(case: Case, folder: Path, said: Path, printed: Path) -> None:
 
 def _wait(child: int, limit: float) -> tuple[int, float, bool]:
     """Exit status and processor seconds of a child; whether it had to be ended."""
-    late, start = False, time.monotonic()
+    late, start, spent, looked = False, time.monotonic(), 0.0, 0.0
     while True:
         pid, status, usage = os.wait4(child, os.WNOHANG)
         if pid:
             return os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime, late
-        spent = sum(_seconds(one) for one in _session(child))
+        if time.monotonic() - start - looked > 1.0:  # to look through all processes costs more than most commands
+            looked = time.monotonic() - start
+            spent = sum(_seconds(one) for one in _session(child))
         if spent > limit or time.monotonic() - start > 6.0 * limit:
             late = True
             for one in _session(child):

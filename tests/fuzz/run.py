@@ -9,6 +9,7 @@ of patients come along where ``FEMPREP_DATA`` names the folder they are in.
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import os
 import sys
@@ -70,6 +71,8 @@ def load() -> None:
     others = ("SimpleITK", "pyvista", "meshio", "h5py", "trimesh", "manifold3d", "scipy.spatial", "scipy.sparse.linalg")
     for name in (*(f"femprep.{name}" for name in own), *others):
         import_module(name)
+    gc.collect()
+    gc.freeze()  # a fork then copies less
 
 
 def table(outcomes: list[Outcome]) -> str:
