@@ -211,7 +211,7 @@ def mesh(
         list[Path] | None,
         typer.Argument(
             metavar="[SEG]...",
-            help="Label map: .nii, .nii.gz, .nrrd, .seg.nrrd, .mha or .mhd; several are phases, see --sequence.",
+            help="Label map: .nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .mhd or DICOM SEG; several: see --sequence.",
         ),
     ] = None,
     mask: shared.Mask = None,

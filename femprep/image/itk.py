@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import shutil
 import tempfile
@@ -14,14 +13,12 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from femprep.errors import DiskFullError, FileError, InputError, ResourceError, cannot_write
+from femprep.errors import DiskFullError, FileError, InputError, cannot_write
 from femprep.image.files import format_of, require_whole
 from femprep.image.grid import Grid
-from femprep.image.native import captured_stderr, memory
+from femprep.image.native import captured_stderr, require_memory
 from femprep.model import FloatArray
 
-#: Memory that reading a label map and taking its objects apart needs, bytes per voxel, at the least.
-_BYTES_PER_VOXEL: Final = 4
 #: A disk with less room than this is full, bytes.
 _FULL: Final = 2**16
 
@@ -66,7 +63,7 @@ def read_image(file: Path, frame: int | None = None) -> ImageFile:
             slicer = format_of(file) == "NrrdImageIO" and any(key.endswith("_LabelValue") for key in keys)
             components = 1 if slicer else reader.GetNumberOfComponents()
             _require_volume(file, size, components, reader.GetPixelID() in _complex(sitk), frame)
-            _require_memory(file, size[:3])
+            require_memory(file, size[:3])
             if len(size) > 3:
                 reader.SetExtractSize(size[:3] + [0] * (len(size) - 3))
                 if frame is not None:
@@ -153,17 +150,6 @@ def _require_volume(
         raise InputError(
             f"{file}: is a {len(size)}-D image ({shown}), expected 3-D; write one frame to a file of its own, or "
             "choose one by frame (--frame N, counted from 1)"
-        )
-
-
-def _require_memory(file: Path, size: list[int]) -> None:
-    """Refuse what does not fit into the memory of the machine, before it is asked for."""
-    need, there = _BYTES_PER_VOXEL * math.prod(size), memory()
-    if there is not None and need > there:
-        shown = " x ".join(map(str, size))
-        raise ResourceError(
-            f"{file}: its {shown} voxels need about {need / 1e9:.3g} GB, and there are {there / 1e9:.3g} GB; crop or "
-            "resample the image"
         )
 
 

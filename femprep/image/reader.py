@@ -1,4 +1,4 @@
-"""A label map file in, a Segmentation out, and back: NIfTI, NRRD, MetaImage; world LPS in mm."""
+"""A label map file in, a Segmentation out, and back: NIfTI, NRRD, MetaImage, DICOM SEG (in only); world LPS in mm."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ import numpy.typing as npt
 
 from femprep.errors import InputError, OptionError
 from femprep.image.affine import choose_spacing, spacing_warning
+from femprep.image.dicom import is_dicom, read_dicom
 from femprep.image.files import format_of
 from femprep.image.grid import Grid
-from femprep.image.itk import read_image, skewed, write_image
+from femprep.image.itk import ImageFile, read_image, skewed, write_image
 from femprep.image.segmentation import Segmentation, count_labels
 from femprep.image.segments import chosen_segments, merged_layers, segments_of
 from femprep.model import FloatArray, Notice, records
@@ -41,10 +42,11 @@ def read_segmentation(
     Parameters
     ----------
     path : path
-        ``.nii``, ``.nii.gz``, ``.nrrd``, ``.seg.nrrd`` (3D Slicer), ``.mha`` or ``.mhd``.
+        ``.nii``, ``.nii.gz``, ``.nrrd``, ``.seg.nrrd`` (3D Slicer), ``.mha``, ``.mhd``, or a DICOM SEG, ``.dcm`` or
+        without ending (``pip install "femprep[dicom]"``).
     structures : mapping of str to int or several ints, optional
         Label numbers by structure: ``{"lv": 3, "myo": 2, "rv": 1}``. Those of the preset are replaced name by name. Of
-        a ``.seg.nrrd`` also the names of segments.
+        a ``.seg.nrrd`` and a DICOM SEG also the names of segments.
     preset : str, optional
         A known data set, see ``femprep.options.PRESETS``.
     options : ImageOptions, optional
@@ -67,6 +69,8 @@ def read_segmentation(
         It holds no 3-D label map: 2-D, several frames, several components, fractional, negative or no labels.
     OptionError
         The preset is unknown, or there is neither preset nor structures.
+    MissingDependencyError
+        A DICOM SEG, and highdicom is not installed.
 
     Examples
     --------
@@ -76,19 +80,20 @@ def read_segmentation(
     """
     chosen = choose(ImageOptions, options, changes)
     file = Path(path)
-    array, spacing, origin, direction, header, notes = read_image(file, chosen.frame)
+    array, spacing, origin, direction, header, notes = _read(file, chosen.frame)
     segments = segments_of(header)
     names = _names(structures, preset, by_name=bool(segments))
     if segments:
         wanted = {name: (own,) if isinstance(own, int | str) else own for name, own in names.items()}
         own = chosen_segments(segments, wanted, known=preset == "slicer" or not names)
-        others = [one for one in segments if not any(one in parts for parts in own.values())]
         layers = array if array.ndim == 4 else array[None]
-        array, names, said = merged_layers(
-            layers, own, [one for one in others if np.any(layers[one.layer] == one.label)]
-        )
+        others = [
+            one
+            for one in segments
+            if not any(one in parts for parts in own.values()) and np.any(layers[one.layer] == one.label)
+        ]
+        array, names, said = merged_layers(layers, own, others)
         notes += said
-        names = {name: numbers for name, numbers in names.items() if name in own}
     labels = _labels(array, file)
     spacing, source, found, doubts = _spacing(spacing, header, labels.shape, chosen.spacing)
     notes += found
@@ -106,7 +111,7 @@ def read_segmentation(
     info = {
         **({"segments": named} if named else {}),
         "file": str(file),
-        "format": format_of(file),
+        "format": "DICOM SEG" if is_dicom(file) else format_of(file),
         "shape": list(labels.shape),
         "spacing": [float(s) for s in spacing],
         "spacing_source": source,
@@ -144,6 +149,15 @@ def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
     write_image(seg.labels, seg.grid, Path(path))
 
 
+def _read(file: Path, frame: int | None) -> ImageFile:
+    """The file by the library that reads its format."""
+    if not is_dicom(file):
+        return read_image(file, frame)
+    if frame not in (None, 1):
+        raise InputError(f"{file}: has no frame {frame}, a DICOM SEG holds one; leave --frame out")
+    return read_dicom(file)
+
+
 def _names(
     structures: Mapping[str, int | str | Sequence[int | str]] | None, preset: str | None, *, by_name: bool = False
 ) -> dict[str, Any]:
@@ -155,8 +169,8 @@ def _names(
         own = (numbers,) if isinstance(numbers, int | str) else tuple(numbers)
         if not by_name and (text := [n for n in own if isinstance(n, str)]):
             raise OptionError(
-                f"structure {name!r} is {text[0]!r}, a name, which the segments of a .seg.nrrd have; give the label's "
-                "number"
+                f"structure {name!r} is {text[0]!r}, a name, which segments of a .seg.nrrd or DICOM SEG have; give the "
+                "label's number"
             )
         names[name] = tuple(n if isinstance(n, str) else int(n) for n in own)
     if not names and not by_name:
