@@ -156,6 +156,7 @@ def write_sequence(
     out: str | Path,
     *,
     sources: Sequence[str | Path] | None = None,
+    names: Sequence[str] | None = None,
     progress: Progress | None = None,
 ) -> SequenceManifest:
     """Write the folder of a sequence, whole or not at all.
@@ -169,7 +170,9 @@ def write_sequence(
     out : path
         Folder to make.
     sources : sequence of path, optional
-        The image file of each phase; gives the phases their names.
+        The image file of each phase.
+    names : sequence of str, optional
+        Names of the phases, and of their folders; those of their files where not given.
     progress : callable, optional
         Called with ``(stage, fraction)``.
 
@@ -183,7 +186,7 @@ def write_sequence(
     >>> fp.write_sequence(found, "out")  # doctest: +SKIP
     """
     paths = [Path(source) for source in sources] if sources is not None else [None] * len(sequence.runs)
-    names = phase_names(paths)
+    names = phase_names(paths) if names is None else list(names)
     records, written = [], {}
     with whole_folder(Path(out)) as folder:
         (folder / "phases").mkdir()

@@ -34,14 +34,14 @@ def mesh_own(
 
     with bars(quiet or json) as progress:
         given = {name: read_surface(path) for name, path in surfaces.items()}
-        run = mesh_surfaces(given, options, progress=progress, **read_second(second))
+        run = mesh_surfaces(given, options, progress=progress, **read_second(second, options))
         command = shlex.join(["femprep", *sys.argv[1:]])
         manifest = write_run(run, out, source=surfaces, command=command, progress=progress)
     return _told(run, manifest, out, quiet=quiet, json=json)
 
 
 def mesh_phases(paths: list[Path], out: Path, options: Options, *, quiet: bool, json: bool) -> int:
-    """Run the main job on the phases of one heart; the exit status is 1 where a phase fails the quality check."""
+    """Run the main job on the phases of one heart, files or frames of one; the exit status is 1 where a phase fails."""
     from femprep.cli._progress import bars
     from femprep.export import require_formats
     from femprep.report.folder import require_writable
@@ -49,15 +49,25 @@ def mesh_phases(paths: list[Path], out: Path, options: Options, *, quiet: bool, 
     require_formats(options.formats)
     require_writable(out)
 
-    from femprep.image import read_segmentation
+    from femprep.image import read_frames, read_segmentation
     from femprep.sequence import mesh_sequence, phase_names, write_sequence
 
-    require_writable(out, sequence_names(phase_names(paths), options.formats))
+    names = phase_names(paths)
+    if len(paths) > 1:
+        require_writable(out, sequence_names(names, options.formats))
 
     with bars(quiet or json) as progress:
-        phases = [read_segmentation(path, structures=options.labels, options=options.image) for path in paths]
-        found = mesh_sequence(phases, options, progress=progress)
-        manifest = write_sequence(found, out, sources=paths, progress=progress)
+        if len(paths) > 1:
+            phases = [read_segmentation(path, structures=options.labels, options=options.image) for path in paths]
+            times = [float(number) for number in range(len(paths))]
+        else:
+            frames = read_frames(paths[0], options.labels, options=options.image)
+            names, phases = [f"frame{number:03d}" for number in frames], list(frames.values())
+            times = [float(number) for number in frames]
+            require_writable(out, sequence_names(names, options.formats))
+        found = mesh_sequence(phases, options, times=times, progress=progress)
+        sources = paths if len(paths) > 1 else paths * len(phases)
+        manifest = write_sequence(found, out, sources=sources, names=names, progress=progress)
     if json:
         typer.echo(manifest.model_dump_json(indent=2))
     elif not quiet:
@@ -97,20 +107,21 @@ def mesh_file(
                 preset = "slicer" if options.preset == "slicer" else None
                 seg = read_segmentation(segmentation, options.labels, preset, options=options.image)
                 source = segmentation
-            further = read_second(second)
+            further = read_second(second, options)
         before = stages.seconds
         run, manifest = mesh_and_write(seg, out, options, source=source, before=before, progress=progress, **further)
     return _told(run, manifest, out, quiet=quiet, json=json)
 
 
-def read_second(second: SecondImages) -> dict[str, Any]:
+def read_second(second: SecondImages, options: Options) -> dict[str, Any]:
     """The tissue and the images to sample, as the pipelines take them."""
     from femprep.image import read_image, read_segmentation
 
     regions, tissues, images = second
+    resample = options.image.resample
     return {
-        "tissue": read_segmentation(regions, structures=tissues) if regions else None,
-        "images": {name: read_image(path) for name, path in images.items()},
+        "tissue": read_segmentation(regions, structures=tissues, resample=resample) if regions else None,
+        "images": {name: read_image(path, resample=resample) for name, path in images.items()},
     }
 
 

@@ -49,14 +49,15 @@ def mesh_options(
     ] = None,
     policy: shared.Policy = None,
     spacing: shared.Spacing = None,
+    resample: shared.Resample = None,
     correct_shifts: shared.CorrectShifts = None,
     flip: Annotated[bool | None, option(Options, "flip", "--flip", panel=INPUT)] = None,
     sequence: Annotated[
         bool,
         typer.Option(
             "--sequence",
-            help="The label maps are phases of one heart: sweep them with one connectivity, and write their "
-            "displacements from the first as one time series.",
+            help="The label maps, or the frames of one, are phases of one heart: sweep them with one connectivity, and "
+            "write their displacements from the first as one time series.",
             rich_help_panel=INPUT,
         ),
     ] = False,
@@ -155,6 +156,7 @@ def mesh_options(
         blood_pool=blood_pool or None,
         image__policy=policy,
         image__spacing=spacing,
+        image__resample=resample,
         image__frame=frame,
         image__correct_shifts=correct_shifts,
         surface__method=method,
@@ -276,6 +278,8 @@ def mesh(
         raise OptionError("masks name their structures themselves; leave --sequence, --structure and --preset out")
     if len(maps) > 1 and not given["sequence"]:
         raise OptionError(f"{len(maps)} label maps given; add --sequence where they are phases of one heart")
+    if given["sequence"] and given["frame"] and len(maps) == 1:
+        raise OptionError("--sequence takes all frames of a map and --frame one of them; leave one of the two out")
     options = mesh_options(**given)
     if given["sequence"]:
         return mesh_phases(maps, out, options, quiet=quiet, json=json)

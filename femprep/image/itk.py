@@ -14,9 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import DiskFullError, FileError, InputError, cannot_write
+from femprep.image.affine import sform
 from femprep.image.files import format_of, require_whole
 from femprep.image.grid import Grid
 from femprep.image.native import captured_stderr, require_memory
+from femprep.image.rectangular import is_sheared, sharpest_angle
 from femprep.model import FloatArray
 
 #: A disk with less room than this is full, bytes.
@@ -46,8 +48,58 @@ class ImageFile(NamedTuple):
     notes: list[str]
 
 
-def read_image(file: Path, frame: int | None = None) -> ImageFile:
-    """Read a file, one frame of it where it has several."""
+def read_image(file: Path, frame: int | None = None, *, sheared: bool = False) -> ImageFile:
+    """Read a file, one frame of it where it has several.
+
+    With ``sheared`` also one whose axes are not at right angles: its ``direction`` are then unit vectors that are not.
+    """
+    with _sheared_taken(sheared):
+        image = _read(file, frame)
+    matrix = sform(image.header)
+    if matrix is None or not is_sheared(matrix[:, :3]):
+        return image
+    if not sheared:
+        angle = sharpest_angle(matrix[:, :3])
+        words = f"the axes of its sform are at {angle:.1f} degrees to one another; its qform was taken, not the sform: "
+        return image._replace(notes=[*image.notes, words + "--resample takes the sform"])
+    lengths = np.linalg.norm(matrix[:, :3], axis=0)
+    return image._replace(spacing=lengths, origin=matrix[:, 3], direction=matrix[:, :3] / lengths)
+
+
+def count_frames(file: Path) -> int:
+    """How many frames a file holds; 1 of a 3-D image."""
+    import SimpleITK as sitk
+
+    reader = sitk.ImageFileReader()
+    reader.SetImageIO(require_whole(file))
+    reader.SetFileName(str(file))
+    try:
+        with _sheared_taken(True), _quiet():
+            reader.ReadImageInformation()
+            size = list(reader.GetSize())
+    except RuntimeError as error:
+        raise FileError(f"{file}: damaged or not readable ({_reason(error, [])})") from None
+    return int(size[3]) if len(size) > 3 else 1
+
+
+@contextmanager
+def _sheared_taken(wanted: bool) -> Iterator[None]:
+    """Let ITK read NIfTI files whose sform is sheared, which it asks the environment for."""
+    name = "ITK_NIFTI_SFORM_PERMISSIVE"
+    before = os.environ.get(name)
+    if wanted:
+        os.environ[name] = "1"
+    try:
+        yield
+    finally:
+        if wanted:
+            os.environ.pop(name)
+            if before is not None:
+                os.environ[name] = before
+
+
+def _read(file: Path, frame: int | None) -> ImageFile:
+    """Read a file as ITK understands it."""
     import SimpleITK as sitk
 
     reader = sitk.ImageFileReader()
@@ -130,8 +182,8 @@ def write_image(labels: npt.NDArray[Any], grid: Grid, file: Path) -> None:
 def skewed(file: Path) -> InputError:
     """What is said of axes that are not at right angles."""
     return InputError(
-        f"{file}: the axes of its affine are not at right angles, or not finite; resample the image onto a rectangular "
-        "grid, or mend the header"
+        f"{file}: the axes of its affine are not at right angles, or not finite; add --resample to have it drawn anew "
+        "on a rectangular grid, or mend the header"
     )
 
 

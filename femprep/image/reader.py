@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,11 @@ from femprep.image.affine import choose_spacing, spacing_warning
 from femprep.image.dicom import is_dicom, read_dicom
 from femprep.image.files import format_of
 from femprep.image.grid import Grid
-from femprep.image.itk import ImageFile, read_image, skewed, write_image
+from femprep.image.itk import ImageFile, count_frames, read_image, skewed, write_image
+from femprep.image.rectangular import is_sheared, rectangular_labels
 from femprep.image.segmentation import Segmentation, count_labels
 from femprep.image.segments import chosen_segments, merged_layers, segments_of
-from femprep.model import FloatArray, Notice, records
+from femprep.model import FloatArray, Notice, noted, records
 from femprep.options import PRESETS, ImageOptions, choose, takes
 
 log = logging.getLogger(__name__)
@@ -50,7 +52,7 @@ def read_segmentation(
     preset : str, optional
         A known data set, see ``femprep.options.PRESETS``.
     options : ImageOptions, optional
-        ``spacing`` replaces the file's voxel sizes.
+        ``spacing`` replaces the file's voxel sizes; ``resample`` takes axes that are not at right angles.
     **changes
         Options by name.
 
@@ -80,7 +82,7 @@ def read_segmentation(
     """
     chosen = choose(ImageOptions, options, changes)
     file = Path(path)
-    array, spacing, origin, direction, header, notes = _read(file, chosen.frame)
+    array, spacing, origin, direction, header, notes = _read(file, chosen.frame, chosen.resample)
     segments = segments_of(header)
     names = _names(structures, preset, by_name=bool(segments))
     if segments:
@@ -97,6 +99,10 @@ def read_segmentation(
     labels = _labels(array, file)
     spacing, source, found, doubts = _spacing(spacing, header, labels.shape, chosen.spacing)
     notes += found
+    if chosen.resample and is_sheared(direction * spacing):
+        labels, resampled, line = rectangular_labels(labels, direction * spacing, origin, file)
+        spacing, origin, direction = resampled.spacing, resampled.origin, resampled.direction
+        notes.append(line)
     for level, lines in ((logging.INFO, notes), (logging.WARNING, doubts)):
         for line in lines:
             log.log(level, "%s: %s", file.name, line)
@@ -125,6 +131,52 @@ def read_segmentation(
     return Segmentation(labels, grid, names, info)
 
 
+def read_frames(
+    path: str | os.PathLike[str],
+    structures: Mapping[str, int | str | Sequence[int | str]] | None = None,
+    preset: str | None = None,
+    options: ImageOptions | None = None,
+) -> dict[int, Segmentation]:
+    """Read all frames of a label map over time that hold labels, as many have them of two phases alone.
+
+    Parameters
+    ----------
+    path, structures, preset, options
+        As for :func:`read_segmentation`.
+
+    Returns
+    -------
+    dict of int to Segmentation
+        By the number of the frame, from 1; each one's ``notices`` tell the frames that are left out.
+
+    Raises
+    ------
+    FileError, InputError, OptionError
+        As for :func:`read_segmentation`; no frame holds a label.
+
+    Examples
+    --------
+    >>> fp.mesh_sequence(list(fp.read_frames("cine.nii.gz", preset="ukb").values()))  # doctest: +SKIP
+    """
+    chosen = choose(ImageOptions, options, {})
+    file = Path(path)
+    found: dict[int, Segmentation] = {}
+    empty = []
+    count = 1 if is_dicom(file) else count_frames(file)
+    for number in range(1, count + 1):
+        try:
+            found[number] = read_segmentation(file, structures, preset, choose(ImageOptions, chosen, {"frame": number}))
+        except NoLabelError:
+            empty.append(number)
+    if not found:
+        raise NoLabelError(f"{file}: holds no label in any of its {count} frames; is it a label map?")
+    if not empty:
+        return found
+    line = f"{len(empty)} of {count} frames hold no label and are left out: " + ", ".join(map(str, empty))
+    log.info("%s: %s", file.name, line)
+    return {n: replace(seg, info=noted(seg.info, Notice.of("left out", line))) for n, seg in found.items()}
+
+
 def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
     """Write the label map of a segmentation; the format follows from the ending of the file name.
 
@@ -149,10 +201,10 @@ def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
     write_image(seg.labels, seg.grid, Path(path))
 
 
-def _read(file: Path, frame: int | None) -> ImageFile:
+def _read(file: Path, frame: int | None, sheared: bool) -> ImageFile:
     """The file by the library that reads its format."""
     if not is_dicom(file):
-        return read_image(file, frame)
+        return read_image(file, frame, sheared=sheared)
     if frame not in (None, 1):
         raise InputError(f"{file}: has no frame {frame}, a DICOM SEG holds one; leave --frame out")
     return read_dicom(file)
