@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.csgraph import connected_components, dijkstra
 
 from femprep.errors import InputError
 from femprep.mesh.elements import FACET_CORNERS, boundary_faces
@@ -80,6 +80,18 @@ class Shell:
         rank = np.empty(len(size), dtype=np.int64)
         rank[np.argsort(-size, kind="stable")] = np.arange(len(size))
         return np.where(chosen, rank[label], -1)
+
+    def along(self, seeds: IntArray, limit: float, chosen: BoolArray | None = None) -> FloatArray:
+        """Way along the surface from the nearest of some facets, from centre to centre, mm; infinite beyond a limit.
+
+        It leads over ``chosen`` facets alone, where these are given.
+        """
+        pairs = self.pairs if chosen is None else self.pairs[chosen[self.pairs].all(axis=1)]
+        if not len(seeds):
+            return np.full(len(self), np.inf)
+        length = np.linalg.norm(self.centre[pairs[:, 0]] - self.centre[pairs[:, 1]], axis=1)
+        graph = coo_array((length, (pairs[:, 0], pairs[:, 1])), shape=(len(self), len(self))).tocsr()
+        return np.asarray(dijkstra(graph, directed=False, indices=np.unique(seeds), min_only=True, limit=limit))
 
     def enclosed(self, chosen: BoolArray) -> float:
         """Volume between some facets and fans over their rims, mm3: positive where they look outward of it."""
