@@ -40,8 +40,8 @@ _VESSELS = {
 }
 #: Rings of valves between regions told so: the ventricle and the atrium whose tissue meets there.
 _ANNULI = {"mitral": ("lv", "la"), "tricuspid": ("rv", "ra")}
-#: A ring reaches so far from the vessel's wall it begins at, or from where atrium and ventricle meet, mm.
-_RIM = 2.5
+#: A ring reaches so far from the vessel's wall it begins at, and from where atrium and ventricle meet, mm.
+_RIM, _ANNULUS = 2.5, 2.0
 
 
 @takes(AnnotateOptions)
@@ -279,7 +279,7 @@ def _annulus(tag: TagArray, shell: Shell, region: TagArray, ring: str, ventricle
     own = tag == FACET_TAGS[ring]
     tag[own & above] = FACET_TAGS[f"endo_{atrium}"]
     tag[own & ~above] = FACET_TAGS[f"endo_{ventricle}"]
-    tag[inner & (shell.along(shell.pairs[meet].ravel(), _RIM, inner) < _RIM)] = FACET_TAGS[ring]
+    tag[inner & (shell.along(shell.pairs[meet].ravel(), _ANNULUS, inner) <= _ANNULUS)] = FACET_TAGS[ring]
 
 
 def _ask(questions: list[Question]) -> None:

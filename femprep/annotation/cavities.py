@@ -46,7 +46,7 @@ _ROUNDS: Final = 3
 #: How far the ring around an opening reaches along the surface from where the space is parted, into the cavity and
 #: beyond, mm. The ring of an atrioventricular valve lies on the ventricle's side of the narrowest place, that of a vein
 #: is the end of its wall and what lies around it.
-RINGS: Final = {"mitral": (5.0, 0.0), "tricuspid": (5.0, 0.0), "veins": (2.5, 5.0)}
+RINGS: Final = {"mitral": (4.0, 0.0), "tricuspid": (4.0, 0.0), "veins": (2.0, 4.5)}
 #: Where the space is parted this near to an opening belongs to it, mm.
 _BESIDE: Final = 8.0
 #: From where to where the ring of an artery's valve reaches along its normal, and how far from the open space, mm.
