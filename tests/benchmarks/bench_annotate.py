@@ -82,9 +82,8 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             fp.write_annotation(found, Path(folder) / "out")
         seconds, busy = time.perf_counter() - start, time.process_time() - busy
-        print(
-            f"\n## {title}: {seconds:.1f} s with writing ({busy:.1f} of the processor), { ({k: round(v, 1) for k, v in found.seconds.items()}) }"
-        )
+        stages = {name: round(own, 1) for name, own in found.seconds.items()}
+        print(f"\n## {title}: {seconds:.1f} s with writing ({busy:.1f} of the processor), {stages}")
         report(found, triangles[chosen], truth)
         for one in found.openings:
             caps = [(i, surface == i) for i, name in CAPS.items() if name == one.name]
