@@ -46,11 +46,15 @@ _ROUNDS: Final = 3
 #: How far the ring around an opening reaches along the surface from where the space is parted, into the cavity and
 #: beyond, mm. The ring of an atrioventricular valve lies on the ventricle's side of the narrowest place, that of a vein
 #: is the end of its wall and what lies around it.
-RINGS: Final = {"mitral": (4.0, 0.0), "tricuspid": (4.0, 0.0), "veins": (2.0, 4.5)}
+RINGS: Final = {
+    "mitral": (4.0, 0.0),
+    "tricuspid": (4.0, 0.0),
+    "aortic": (2.0, 2.0),
+    "pulmonary": (2.0, 2.0),
+    "veins": (2.0, 4.5),
+}
 #: Where the space is parted this near to an opening belongs to it, mm.
 _BESIDE: Final = 8.0
-#: From where to where the ring of an artery's valve reaches along its normal, and how far from the open space, mm.
-_RING: Final = (-3.0, 4.0, 4.5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,17 +237,11 @@ def _rings(
     """Name the ring of tissue around each opening."""
     for opening, patch in openings:
         near = cKDTree(patch.points)
-        if opening.name in RINGS:
-            inside = looks == parts.index(opening.cavity) + 1
-            apart = shell.pairs[inside[shell.pairs].sum(axis=1) == 1].ravel()
-            apart = apart[near.query(shell.centre[apart], distance_upper_bound=_BESIDE)[0] < _BESIDE]
-            within, beyond = RINGS[opening.name]
-            way = shell.along(apart, max(within, beyond))
-            own = np.flatnonzero(way < np.where(inside, within, beyond))
-        else:
-            low, high, reach = _RING
-            height = (shell.centre - patch.centre) @ patch.normal
-            own = np.flatnonzero((height > low) & (height < high))
-            own = own[near.query(shell.centre[own], distance_upper_bound=reach)[0] < reach]
+        inside = looks == parts.index(opening.cavity) + 1
+        apart = shell.pairs[inside[shell.pairs].sum(axis=1) == 1].ravel()
+        apart = apart[near.query(shell.centre[apart], distance_upper_bound=_BESIDE)[0] < _BESIDE]
+        within, beyond = RINGS[opening.name]
+        way = shell.along(apart, max(within, beyond))
+        own = way < np.where(inside, within, beyond)
         tag[own] = FACET_TAGS[opening.name]
         given[opening.name] = Name(0.85, "the tissue around an opening between chambers, or of one to the outside")
