@@ -80,6 +80,7 @@ _HOMES = {
     "in_slice_distance": "femprep.surface",
     "surface_quality": "femprep.surface",
     "read_segmentation": "femprep.image",
+    "read_frames": "femprep.image",
     "read_masks": "femprep.image",
     "write_segmentation": "femprep.image",
     "Segmentation": "femprep.image",

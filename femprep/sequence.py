@@ -163,6 +163,7 @@ def write_sequence(
     out: str | Path,
     *,
     sources: Sequence[str | Path] | None = None,
+    names: Sequence[str] | None = None,
     images: Sequence[IntensityImage] | None = None,
     command: str = "",
     progress: Progress | None = None,
@@ -179,7 +180,9 @@ def write_sequence(
     out : path
         Folder to make.
     sources : sequence of path, optional
-        The label map of each phase; gives the phases their names.
+        The label map of each phase.
+    names : sequence of str, optional
+        Names of the phases, and of their folders; those of their files where not given.
     images : sequence of IntensityImage, optional
         The image that each was drawn on, for the pages.
     command : str
@@ -197,7 +200,7 @@ def write_sequence(
     >>> fp.write_sequence(found, "out")  # doctest: +SKIP
     """
     paths = [Path(source) for source in sources] if sources is not None else [None] * len(sequence.runs)
-    names = phase_names(paths)
+    names = phase_names(paths) if names is None else list(names)
     shown = list(images) if images is not None else [None] * len(sequence.runs)
     own, phases, spent = time.perf_counter(), [], 0.0
     with whole_folder(Path(out)) as folder:

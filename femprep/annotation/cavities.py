@@ -43,10 +43,18 @@ _THIN, VESSEL_BALL = 5.0, 40.0
 _LUMEN: Final = 0.5
 #: Rounds in which a facet takes the name that most of its neighbours have.
 _ROUNDS: Final = 3
-#: From where to where the ring around an opening reaches along its normal, and how far from the open space, mm. The
-#: ring of an atrioventricular valve lies on the ventricle's side of the narrowest place.
-RINGS: Final = {"mitral": (-3.5, 1.5, 7.5), "tricuspid": (-2.0, 0.2, 7.5), "veins": (-2.0, 4.0, 5.0)}
-_RING: Final = (-3.0, 4.0, 4.5)
+#: How far the ring around an opening reaches along the surface from where the space is parted, into the cavity and
+#: beyond, mm. The ring of an atrioventricular valve lies on the ventricle's side of the narrowest place, that of a vein
+#: is the end of its wall and what lies around it.
+RINGS: Final = {
+    "mitral": (4.0, 0.0),
+    "tricuspid": (4.0, 0.0),
+    "aortic": (2.0, 2.0),
+    "pulmonary": (2.0, 2.0),
+    "veins": (2.0, 4.5),
+}
+#: Where the space is parted this near to an opening belongs to it, mm.
+_BESIDE: Final = 8.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +108,8 @@ def by_cavities(shell: Shell) -> Reading:
         assert part is not None
         tag[(looks == k) | (behind == k)] = FACET_TAGS[part]
         given[part] = Name(0.9, "the inside of the vessel that begins at its valve is on one of its faces")
-    _rings(shell, tag, openings, given)
+    _ends(shell, tag, (behind == outside) & (looks == outside), [FACET_TAGS[part] for part in vessels])
+    _rings(shell, tag, looks, parts, openings, given)
     return Reading("cavities", spread(shell, tag), given, tuple(questions), tuple(one for one, _ in openings))
 
 
@@ -173,6 +182,17 @@ def _behind(shell: Shell, space: Space, basin: IntArray, outer: BoolArray) -> In
     return behind
 
 
+def _ends(shell: Shell, tag: np.ndarray, bare: BoolArray, vessels: list[int]) -> None:
+    """Walls with the outside on both of their faces, as where a vessel is cut off, join the vessel beside them."""
+    pairs = shell.pairs[bare[shell.pairs].any(axis=1)]
+    pairs = np.concatenate([pairs, pairs[:, ::-1]])
+    while True:
+        own = pairs[np.isin(tag[pairs[:, 0]], vessels) & bare[pairs[:, 1]] & (tag[pairs[:, 1]] == FACET_TAGS["epi"])]
+        if not len(own):
+            return
+        tag[own[:, 1]] = tag[own[:, 0]]
+
+
 def _patches(space: Space, basin: IntArray, one: int, other: int) -> list[_Patch]:
     """Where two basins meet in open space, as patches of voxel faces."""
     wide = space.width > 1.0 * space.step
@@ -209,14 +229,19 @@ def _patches(space: Space, basin: IntArray, one: int, other: int) -> list[_Patch
 def _rings(
     shell: Shell,
     tag: np.ndarray,
+    looks: IntArray,
+    parts: list[str | None],
     openings: list[tuple[Opening, _Patch]],
     given: dict[str, Name],
 ) -> None:
     """Name the ring of tissue around each opening."""
     for opening, patch in openings:
-        low, high, reach = RINGS.get(opening.name, _RING)
-        height = (shell.centre - patch.centre) @ patch.normal
-        rows = np.flatnonzero((height > low) & (height < high))
-        own = rows[cKDTree(patch.points).query(shell.centre[rows], distance_upper_bound=reach)[0] < reach]
+        near = cKDTree(patch.points)
+        inside = looks == parts.index(opening.cavity) + 1
+        apart = shell.pairs[inside[shell.pairs].sum(axis=1) == 1].ravel()
+        apart = apart[near.query(shell.centre[apart], distance_upper_bound=_BESIDE)[0] < _BESIDE]
+        within, beyond = RINGS[opening.name]
+        way = shell.along(apart, max(within, beyond))
+        own = way < np.where(inside, within, beyond)
         tag[own] = FACET_TAGS[opening.name]
         given[opening.name] = Name(0.85, "the tissue around an opening between chambers, or of one to the outside")

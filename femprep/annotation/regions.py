@@ -10,8 +10,8 @@ from scipy.spatial import cKDTree
 
 from femprep.annotation.reading import Name, Question
 from femprep.mesh.measures.tetrahedra import tetra_volumes
-from femprep.mesh.measures.volume_elements import centroids
 from femprep.model import REGION_TAGS, FloatArray, TagArray, VolumeMesh
+from femprep.model.blocks import block_rows, nodes_of
 from femprep.model.facets import facet_triangles
 from femprep.volume.ventricles import tidy_regions
 
@@ -39,14 +39,19 @@ _DOUBTFUL = 0.3
 def regions_by_place(mesh: VolumeMesh) -> TagArray:
     """Regions of a mesh by the two of its named surfaces that are nearest to each element."""
     names = [name for name in mesh.facet_names if name in _ALONE]
-    centre = np.concatenate([centroids(mesh.points, block, kind) for kind, block in mesh.cells.items()])
     if not any(name.startswith("endo_") for name in names):
-        return np.full(len(centre), REGION_TAGS["lv"], dtype=np.int32)
-    # Nearest nodes are enough to tell which two surfaces are nearest, in a tenth of the time of nearest triangles.
-    surfaces = [mesh.points[np.unique(facet_triangles(mesh, name))] for name in names]
-    far = np.stack([cKDTree(own).query(centre)[0] for own in surfaces], axis=1)
+        return np.full(mesh.n_cells, REGION_TAGS["lv"], dtype=np.int32)
+    # Nearest nodes are enough to tell which two surfaces are nearest, in a tenth of the time of nearest triangles; and
+    # distances of the nodes, of which there is one for five elements, tell those of their elements.
+    used = nodes_of(mesh.cells)
+    far = np.empty((mesh.n_cells, len(names)))
+    for k, name in enumerate(names):
+        own = np.full(len(mesh.points), np.nan)
+        own[used] = cKDTree(mesh.points[np.unique(facet_triangles(mesh, name))]).query(mesh.points[used])[0]
+        for _, block, rows in block_rows(mesh.cells):
+            far[rows, k] = own[block].mean(axis=1)
     order = np.argsort(far, axis=1, kind="stable")
-    region = np.zeros(len(centre), dtype=np.int32)
+    region = np.zeros(mesh.n_cells, dtype=np.int32)
     for i, one in enumerate(names):
         for j, other in enumerate(names):
             if i == j:

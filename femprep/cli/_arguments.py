@@ -21,6 +21,7 @@ Preset = Annotated[str | None, option(Options, "preset", panel=INPUT)]
 Policy = Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)]
 Spacing = Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT, metavar="MM MM MM")]
 CorrectShifts = Annotated[bool | None, option(ImageOptions, "correct_shifts", "--correct-shifts", panel=INPUT)]
+Resample = Annotated[bool | None, option(ImageOptions, "resample", "--resample", panel=INPUT)]
 Frame = Annotated[int | None, option(ImageOptions, "frame", panel=INPUT, metavar="N")]
 Mask = Annotated[
     list[str] | None,

@@ -36,7 +36,7 @@ def mesh_own(
 
     with bars(quiet or json) as progress:
         given = {name: read_surface(path) for name, path in surfaces.items()}
-        run = mesh_surfaces(given, options, progress=progress, **read_second(second))
+        run = mesh_surfaces(given, options, progress=progress, **read_second(second, options))
         command = shlex.join(["femprep", *sys.argv[1:]])
         manifest = write_run(run, out, source=surfaces, command=command, progress=progress)
     return _told(run, manifest, out, quiet=quiet, json=json)
@@ -45,7 +45,7 @@ def mesh_own(
 def mesh_phases(
     paths: list[Path], out: Path, options: Options, *, quiet: bool, json: bool, images: Sequence[ImageFile] = ()
 ) -> int:
-    """Run the main job on the phases of one heart; the exit status is 1 where a phase fails the quality check."""
+    """Run the main job on the phases of one heart, files or frames of one; the exit status is 1 where a phase fails."""
     from femprep.cli._progress import bars
     from femprep.export import require_formats
     from femprep.report.folder import require_writable
@@ -53,22 +53,34 @@ def mesh_phases(
     require_formats(options.formats)
     require_writable(out)
 
-    from femprep.image import read_segmentation
+    from femprep.image import read_frames, read_segmentation
     from femprep.image.underlay import read_under
     from femprep.model.stages import Stages
     from femprep.sequence import mesh_sequence, phase_names, write_sequence
 
-    require_writable(out, sequence_names(phase_names(paths), options.formats))
+    names = phase_names(paths)
+    if len(paths) > 1:
+        require_writable(out, sequence_names(names, options.formats))
 
     with bars(quiet or json) as progress:
         stages = Stages(progress)
         with stages("read"):
-            phases = [read_segmentation(path, structures=options.labels, options=options.image) for path in paths]
+            if len(paths) > 1:
+                phases = [read_segmentation(path, structures=options.labels, options=options.image) for path in paths]
+                times = [float(number) for number in range(len(paths))]
+            else:
+                frames = read_frames(paths[0], options.labels, options=options.image)
+                names, phases = [f"frame{number:03d}" for number in frames], list(frames.values())
+                times = [float(number) for number in frames]
+                require_writable(out, sequence_names(names, options.formats))
             shown = [read_under(seg, image, options) for seg, image in zip(phases, images)] or None
-        found = mesh_sequence(phases, options, progress=progress)
+        found = mesh_sequence(phases, options, times=times, progress=progress)
         found = replace(found, seconds={**stages.seconds, **found.seconds})
+        sources = paths if len(paths) > 1 else paths * len(phases)
         command = shlex.join(["femprep", *sys.argv[1:]])
-        manifest = write_sequence(found, out, sources=paths, images=shown, command=command, progress=progress)
+        manifest = write_sequence(
+            found, out, sources=sources, names=names, images=shown, command=command, progress=progress
+        )
     if json:
         typer.echo(manifest.model_dump_json(indent=2))
     elif not quiet:
@@ -110,7 +122,7 @@ def mesh_file(
                 preset = "slicer" if options.preset == "slicer" else None
                 seg = read_segmentation(segmentation, options.labels, preset, options=options.image)
                 source = segmentation
-            further = read_second(second)
+            further = read_second(second, options)
             shown = None if image is None else read_under(seg, image, options)
         before = stages.seconds
         run, manifest = mesh_and_write(
@@ -119,14 +131,15 @@ def mesh_file(
     return _told(run, manifest, out, quiet=quiet, json=json)
 
 
-def read_second(second: SecondImages) -> dict[str, Any]:
+def read_second(second: SecondImages, options: Options) -> dict[str, Any]:
     """The tissue and the images to sample, as the pipelines take them."""
     from femprep.image import read_image, read_segmentation
 
     regions, tissues, images = second
+    resample = options.image.resample
     return {
-        "tissue": read_segmentation(regions, structures=tissues) if regions else None,
-        "images": {name: read_image(path) for name, path in images.items()},
+        "tissue": read_segmentation(regions, structures=tissues, resample=resample) if regions else None,
+        "images": {name: read_image(path, resample=resample) for name, path in images.items()},
     }
 
 

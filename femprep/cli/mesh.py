@@ -50,14 +50,15 @@ def mesh_options(
     ] = None,
     policy: shared.Policy = None,
     spacing: shared.Spacing = None,
+    resample: shared.Resample = None,
     correct_shifts: shared.CorrectShifts = None,
     flip: Annotated[bool | None, option(Options, "flip", "--flip", panel=INPUT)] = None,
     sequence: Annotated[
         bool,
         typer.Option(
             "--sequence",
-            help="The label maps are phases of one heart: sweep them with one connectivity, and write their "
-            "displacements from the first as one time series.",
+            help="The label maps, or the frames of one, are phases of one heart: sweep them with one connectivity, and "
+            "write their displacements from the first as one time series.",
             rich_help_panel=INPUT,
         ),
     ] = False,
@@ -156,6 +157,7 @@ def mesh_options(
         blood_pool=blood_pool or None,
         image__policy=policy,
         image__spacing=spacing,
+        image__resample=resample,
         image__frame=frame,
         image__correct_shifts=correct_shifts,
         surface__method=method,
@@ -212,7 +214,7 @@ def mesh(
         list[Path] | None,
         typer.Argument(
             metavar="[SEG]...",
-            help="Label map: .nii, .nii.gz, .nrrd, .seg.nrrd, .mha or .mhd; several are phases, see --sequence.",
+            help="Label map: .nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .mhd or DICOM SEG; several: see --sequence.",
         ),
     ] = None,
     mask: shared.Mask = None,
@@ -289,6 +291,10 @@ def mesh(
         raise OptionError("masks name their structures themselves; leave --sequence, --structure and --preset out")
     if len(maps) > 1 and not given["sequence"]:
         raise OptionError(f"{len(maps)} label maps given; add --sequence where they are phases of one heart")
+    if given["sequence"] and shown and len(maps) == 1:
+        raise OptionError("--image is one for each phase; give the phases as files of their own, or leave it out")
+    if given["sequence"] and given["frame"] and len(maps) == 1:
+        raise OptionError("--sequence takes all frames of a map and --frame one of them; leave one of the two out")
     if shown and len(shown) != max(len(maps), 1):
         wanted = f"one for each of the {len(maps)} phases" if given["sequence"] else "one"
         raise OptionError(f"--image is given {len(shown)} times; {wanted} is needed, or none")

@@ -7,7 +7,7 @@ from femprep.image.grid import Grid
 from femprep.image.intensity import IntensityImage, read_image
 from femprep.image.masks import read_masks
 from femprep.image.object import LabelObject, make_object
-from femprep.image.reader import read_segmentation, write_segmentation
+from femprep.image.reader import read_frames, read_segmentation, write_segmentation
 from femprep.image.resample import isotropic
 from femprep.image.segmentation import Segmentation
 from femprep.image.shifts import SliceShifts, align_slices, estimate_shifts
@@ -28,6 +28,7 @@ __all__ = [
     "estimate_shifts",
     "isotropic",
     "make_object",
+    "read_frames",
     "read_image",
     "read_masks",
     "read_segmentation",

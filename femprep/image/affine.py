@@ -70,18 +70,26 @@ def choose_spacing(spacing: FloatArray, header: Mapping[str, str]) -> SpacingSou
     return SpacingSource(spacing, "pixdim", note, doubtful=True)
 
 
-def _sform_lengths(header: Mapping[str, str]) -> FloatArray | None:
-    """Column lengths of the sform in mm, or None where there is no usable one."""
+def sform(header: Mapping[str, str]) -> FloatArray | None:
+    """The sform ``(3, 4)``, mm LPS, steps along the axes and place of the first voxel; None where there is none."""
     if int(header.get("sform_code", "0") or 0) <= 0:
         return None
     try:
-        rows = [[float(x) for x in header[f"srow_{axis}"].split()[:3]] for axis in "xyz"]
+        rows = np.array([[float(x) for x in header[f"srow_{axis}"].split()[:4]] for axis in "xyz"]).reshape(3, 4)
     except (KeyError, ValueError):
         return None
     # Lengths in metres (1) and micrometres (3) as well as mm (2, 0); the low three bits of the field are space.
     unit = {1: 1e3, 3: 1e-3}.get(int(header.get("xyzt_units", "0") or 0) & 7, 1.0)
+    return np.asarray(rows * np.array([[-1.0], [-1.0], [1.0]]) * unit, dtype=np.float64)
+
+
+def _sform_lengths(header: Mapping[str, str]) -> FloatArray | None:
+    """Column lengths of the sform in mm, or None where there is no usable one."""
+    matrix = sform(header)
+    if matrix is None:
+        return None
     # ITK hands the matrix over in six digits: what lies beyond them is no voxel size.
-    lengths = np.round(np.linalg.norm(np.array(rows), axis=0) * unit, 5)
+    lengths = np.round(np.linalg.norm(matrix[:, :3], axis=0), 5)
     return lengths if np.all(np.isfinite(lengths)) and np.all(lengths > 0.0) else None
 
 

@@ -18,6 +18,7 @@ from femprep.image.files import format_of
 from femprep.image.grid import Grid
 from femprep.image.itk import read_image as read_file
 from femprep.image.itk import skewed
+from femprep.image.rectangular import is_sheared, rectangular_values
 from femprep.model import records
 from femprep.model.notice import Notice
 
@@ -65,7 +66,7 @@ class IntensityImage:
         return f"IntensityImage({size} voxels of {sides} mm: {low:.4g} to {high:.4g})"
 
 
-def read_image(path: str | os.PathLike[str], *, frame: int | None = None) -> IntensityImage:
+def read_image(path: str | os.PathLike[str], *, frame: int | None = None, resample: bool = False) -> IntensityImage:
     """Read an image of intensities.
 
     Parameters
@@ -74,6 +75,8 @@ def read_image(path: str | os.PathLike[str], *, frame: int | None = None) -> Int
         ``.nii``, ``.nii.gz``, ``.nrrd``, ``.mha`` or ``.mhd``.
     frame : int, optional
         Which frame of a file with several, from 1.
+    resample : bool
+        Whether an image whose axes are not at right angles is resampled onto a rectangular grid, or refused.
 
     Returns
     -------
@@ -92,13 +95,17 @@ def read_image(path: str | os.PathLike[str], *, frame: int | None = None) -> Int
     IntensityImage(... voxels of 1.4 x 1.4 x 8 mm: ...)
     """
     file = Path(path)
-    array, _, origin, direction, header, notes = found = read_file(file, frame)
+    array, _, origin, direction, header, notes = found = read_file(file, frame, sheared=resample)
     if array.ndim != 3:
         raise InputError(f"{file}: has {array.ndim} dimensions, expected a 3-D image")
     spacing = choose_spacing(found.spacing, header)
     notes = notes + ([spacing.note] if spacing.note else [])
     try:
-        grid = Grid(array.shape, spacing.spacing, origin, direction)
+        if resample and is_sheared(direction * spacing.spacing):
+            array, grid = rectangular_values(array, direction * spacing.spacing, origin, file)
+            notes.append("axes that are not at right angles: resampled within the slices onto a rectangular grid")
+        else:
+            grid = Grid(array.shape, spacing.spacing, origin, direction)
         return IntensityImage(
             array,
             grid,

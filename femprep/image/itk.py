@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import shutil
 import tempfile
@@ -14,14 +13,14 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from femprep.errors import DiskFullError, FileError, InputError, ResourceError, cannot_write
+from femprep.errors import DiskFullError, FileError, InputError, cannot_write
+from femprep.image.affine import sform
 from femprep.image.files import format_of, require_whole
 from femprep.image.grid import Grid
-from femprep.image.native import captured_stderr, memory
+from femprep.image.native import captured_stderr, require_memory
+from femprep.image.rectangular import is_sheared, sharpest_angle
 from femprep.model import FloatArray
 
-#: Memory that reading a label map and taking its objects apart needs, bytes per voxel, at the least.
-_BYTES_PER_VOXEL: Final = 4
 #: A disk with less room than this is full, bytes.
 _FULL: Final = 2**16
 
@@ -49,8 +48,58 @@ class ImageFile(NamedTuple):
     notes: list[str]
 
 
-def read_image(file: Path, frame: int | None = None) -> ImageFile:
-    """Read a file, one frame of it where it has several."""
+def read_image(file: Path, frame: int | None = None, *, sheared: bool = False) -> ImageFile:
+    """Read a file, one frame of it where it has several.
+
+    With ``sheared`` also one whose axes are not at right angles: its ``direction`` are then unit vectors that are not.
+    """
+    with _sheared_taken(sheared):
+        image = _read(file, frame)
+    matrix = sform(image.header)
+    if matrix is None or not is_sheared(matrix[:, :3]):
+        return image
+    if not sheared:
+        angle = sharpest_angle(matrix[:, :3])
+        words = f"the axes of its sform are at {angle:.1f} degrees to one another; its qform was taken, not the sform: "
+        return image._replace(notes=[*image.notes, words + "--resample takes the sform"])
+    lengths = np.linalg.norm(matrix[:, :3], axis=0)
+    return image._replace(spacing=lengths, origin=matrix[:, 3], direction=matrix[:, :3] / lengths)
+
+
+def count_frames(file: Path) -> int:
+    """How many frames a file holds; 1 of a 3-D image."""
+    import SimpleITK as sitk
+
+    reader = sitk.ImageFileReader()
+    reader.SetImageIO(require_whole(file))
+    reader.SetFileName(str(file))
+    try:
+        with _sheared_taken(True), _quiet():
+            reader.ReadImageInformation()
+            size = list(reader.GetSize())
+    except RuntimeError as error:
+        raise FileError(f"{file}: damaged or not readable ({_reason(error, [])})") from None
+    return int(size[3]) if len(size) > 3 else 1
+
+
+@contextmanager
+def _sheared_taken(wanted: bool) -> Iterator[None]:
+    """Let ITK read NIfTI files whose sform is sheared, which it asks the environment for."""
+    name = "ITK_NIFTI_SFORM_PERMISSIVE"
+    before = os.environ.get(name)
+    if wanted:
+        os.environ[name] = "1"
+    try:
+        yield
+    finally:
+        if wanted:
+            os.environ.pop(name)
+            if before is not None:
+                os.environ[name] = before
+
+
+def _read(file: Path, frame: int | None) -> ImageFile:
+    """Read a file as ITK understands it."""
     import SimpleITK as sitk
 
     reader = sitk.ImageFileReader()
@@ -66,7 +115,7 @@ def read_image(file: Path, frame: int | None = None) -> ImageFile:
             slicer = format_of(file) == "NrrdImageIO" and any(key.endswith("_LabelValue") for key in keys)
             components = 1 if slicer else reader.GetNumberOfComponents()
             _require_volume(file, size, components, reader.GetPixelID() in _complex(sitk), frame)
-            _require_memory(file, size[:3])
+            require_memory(file, size[:3])
             if len(size) > 3:
                 reader.SetExtractSize(size[:3] + [0] * (len(size) - 3))
                 if frame is not None:
@@ -133,8 +182,8 @@ def write_image(labels: npt.NDArray[Any], grid: Grid, file: Path) -> None:
 def skewed(file: Path) -> InputError:
     """What is said of axes that are not at right angles."""
     return InputError(
-        f"{file}: the axes of its affine are not at right angles, or not finite; resample the image onto a rectangular "
-        "grid, or mend the header"
+        f"{file}: the axes of its affine are not at right angles, or not finite; add --resample to have it drawn anew "
+        "on a rectangular grid, or mend the header"
     )
 
 
@@ -153,17 +202,6 @@ def _require_volume(
         raise InputError(
             f"{file}: is a {len(size)}-D image ({shown}), expected 3-D; write one frame to a file of its own, or "
             "choose one by frame (--frame N, counted from 1)"
-        )
-
-
-def _require_memory(file: Path, size: list[int]) -> None:
-    """Refuse what does not fit into the memory of the machine, before it is asked for."""
-    need, there = _BYTES_PER_VOXEL * math.prod(size), memory()
-    if there is not None and need > there:
-        shown = " x ".join(map(str, size))
-        raise ResourceError(
-            f"{file}: its {shown} voxels need about {need / 1e9:.3g} GB, and there are {there / 1e9:.3g} GB; crop or "
-            "resample the image"
         )
 
 

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+from femprep.errors import ResourceError
+
+#: Memory that reading a label map and taking its objects apart needs, bytes per voxel, at the least.
+_BYTES_PER_VOXEL: Final = 4
 
 
 @contextmanager
@@ -51,3 +59,19 @@ def memory() -> int | None:
 
     limit = resource.getrlimit(resource.RLIMIT_AS)[0]
     return there if limit == resource.RLIM_INFINITY else min(there, limit)
+
+
+def require_memory(file: Path, shape: Sequence[int]) -> None:
+    """Refuse what does not fit into the memory of the machine, before it is asked for.
+
+    Raises
+    ------
+    ResourceError
+    """
+    need, there = _BYTES_PER_VOXEL * math.prod(shape), memory()
+    if there is not None and need > there:
+        shown = " x ".join(map(str, shape))
+        raise ResourceError(
+            f"{file}: its {shown} voxels need about {need / 1e9:.3g} GB, and there are {there / 1e9:.3g} GB; crop or "
+            "resample the image"
+        )

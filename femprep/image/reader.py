@@ -1,10 +1,11 @@
-"""A label map file in, a Segmentation out, and back: NIfTI, NRRD, MetaImage; world LPS in mm."""
+"""A label map file in, a Segmentation out, and back: NIfTI, NRRD, MetaImage, DICOM SEG (in only); world LPS in mm."""
 
 from __future__ import annotations
 
 import logging
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,14 @@ import numpy.typing as npt
 
 from femprep.errors import InputError, OptionError
 from femprep.image.affine import choose_spacing, spacing_warning
+from femprep.image.dicom import is_dicom, read_dicom
 from femprep.image.files import format_of
 from femprep.image.grid import Grid
-from femprep.image.itk import read_image, skewed, write_image
+from femprep.image.itk import ImageFile, count_frames, read_image, skewed, write_image
+from femprep.image.rectangular import is_sheared, rectangular_labels
 from femprep.image.segmentation import Segmentation, count_labels
 from femprep.image.segments import chosen_segments, merged_layers, require_layers, segments_of
-from femprep.model import FloatArray, Notice, records
+from femprep.model import FloatArray, Notice, noted, records
 from femprep.options import PRESETS, ImageOptions, choose, takes
 
 log = logging.getLogger(__name__)
@@ -41,14 +44,15 @@ def read_segmentation(
     Parameters
     ----------
     path : path
-        ``.nii``, ``.nii.gz``, ``.nrrd``, ``.seg.nrrd`` (3D Slicer), ``.mha`` or ``.mhd``.
+        ``.nii``, ``.nii.gz``, ``.nrrd``, ``.seg.nrrd`` (3D Slicer), ``.mha``, ``.mhd``, or a DICOM SEG, ``.dcm`` or
+        without ending (``pip install "femprep[dicom]"``).
     structures : mapping of str to int or several ints, optional
         Label numbers by structure: ``{"lv": 3, "myo": 2, "rv": 1}``. Those of the preset are replaced name by name. Of
-        a ``.seg.nrrd`` also the names of segments.
+        a ``.seg.nrrd`` and a DICOM SEG also the names of segments.
     preset : str, optional
         A known data set, see ``femprep.options.PRESETS``.
     options : ImageOptions, optional
-        ``spacing`` replaces the file's voxel sizes.
+        ``spacing`` replaces the file's voxel sizes; ``resample`` takes axes that are not at right angles.
     **changes
         Options by name.
 
@@ -67,6 +71,8 @@ def read_segmentation(
         It holds no 3-D label map: 2-D, several frames, several components, fractional, negative or no labels.
     OptionError
         The preset is unknown, or there is neither preset nor structures.
+    MissingDependencyError
+        A DICOM SEG, and highdicom is not installed.
 
     Examples
     --------
@@ -76,7 +82,7 @@ def read_segmentation(
     """
     chosen = choose(ImageOptions, options, changes)
     file = Path(path)
-    array, spacing, origin, direction, header, notes = read_image(file, chosen.frame)
+    array, spacing, origin, direction, header, notes = _read(file, chosen.frame, chosen.resample)
     try:
         segments = segments_of(header)
         require_layers(segments, array.shape[0] if array.ndim == 4 else 1)
@@ -86,16 +92,21 @@ def read_segmentation(
     if segments:
         wanted = {name: (own,) if isinstance(own, int | str) else own for name, own in names.items()}
         own = chosen_segments(segments, wanted, known=preset == "slicer" or not names)
-        others = [one for one in segments if not any(one in parts for parts in own.values())]
         layers = array if array.ndim == 4 else array[None]
-        array, names, said = merged_layers(
-            layers, own, [one for one in others if np.any(layers[one.layer] == one.label)]
-        )
+        others = [
+            one
+            for one in segments
+            if not any(one in parts for parts in own.values()) and np.any(layers[one.layer] == one.label)
+        ]
+        array, names, said = merged_layers(layers, own, others)
         notes += said
-        names = {name: numbers for name, numbers in names.items() if name in own}
     labels = _labels(array, file)
     spacing, source, found, doubts = _spacing(spacing, header, labels.shape, chosen.spacing)
     notes += found
+    if chosen.resample and is_sheared(direction * spacing):
+        labels, resampled, line = rectangular_labels(labels, direction * spacing, origin, file)
+        spacing, origin, direction = resampled.spacing, resampled.origin, resampled.direction
+        notes.append(line)
     for level, lines in ((logging.INFO, notes), (logging.WARNING, doubts)):
         for line in lines:
             log.log(level, "%s: %s", file.name, line)
@@ -110,7 +121,7 @@ def read_segmentation(
     info = {
         **({"segments": named} if named else {}),
         "file": str(file),
-        "format": format_of(file),
+        "format": "DICOM SEG" if is_dicom(file) else format_of(file),
         "shape": list(labels.shape),
         "spacing": [float(s) for s in spacing],
         "spacing_source": source,
@@ -122,6 +133,52 @@ def read_segmentation(
         "notices": records(*(Notice.of("assumed", line) for line in notes + doubts)),
     }
     return Segmentation(labels, grid, names, info)
+
+
+def read_frames(
+    path: str | os.PathLike[str],
+    structures: Mapping[str, int | str | Sequence[int | str]] | None = None,
+    preset: str | None = None,
+    options: ImageOptions | None = None,
+) -> dict[int, Segmentation]:
+    """Read all frames of a label map over time that hold labels, as many have them of two phases alone.
+
+    Parameters
+    ----------
+    path, structures, preset, options
+        As for :func:`read_segmentation`.
+
+    Returns
+    -------
+    dict of int to Segmentation
+        By the number of the frame, from 1; each one's ``notices`` tell the frames that are left out.
+
+    Raises
+    ------
+    FileError, InputError, OptionError
+        As for :func:`read_segmentation`; no frame holds a label.
+
+    Examples
+    --------
+    >>> fp.mesh_sequence(list(fp.read_frames("cine.nii.gz", preset="ukb").values()))  # doctest: +SKIP
+    """
+    chosen = choose(ImageOptions, options, {})
+    file = Path(path)
+    found: dict[int, Segmentation] = {}
+    empty = []
+    count = 1 if is_dicom(file) else count_frames(file)
+    for number in range(1, count + 1):
+        try:
+            found[number] = read_segmentation(file, structures, preset, choose(ImageOptions, chosen, {"frame": number}))
+        except NoLabelError:
+            empty.append(number)
+    if not found:
+        raise NoLabelError(f"{file}: holds no label in any of its {count} frames; is it a label map?")
+    if not empty:
+        return found
+    line = f"{len(empty)} of {count} frames hold no label and are left out: " + ", ".join(map(str, empty))
+    log.info("%s: %s", file.name, line)
+    return {n: replace(seg, info=noted(seg.info, Notice.of("left out", line))) for n, seg in found.items()}
 
 
 def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
@@ -148,6 +205,15 @@ def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
     write_image(seg.labels, seg.grid, Path(path))
 
 
+def _read(file: Path, frame: int | None, sheared: bool) -> ImageFile:
+    """The file by the library that reads its format."""
+    if not is_dicom(file):
+        return read_image(file, frame, sheared=sheared)
+    if frame not in (None, 1):
+        raise InputError(f"{file}: has no frame {frame}, a DICOM SEG holds one; leave --frame out")
+    return read_dicom(file)
+
+
 def _names(
     structures: Mapping[str, int | str | Sequence[int | str]] | None, preset: str | None, *, by_name: bool = False
 ) -> dict[str, Any]:
@@ -159,8 +225,8 @@ def _names(
         own = (numbers,) if isinstance(numbers, int | str) else tuple(numbers)
         if not by_name and (text := [n for n in own if isinstance(n, str)]):
             raise OptionError(
-                f"structure {name!r} is {text[0]!r}, a name, which the segments of a .seg.nrrd have; give the label's "
-                "number"
+                f"structure {name!r} is {text[0]!r}, a name, which segments of a .seg.nrrd or DICOM SEG have; give the "
+                "label's number"
             )
         names[name] = tuple(n if isinstance(n, str) else int(n) for n in own)
     if not names and not by_name:

@@ -1,4 +1,4 @@
-"""What 3D Slicer's ``.seg.nrrd`` says of its segments in, one label map of the structures asked for out.
+"""What 3D Slicer's ``.seg.nrrd`` or a DICOM SEG says of its segments in, one label map of the structures asked for out.
 
 A file holds one or more layers, each a label map of its own, so that segments may overlap; names, label value and layer
 of each segment stand in its header [1]_.
@@ -32,12 +32,21 @@ SLICER: Final[Mapping[str, tuple[str, ...]]] = {
         "lvblood",
         "leftventriclebloodpool",
         "leftventriclecavity",
+        "heartventricleleft",
     ),
     "myo": ("myo", "myocardium", "lvmyo", "lvmyocardium", "leftventriclemyocardium", "lvwall", "heartmyocardium"),
-    "rv": ("rv", "rightventricle", "rvcavity", "rvbloodpool", "rvblood", "rightventriclebloodpool"),
+    "rv": (
+        "rv",
+        "rightventricle",
+        "rvcavity",
+        "rvbloodpool",
+        "rvblood",
+        "rightventriclebloodpool",
+        "heartventricleright",
+    ),
     "rv_wall": ("rvwall", "rvmyo", "rvmyocardium", "rightventriclemyocardium", "rightventriclewall"),
-    "la": ("la", "leftatrium", "lacavity", "labloodpool"),
-    "ra": ("ra", "rightatrium", "racavity", "rabloodpool"),
+    "la": ("la", "leftatrium", "lacavity", "labloodpool", "heartatriumleft"),
+    "ra": ("ra", "rightatrium", "racavity", "rabloodpool", "heartatriumright"),
 }
 
 
@@ -96,6 +105,15 @@ def require_layers(segments: Sequence[Segment], count: int) -> None:
             )
 
 
+def header_of(segments: Sequence[Segment]) -> dict[str, str]:
+    """A header that tells of segments as 3D Slicer's does, for other files that hold such."""
+    header: dict[str, str] = {}
+    for k, one in enumerate(segments):
+        header |= {f"Segment{k}_Name": one.name, f"Segment{k}_LabelValue": str(one.label)}
+        header[f"Segment{k}_Layer"] = str(one.layer)
+    return header
+
+
 def plain(name: str) -> str:
     """A name in small letters, with nothing between them: as names are compared."""
     return re.sub(r"[^a-z0-9]+", "", name.lower())
@@ -109,7 +127,7 @@ def chosen_segments(
     Raises
     ------
     OptionError
-        A name is none of the file's; the message lists them all.
+        A name is none of the file's, or none is known; the message lists them all.
     """
     found: dict[str, list[Segment]] = {}
     listed = ", ".join(f"{one.label} {one.name!r}" for one in segments) or "none"
@@ -126,17 +144,27 @@ def chosen_segments(
         for structure, names in SLICER.items():
             if structure not in found and (fits := [one for one in segments if plain(one.name) in names]):
                 found[structure] = fits[:1]
+    if not found:
+        raise OptionError(
+            f"no segment has a usual name, such as LV or Myocardium; the file holds {listed}: name them, as in "
+            f"lv={(segments[0].name if segments else 'Blood')!r}"
+        )
     return found
 
 
 def merged_layers(
     layers: npt.NDArray[Any], chosen: Mapping[str, Sequence[Segment]], others: Sequence[Segment] = ()
 ) -> tuple[npt.NDArray[np.uint16], dict[str, tuple[int, ...]], list[str]]:
-    """One label map of the chosen segments of layers ``(l, i, j, k)``; its labels by structure; what overlapped."""
-    names = [*chosen, *(one.name for one in others)]
-    parts = [*chosen.values(), *([one] for one in others)]
-    masks = {name: np.any([layers[one.layer] == one.label for one in own], axis=0) for name, own in zip(names, parts)}
-    return merged_masks(masks)
+    """One label map of the chosen segments of layers ``(l, i, j, k)``; its labels by structure; what overlapped.
+
+    Labels of ``others`` follow, where nothing chosen is.
+    """
+    masks = {name: np.any([layers[one.layer] == one.label for one in own], axis=0) for name, own in chosen.items()}
+    labels, numbers, said = merged_masks(masks)
+    # What was not asked for is named, and takes nothing of what was: a scar in the wall, a segment around all.
+    for number, one in enumerate(others, len(masks) + 1):
+        labels[(layers[one.layer] == one.label) & (labels == 0)] = number
+    return labels, numbers, said
 
 
 def merged_masks(

@@ -12,6 +12,7 @@ from femprep.errors import InputError
 from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.elements import FACET_CORNERS, element_faces
 from femprep.mesh.measures.volume_elements import centroids
+from femprep.mesh.numbering import set_numbers
 from femprep.model import REGION_TAGS, FloatArray, IntArray, Surface, TagArray, VolumeMesh, is_blood
 from femprep.model.facets import facet_triangles
 
@@ -153,9 +154,9 @@ def neighbours(mesh: VolumeMesh) -> IntArray:
     """Pairs of elements that share a face, ``(k, 2)``."""
     found = [np.empty((0, 2), dtype=np.int64)]
     for kind, faces in element_faces(mesh.cells).items():
-        corner = np.sort(faces.nodes[:, : FACET_CORNERS[kind]], axis=1)
-        order = np.lexsort(corner.T[::-1])
-        same = (corner[order[1:]] == corner[order[:-1]]).all(axis=1)
+        number = set_numbers(faces.nodes[:, : FACET_CORNERS[kind]])
+        order = np.argsort(number, kind="stable")
+        same = number[order[1:]] == number[order[:-1]]
         found.append(np.stack([faces.element[order[:-1]][same], faces.element[order[1:]][same]], axis=1))
     return np.concatenate(found)
 
@@ -163,10 +164,9 @@ def neighbours(mesh: VolumeMesh) -> IntArray:
 def _beside(region: TagArray, pairs: IntArray, tags: TagArray) -> IntArray:
     """How many neighbours of each region each element has, ``(n, t)``."""
     number = np.searchsorted(tags, region)  # blood has none, but is in no pair
-    count = np.zeros((len(region), len(tags)), dtype=np.int64)
-    np.add.at(count, (pairs[:, 0], number[pairs[:, 1]]), 1)
-    np.add.at(count, (pairs[:, 1], number[pairs[:, 0]]), 1)
-    return count
+    one, other = pairs.T
+    at = np.concatenate([one * len(tags) + number[other], other * len(tags) + number[one]])
+    return np.bincount(at, minlength=len(region) * len(tags)).reshape(len(region), len(tags))
 
 
 def _strays(region: TagArray, pairs: IntArray, tags: TagArray) -> npt.NDArray[np.bool_]:

@@ -103,7 +103,7 @@ def test_an_image_that_grows_beyond_its_header(tmp_path: Path, capsys: pytest.Ca
 def test_an_image_larger_than_the_memory(tmp_path: Path, monkeypatch, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "large.nrrd"
     fp.write_segmentation(lv_ellipsoid().segmentation((3.0, 3.0, 10.0)), path)
-    monkeypatch.setattr("femprep.image.itk.memory", lambda: 10_000)
+    monkeypatch.setattr("femprep.image.native.memory", lambda: 10_000)
     assert main(["mesh", str(path), "-o", str(tmp_path / "out"), "--preset", "acdc"]) == 2
     said = capsys.readouterr().err
     assert "voxels need about" in said

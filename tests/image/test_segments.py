@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -165,6 +166,42 @@ def test_a_frame_is_chosen_from_a_map_with_several(tmp_path: Path) -> None:
         fp.read_segmentation(path, seg.structures, frame=3)
 
 
+def write_cine(frames: list[np.ndarray], path: Path) -> Path:
+    made = SimpleITK.JoinSeries([SimpleITK.GetImageFromArray(np.ascontiguousarray(own.T)) for own in frames])
+    made.SetSpacing((*map(float, phantom().grid.spacing), 1.0))
+    SimpleITK.WriteImage(made, str(path))
+    return path
+
+
+def test_all_frames_with_labels_are_read_and_the_others_told(tmp_path: Path) -> None:
+    seg = phantom()
+    none = np.zeros_like(seg.labels)
+    frames = [none, seg.labels, none, np.roll(seg.labels, 2, axis=0)]
+    found = fp.read_frames(write_cine(frames, tmp_path / "cine.nii.gz"), seg.structures)
+    assert list(found) == [2, 4]
+    for number, own in found.items():
+        np.testing.assert_array_equal(own.labels, frames[number - 1])
+        assert "2 of 4 frames hold no label and are left out: 1, 3" in [n["what"] for n in own.info["notices"]]
+    with pytest.raises(fp.InputError, match="in any of its 2 frames"):
+        fp.read_frames(write_cine([none, none], tmp_path / "empty.nii.gz"), seg.structures)
+    single = tmp_path / "single.nii.gz"
+    fp.write_segmentation(seg, single)
+    assert list(fp.read_frames(single, seg.structures)) == [1]
+
+
+@pytest.mark.slow
+def test_the_command_takes_the_frames_of_a_file_as_phases(tmp_path: Path) -> None:
+    seg = lv_ellipsoid().segmentation(spacing=(2.0, 2.0, 8.0), apex="uncapped")
+    path = write_cine([seg.labels, np.zeros_like(seg.labels), seg.labels], tmp_path / "cine.nii.gz")
+    small = ["--preset", "acdc", "--vertices", "300", "--edge-length", "8", "--quiet"]
+    assert main(["mesh", str(path), "--sequence", "-o", str(tmp_path / "out"), *small]) == 0
+    record = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert [(phase["name"], phase["time"]) for phase in record["phases"]] == [("frame001", 1.0), ("frame003", 3.0)]
+    meshes = [fp.read_mesh(tmp_path / "out" / "phases" / name / "mesh.vtu") for name in ("frame001", "frame003")]
+    np.testing.assert_array_equal(meshes[0].cells["tetra"], meshes[1].cells["tetra"])
+    assert np.abs(meshes[1].point_data["displacement"]).max() < 1e-6  # the frames are the same
+
+
 @pytest.mark.parametrize("preset", sorted(set(PRESETS) - {"slicer"}))
 def test_presets_name_cavity_and_wall(preset: str) -> None:
     numbers = [number for own in PRESETS[preset].values() for number in own]
@@ -204,6 +241,7 @@ def test_the_command_meshes_masks_at_a_given_base(tmp_path: Path) -> None:
         (["--mask", "a.nii"], "NAME=FILE"),
         (["--mask", "lv=a.nii", "--preset", "acdc"], "name their structures themselves"),
         (["map.nii", "--base", "1,2"], "X,Y,Z,NX,NY,NZ"),
+        (["map.nii", "--sequence", "--frame", "2"], "leave one of the two out"),
     ],
 )
 def test_what_does_not_go_together_is_told(
