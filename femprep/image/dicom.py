@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import FemprepError, FileError, InputError, MissingDependencyError
+from femprep.image.files import require_file
 from femprep.image.itk import ImageFile
 from femprep.image.native import require_memory
 from femprep.image.segments import Segment, header_of
@@ -42,9 +43,11 @@ def is_dicom(file: Path) -> bool:
     """Whether a file is DICOM by its ending, or by its first bytes where it has none."""
     if file.suffix.lower() in (".dcm", ".dicom"):
         return True
+    if file.suffix[1:].isalpha() or not file.is_file():  # to open a pipe waits for whoever writes into it
+        return False
     try:
         with open(file, "rb") as stream:
-            return not file.suffix.isalpha() and stream.read(132)[128:] == b"DICM"
+            return stream.read(132)[128:] == b"DICM"
     except OSError:
         return False
 
@@ -61,6 +64,7 @@ def read_dicom(file: Path) -> ImageFile:
     InputError
         It is another object than a segmentation, or its slices are no even stack.
     """
+    require_file(file)
     if find_spec("highdicom") is None:
         raise MissingDependencyError("DICOM SEG needs highdicom; install it with pip install 'femprep[dicom]'")
     import highdicom

@@ -52,6 +52,21 @@ def format_of(path: Path) -> str:
     raise FileError(f"{path}: unknown image format; expected {', '.join(sorted(FORMATS))}")
 
 
+def require_file(path: Path) -> None:
+    """Check that a path is that of a file that can be opened.
+
+    Raises
+    ------
+    FileError
+    """
+    if not path.exists():
+        raise FileError(f"{path}: no such file")
+    if path.is_dir():
+        raise FileError(f"{path}: is a folder, expected an image file (DICOM series have to be converted first)")
+    if not path.is_file():  # to open a pipe waits for whoever writes into it
+        raise FileError(f"{path}: is no regular file, expected an image file")
+
+
 def require_whole(path: Path) -> str:
     """Check that a file is there, not empty, not cut short and, where compressed, has the right checksum.
 
@@ -61,12 +76,7 @@ def require_whole(path: Path) -> str:
     ResourceError
         Its voxels do not fit into the memory.
     """
-    if not path.exists():
-        raise FileError(f"{path}: no such file")
-    if path.is_dir():
-        raise FileError(f"{path}: is a folder, expected an image file (DICOM series have to be converted first)")
-    if not path.is_file():  # to open a pipe waits for whoever writes into it
-        raise FileError(f"{path}: is no regular file, expected an image file")
+    require_file(path)
     reader = format_of(path)
     try:
         if path.stat().st_size == 0:

@@ -158,10 +158,11 @@ def test_images_that_unpack_to_more_than_their_header_tells(
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no named pipes")
-@pytest.mark.parametrize("command", ["check", "mesh"])
-def test_pipes_are_not_waited_for(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / ("heart.nii" if command == "mesh" else "heart.vtu")
+@pytest.mark.parametrize("name", ["heart.vtu", "heart.nii", "heart.dcm", "heart.1"])
+def test_pipes_are_not_waited_for(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / name
     os.mkfifo(path)
+    command = "check" if name.endswith(".vtu") else "mesh"
     given = ["-o", str(tmp_path / "out"), "--preset", "acdc"] if command == "mesh" else []
     assert main([command, str(path), *given]) == 2
     assert "is no regular file" in capsys.readouterr().err
