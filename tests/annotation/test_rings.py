@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from meshes import wedges_to_tets
 
-from femprep.annotation.annotate import _vessel_facets
 from femprep.annotation.cavities import _ends
 from femprep.annotation.reading import Name
+from femprep.annotation.region_facets import facets_of_regions
 from femprep.annotation.shell import Shell, shell_of
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
 
@@ -71,7 +71,7 @@ def test_the_ring_of_a_valve_lies_where_atrium_and_ventricle_meet() -> None:
     tag[inside & (np.abs(z + 8.0) < 2.0)] = FACET_TAGS["mitral"]
     mesh = replace(mesh, facets=shell.facets, facet_tag=tag.astype(np.int32))
     told = Name(1.0, "most of the file's region 3 lie there")
-    found = _vessel_facets(mesh, shell, {"lv": told, "la": told}).facet_tag
+    found = facets_of_regions(mesh, shell, {"lv": told, "la": told}).facet_tag
     ring = found == FACET_TAGS["mitral"]
     assert inside[ring].all()
     assert np.abs(z[ring]).max() < 3.0
@@ -79,7 +79,7 @@ def test_the_ring_of_a_valve_lies_where_atrium_and_ventricle_meet() -> None:
     width = shell.area[ring].sum() / (2 * np.pi * INNER)
     assert width == pytest.approx(2 * 2.0, abs=1.0)
     assert (found[inside & ~ring & (z < -3.0)] == FACET_TAGS["endo_lv"])[z[inside & ~ring & (z < -3.0)] < -8.0].all()
-    untouched = _vessel_facets(mesh, shell, {"lv": Name(1.0, "between the surfaces that are nearest"), "la": told})
+    untouched = facets_of_regions(mesh, shell, {"lv": Name(1.0, "between the surfaces that are nearest"), "la": told})
     np.testing.assert_array_equal(untouched.facet_tag, tag)
 
 
