@@ -128,7 +128,8 @@ def dask() -> Iterator[tuple[str, psutil.Process, psutil.Process]]:
 
 def memory(source: Path, folder: Path, count: int) -> None:
     """What scheduler, client and worker hold while many subjects are made."""
-    out, seen = folder / "out", []
+    out = folder / "out"
+    seen: list[tuple[float, ...]] = []
     with dask() as (address, scheduler, nanny):
         asked = [*CHEAP, "--scheduler", address, "--memory-limit", "4"]
         client = subprocess.Popen(command(source, out, *asked))
