@@ -109,7 +109,7 @@ def with_places(shell: Shell, reading: Reading, at: Mapping[str, tuple[float, fl
     Raises
     ------
     OptionError
-        Two places lie on the same facets.
+        Two places lie on the same facets, or one is nowhere near any.
     """
     tag, names = reading.tag.copy(), dict(reading.names)
     before = reading.tag
@@ -120,7 +120,10 @@ def with_places(shell: Shell, reading: Reading, at: Mapping[str, tuple[float, fl
         alike = next((group for group in _ALIKE if name in group), tuple(FACET_TAGS))
         rows = np.flatnonzero(np.isin(before, [FACET_TAGS[each] for each in alike]))
         rows = rows if len(rows) else np.arange(len(before))
-        nearest = int(rows[cKDTree(shell.centre[rows]).query(np.asarray(place))[1]])
+        row = int(cKDTree(shell.centre[rows]).query(np.asarray(place))[1])
+        if row == len(rows):  # so far away that its distance is no number
+            raise OptionError(f"--at {name} lies at {', '.join(f'{x:.6g}' for x in place)} mm, nowhere near the mesh")
+        nearest = int(rows[row])
         there = int(before[nearest])
         if there in taken:
             raise OptionError(f"--at {name} and --at {taken[there]} lie on the same facets; give a point on each")

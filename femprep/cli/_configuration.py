@@ -60,6 +60,8 @@ def _read_toml(path: Path) -> dict[str, Any]:
         raise FileError(f"configuration {str(path)!r} cannot be read: {error.strerror}; check --config") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise FileError(f"configuration {str(path)!r} is not valid TOML: {error}") from None
+    except RecursionError:  # tables within tables, by the thousand
+        raise FileError(f"configuration {str(path)!r} is not valid TOML: it is nested too deeply") from None
 
 
 def parse_structures(items: Sequence[str] | None) -> dict[str, tuple[int | str, ...]] | None:

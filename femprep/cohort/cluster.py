@@ -109,11 +109,16 @@ def _elsewhere(scheduler: str) -> Iterator[Any]:
 
 @contextmanager
 def _here(workers: int) -> Iterator[Any]:
+    import dask
     from distributed import Client, LocalCluster
 
     _silence()
     threads = max(1, default_workers() // workers)
-    with tempfile.TemporaryDirectory(prefix="femprep-cohort-", ignore_cleanup_errors=True) as folder:
+    with (
+        tempfile.TemporaryDirectory(prefix="femprep-cohort-", ignore_cleanup_errors=True) as folder,
+        # The scheduler's own files, too, which it would leave in the system's temporary folder.
+        dask.config.set({"temporary-directory": folder}),
+    ):
         cluster = LocalCluster(
             n_workers=workers,
             threads_per_worker=1,

@@ -255,5 +255,5 @@ def _value(text: str) -> Any:
     """A cell as what it is in JSON, a number, true or a list; else as text."""
     try:
         return json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):  # lists within lists, by the thousand
         return text

@@ -10,7 +10,7 @@ from femprep.mesh.elements import ELEMENTS
 from femprep.model import Notice, VolumeMesh
 
 #: Formats whose readers know linear elements alone.
-_LINEAR: Final = ("medit", "opencarp")
+_LINEAR: Final = ("medit", "opencarp", "opencarp-binary")
 
 
 def losses(mesh: VolumeMesh, name: str) -> list[Notice]:

@@ -11,7 +11,7 @@ from femprep.export.vtk_xml import add_arrays, vtk_cells, vtk_points
 from femprep.model import FloatArray, IntArray, PurkinjeNet, VolumeMesh
 
 #: Formats that hold Purkinje fibres.
-HOLDS: Final = ("vtu", "opencarp", "ls-dyna")
+HOLDS: Final = ("vtu", "opencarp", "opencarp-binary", "ls-dyna")
 #: What sets, parts and files of them begin with.
 PURKINJE: Final = "purkinje"
 #: How field data of a ``.vtu`` are called that hold them.

@@ -15,6 +15,7 @@ import numpy as np
 
 from femprep.errors import FemprepError, FileError, InputError, MissingDependencyError
 from femprep.export.foreign import from_meshio
+from femprep.export.hdf5 import require_hdf5
 from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_in
 from femprep.mesh.entities import refuse_entities
@@ -55,10 +56,13 @@ def read_mesh(path: str | Path) -> VolumeMesh:
     path = Path(path)
     if not path.exists():
         raise FileError(f"mesh file {str(path)!r} does not exist")
+    if not path.is_file() and not path.is_dir():  # to open a pipe waits for whoever writes into it
+        raise FileError(f"{str(path)!r} is no regular file, expected a mesh")
     reader = "svmultiphysics" if path.is_dir() else _READERS.get(path.suffix.lower(), _meshio)
     try:
         if path.suffix.lower() in _XML:
             refuse_entities(path)
+        require_hdf5(path)
         mesh = import_module(f"femprep.export.{reader}.read").read(path) if isinstance(reader, str) else reader(path)
         _require_finite(mesh)
         if path.suffix.lower() in _COMMENTED and (verdict := verdict_in(path)):
@@ -122,6 +126,17 @@ def _medit(path: Path) -> VolumeMesh:
     return mesh.with_data(cell=solutions(path, mesh))
 
 
+def _tecplot(path: Path) -> VolumeMesh:
+    """meshio goes on looking for nodes and elements behind the end of the file, for as many as there should be."""
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+    size = path.stat().st_size
+    for match in re.finditer(rb"\b(NODES|N|ELEMENTS|E)\s*=\s*(\d{1,18})", head, re.IGNORECASE):
+        if int(match[2]) > size:
+            raise FileError(f"{str(path)!r} is damaged: it says {match[0].decode()!r} and has {size} bytes")
+    return _meshio(path)
+
+
 def _meshio(path: Path) -> VolumeMesh:
     return from_meshio(meshio_mesh(path))
 
@@ -161,6 +176,9 @@ def meshio_mesh(path: Path) -> Any:
         raise FileError(f"{str(path)!r} is damaged or of an unknown format: {reason}") from error
 
 
+#: Bytes of a file in which its head is looked for.
+_HEAD: Final = 2**16
+
 #: Endings of text files with comments, in which a mesh's verdict stands.
 _COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")
 
@@ -175,10 +193,14 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".key": "lsdyna",
     ".pts": "opencarp",
     ".elem": "opencarp",
+    ".bpts": "opencarp",
+    ".belem": "opencarp",
     ".vtu": _vtk,
     ".vtk": _legacy_vtk,
     ".xdmf": _xdmf,
     ".med": _med,
     ".msh": _with_unit,
     ".mesh": _medit,
+    ".dat": _tecplot,
+    ".tec": _tecplot,
 }

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import gzip
 import math
+import os
 import re
 import struct
 import zlib
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
-from femprep.errors import FileError
+from femprep.errors import FileError, ResourceError
+from femprep.image.native import memory
 
 #: ITK's reader by file name ending.
 FORMATS = {
@@ -26,8 +28,11 @@ FORMATS = {
     ".mhd": "MetaImageIO",
 }
 
-#: Bytes that may follow the voxels of a NIfTI file: what is compressed can grow a thousandfold.
+#: Bytes that may follow the voxels of a file: what is compressed can grow a thousandfold, and somewhat more.
 _BEHIND = 1 << 26
+_DENSEST = 1100
+#: Bytes of a voxel, at the most, in formats that tell of them by a word.
+_WIDEST = 16
 
 _REMEDY = "copy or convert the file again"
 
@@ -53,11 +58,15 @@ def require_whole(path: Path) -> str:
     Raises
     ------
     FileError
+    ResourceError
+        Its voxels do not fit into the memory.
     """
     if not path.exists():
         raise FileError(f"{path}: no such file")
     if path.is_dir():
         raise FileError(f"{path}: is a folder, expected an image file (DICOM series have to be converted first)")
+    if not path.is_file():  # to open a pipe waits for whoever writes into it
+        raise FileError(f"{path}: is no regular file, expected an image file")
     reader = format_of(path)
     try:
         if path.stat().st_size == 0:
@@ -65,9 +74,9 @@ def require_whole(path: Path) -> str:
         if reader == "NiftiImageIO":
             _require_whole_nifti(path)
         elif reader == "NrrdImageIO":
-            _require_checksum(path, *_nrrd_data(path))
+            _require_checksum(path, _nrrd_data(path))
         else:
-            _require_checksum(path, *_meta_data(path))
+            _require_checksum(path, _meta_data(path))
     except PermissionError:
         raise FileError(f"{path}: no permission to read it") from None
     return reader
@@ -77,11 +86,15 @@ def _require_whole_nifti(path: Path) -> None:
     """Compare the number of bytes with what the header announces; decompressing also checks the checksum."""
     with open(path, "rb") as file:
         compressed = file.read(2) == b"\x1f\x8b"
+        size = os.fstat(file.fileno()).st_size
     try:
         with gzip.open(path, "rb") if compressed else open(path, "rb") as stream:
             head = stream.read(352)
-            length, expected = len(head), _nifti_bytes(head)
-            while (block := stream.read(1 << 20)) and expected is not None:
+            length, expected = len(head) if compressed else size, _nifti_bytes(head)
+            if expected is not None and expected > (_DENSEST if compressed else 1) * size:
+                raise FileError(f"{path}: cut short, {size} bytes cannot hold the {expected} of its header; {_REMEDY}")
+            _require_room(path, expected or 0)
+            while compressed and expected is not None and (block := stream.read(1 << 20)):
                 length += len(block)
                 if length > expected + _BEHIND:
                     raise FileError(f"{path}: holds more than the {expected} bytes its header tells of; {_REMEDY}")
@@ -91,6 +104,16 @@ def _require_whole_nifti(path: Path) -> None:
         raise FileError(f"{path}: not a NIfTI file, or its header is damaged")
     if length < expected:
         raise FileError(f"{path}: cut short, {length} of {expected} bytes; {_REMEDY}")
+
+
+def _require_room(path: Path, size: int) -> None:
+    """Refuse what does not fit into the memory of the machine, before it is unpacked."""
+    there = memory()
+    if there is not None and size > there:
+        raise ResourceError(
+            f"{path}: its voxels are {size / 1e9:.3g} GB, and there are {there / 1e9:.3g} GB of memory; crop or "
+            "resample the image"
+        )
 
 
 def _nifti_bytes(head: bytes) -> int | None:
@@ -113,8 +136,16 @@ def _nifti_bytes(head: bytes) -> int | None:
     return int(offset) + math.prod(int(n) for n in sizes[1 : sizes[0] + 1]) * int(bits) // 8
 
 
-def _nrrd_data(path: Path) -> tuple[Path, int, bool]:
-    """File that holds the voxels, where they begin, whether they are compressed by gzip."""
+class _Voxels(NamedTuple):
+    """File that holds the voxels, where they begin, whether they are compressed, and how many the header tells of."""
+
+    path: Path
+    offset: int
+    compressed: bool
+    number: int | None
+
+
+def _nrrd_data(path: Path) -> _Voxels:
     with open(path, "rb") as file:
         fields = {}
         while (line := file.readline(1 << 16)) and line.strip():
@@ -122,50 +153,76 @@ def _nrrd_data(path: Path) -> tuple[Path, int, bool]:
             fields[key.strip().lower()] = value.strip()
         offset = file.tell()
     compressed = fields.get("encoding", "").lower() in ("gzip", "gz")
+    count = _product(fields.get("sizes", ""))
     detached = fields.get("data file") or fields.get("datafile")
-    return (path.parent / detached, 0, compressed) if detached else (path, offset, compressed)
+    return (
+        _Voxels(path.parent / detached, 0, compressed, count) if detached else _Voxels(path, offset, compressed, count)
+    )
 
 
-def _meta_data(path: Path) -> tuple[Path, int, bool]:
-    """File that holds the voxels, where they begin, whether they are compressed by zlib."""
-    compressed = False
+def _meta_data(path: Path) -> _Voxels:
+    compressed, count, channels = False, None, 1
     with open(path, "rb") as file:
         while line := file.readline(1 << 16):
-            key, _, value = line.decode("latin-1").partition("=")
-            if key.strip() == "CompressedData":
-                compressed = value.strip().lower() == "true"
-            if key.strip() == "ElementDataFile":
-                name = value.strip()
-                if name.upper() == "LOCAL":
-                    return path, file.tell(), compressed
-                return path.parent / name, 0, compressed
-    return path, 0, False
+            key, _, value = (part.strip() for part in line.decode("latin-1").partition("="))
+            if key == "CompressedData":
+                compressed = value.lower() == "true"
+            elif key == "DimSize":
+                count = _product(value)
+            elif key == "ElementNumberOfChannels":
+                channels = _product(value) or 1
+            elif key == "ElementDataFile":
+                count = None if count is None else count * channels
+                if value.upper() == "LOCAL":
+                    return _Voxels(path, file.tell(), compressed, count)
+                return _Voxels(path.parent / value, 0, compressed, count)
+    return _Voxels(path, 0, False, None)
 
 
-def _require_checksum(path: Path, data: Path, offset: int, compressed: bool) -> None:
+def _product(text: str) -> int | None:
+    """The product of whole numbers; None where a text is something else."""
+    words = text.split()
+    return math.prod(map(int, words)) if words and all(re.fullmatch("[0-9]{1,18}", word) for word in words) else None
+
+
+def _require_checksum(path: Path, voxels: _Voxels) -> None:
     """Decompress attached or detached voxels once; the stream's own checksum is compared on the way."""
     # A list or a pattern of several files is left to ITK.
-    if re.search(r"%\d*d", data.name) or data.name.upper().startswith("LIST"):
+    if re.search(r"%\d*d", voxels.path.name) or voxels.path.name.upper().startswith("LIST"):
         return
-    if not data.is_file():
-        raise FileError(f"{path}: its voxels should be in {data}, which does not exist; keep the two files together")
-    if not compressed:
+    if not voxels.path.is_file():
+        raise FileError(
+            f"{path}: its voxels should be in {voxels.path}, which does not exist; keep the two files together"
+        )
+    size = voxels.path.stat().st_size - voxels.offset
+    if voxels.number is not None and voxels.number > 8 * (_DENSEST if voxels.compressed else 1) * size:
+        raise FileError(
+            f"{path}: cut short, {size} bytes cannot hold the {voxels.number} voxels of its header; {_REMEDY}"
+        )
+    if not voxels.compressed:
         return
-    with open(data, "rb") as file:
-        file.seek(offset)
+    _require_room(path, voxels.number or 0)
+    with open(voxels.path, "rb") as file:
+        file.seek(voxels.offset)
         try:
-            whole = _decompresses(file)
+            whole = _decompresses(file, None if voxels.number is None else _WIDEST * voxels.number + _BEHIND)
         except zlib.error as error:
             raise FileError(f"{path}: damaged ({error}); {_REMEDY}") from None
+    if whole is None:
+        raise FileError(f"{path}: holds more than the {voxels.number} voxels its header tells of; {_REMEDY}")
     if not whole:
         raise FileError(f"{path}: cut short, its compressed voxels end too early; {_REMEDY}")
 
 
-def _decompresses(file: BinaryIO) -> bool:
-    """Whether a gzip or zlib stream comes to its end."""
-    stream = zlib.decompressobj(wbits=zlib.MAX_WBITS | 32)
+def _decompresses(file: BinaryIO, most: int | None) -> bool | None:
+    """Whether a gzip or zlib stream comes to its end; None where it is longer than it may be."""
+    stream, length = zlib.decompressobj(wbits=zlib.MAX_WBITS | 32), 0
     while block := file.read(1 << 20):
-        stream.decompress(block)
-        if stream.eof:
-            return True
+        while block:
+            length += len(stream.decompress(block, 1 << 20))
+            if stream.eof:
+                return True
+            if most is not None and length > most:
+                return None
+            block = stream.unconsumed_tail
     return False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,9 @@ import numpy.typing as npt
 from femprep.errors import InputError
 from femprep.model import FloatArray, readonly
 from femprep.model.products import inverse, product
+
+#: Farthest origin, mm: no scanner is 10 km large, and in single precision a millimetre is lost there.
+FARTHEST: Final = 1e7
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +62,11 @@ class Grid:
             raise InputError(f"voxel sizes are {self.spacing.tolist()} mm, expected three positive numbers")
         if not np.all(np.isfinite(self.origin)):
             raise InputError(f"grid origin is {self.origin.tolist()}, expected finite numbers")
+        if np.abs(self.origin).max() > FARTHEST:
+            raise InputError(
+                f"grid origin is {self.origin.tolist()} mm, farther than {FARTHEST:g} mm from 0, where rounding eats "
+                "up a voxel; mend the header"
+            )
         # Files hold the directions in single precision, so that they are orthonormal to about 1e-6 only.
         error = np.abs(self.direction.T @ self.direction - np.eye(3)).max()
         if not error < 1e-4:

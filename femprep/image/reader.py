@@ -17,7 +17,7 @@ from femprep.image.files import format_of
 from femprep.image.grid import Grid
 from femprep.image.itk import read_image, skewed, write_image
 from femprep.image.segmentation import Segmentation, count_labels
-from femprep.image.segments import chosen_segments, merged_layers, segments_of
+from femprep.image.segments import chosen_segments, merged_layers, require_layers, segments_of
 from femprep.model import FloatArray, Notice, records
 from femprep.options import PRESETS, ImageOptions, choose, takes
 
@@ -77,7 +77,11 @@ def read_segmentation(
     chosen = choose(ImageOptions, options, changes)
     file = Path(path)
     array, spacing, origin, direction, header, notes = read_image(file, chosen.frame)
-    segments = segments_of(header)
+    try:
+        segments = segments_of(header)
+        require_layers(segments, array.shape[0] if array.ndim == 4 else 1)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
     names = _names(structures, preset, by_name=bool(segments))
     if segments:
         wanted = {name: (own,) if isinstance(own, int | str) else own for name, own in names.items()}

@@ -41,6 +41,10 @@ SLICER: Final[Mapping[str, tuple[str, ...]]] = {
 }
 
 
+#: So many characters are told of a header's text that is no number.
+_SHOWN: Final = 40
+
+
 @dataclass(frozen=True)
 class Segment:
     """A segment: its name, and the label and layer its voxels have."""
@@ -51,15 +55,45 @@ class Segment:
 
 
 def segments_of(header: Mapping[str, str]) -> list[Segment]:
-    """The segments that a header tells of, in its order; none where it is no ``.seg.nrrd``'s."""
+    """The segments that a header tells of, in its order; none where it is no ``.seg.nrrd``'s.
+
+    Raises
+    ------
+    InputError
+        A label or a layer is no number.
+    """
     found = []
-    for key in sorted(header, key=lambda key: [int(n) for n in re.findall(r"\d+", key)] or [0]):
-        match = re.fullmatch(r"Segment(\d+)_LabelValue", key)
-        if match:
-            own = f"Segment{match[1]}_"
-            name = header.get(own + "Name", header.get(own + "ID", f"Segment_{match[1]}"))
-            found.append(Segment(name, int(header[key]), int(header.get(own + "Layer", "0"))))
+    matches = filter(None, (re.fullmatch(r"Segment([0-9]{1,9})_LabelValue", key) for key in header))
+    for match in sorted(matches, key=lambda match: int(match[1])):
+        own = f"Segment{match[1]}_"
+        name = header.get(own + "Name", header.get(own + "ID", f"Segment_{match[1]}"))
+        label, layer = (_number(header.get(own + field, "0"), own + field) for field in ("LabelValue", "Layer"))
+        found.append(Segment(name, label, layer))
     return found
+
+
+def _number(text: str, field: str) -> int:
+    """A whole number of a header, from 0."""
+    if not re.fullmatch(r"\s*[0-9]{1,9}\s*", text):
+        shown = text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+        raise InputError(f"its header has {field} {shown!r}, expected a whole number from 0; save the segments again")
+    return int(text)
+
+
+def require_layers(segments: Sequence[Segment], count: int) -> None:
+    """Make sure that every segment's layer is one of those that the file has.
+
+    Raises
+    ------
+    InputError
+        A header names a layer that is not there.
+    """
+    for one in segments:
+        if one.layer >= count:
+            raise InputError(
+                f"segment {one.name!r} is in layer {one.layer} by its header, and the layers are 0 to {count - 1}; "
+                "save the segments again"
+            )
 
 
 def plain(name: str) -> str:

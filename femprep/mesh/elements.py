@@ -13,7 +13,8 @@ from typing import Final
 
 import numpy as np
 
-from femprep.mesh.numbering import row_numbers, set_numbers
+from femprep.mesh.least_corner import Parts, unpaired
+from femprep.mesh.numbering import row_numbers
 from femprep.model import IntArray
 from femprep.model.blocks import block_rows, chosen_rows
 
@@ -131,14 +132,42 @@ def element_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
     return found
 
 
+def face_parts(cells: Mapping[str, IntArray]) -> dict[str, list[Parts]]:
+    """The corners of all faces of all elements, by facet type, numbered in the order of ``element_faces``."""
+    parts: dict[str, list[Parts]] = {}
+    for name, block, own in block_rows(cells):
+        for facet, faces in _faces_by_type(ELEMENTS[name]).items():
+            corners = np.array([ELEMENTS[name].faces[face] for face in faces])
+            parts.setdefault(facet, []).append(Parts(block, corners, own.start))
+    return parts
+
+
 def boundary_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
-    """The faces that belong to one element only, by facet type."""
-    out = {}
-    for kind, faces in element_faces(cells).items():
-        number = set_numbers(faces.nodes[:, : FACET_CORNERS[kind]])
-        single = np.bincount(number)[number] == 1
-        out[kind] = ElementFaces(faces.nodes[single], faces.element[single], faces.face[single])
-    return out
+    """The faces that belong to one element only, by facet type, in the order of ``element_faces``."""
+    return {facet: faces_of(cells, facet, unpaired(parts)) for facet, parts in face_parts(cells).items()}
+
+
+def faces_of(cells: Mapping[str, IntArray], facet: str, number: IntArray) -> ElementFaces:
+    """The faces of one facet type with some numbers, ascending, in the order of ``element_faces``."""
+    found, first = [], 0
+    for name, block, own in block_rows(cells):
+        faces = _faces_by_type(ELEMENTS[name]).get(facet)
+        if faces is None:
+            continue
+        low, high = np.searchsorted(number, [first, first + len(faces) * len(block)])
+        which, row = np.divmod(number[low:high] - first, max(len(block), 1))
+        nodes = np.array([ELEMENTS[name].face_nodes(face) for face in faces])
+        found.append((block[row[:, None], nodes[which]], own.start + row, np.array(faces)[which]))
+        first += len(faces) * len(block)
+    return ElementFaces(*(np.concatenate(arrays) for arrays in zip(*found)))
+
+
+def _faces_by_type(kind: ElementType) -> dict[str, list[int]]:
+    """Numbers of the faces of an element type, by the facet type they are."""
+    found: dict[str, list[int]] = {}
+    for face in range(len(kind.faces)):
+        found.setdefault(FACET_TYPES[len(kind.face_nodes(face))], []).append(face)
+    return found
 
 
 def match_facets(cells: Mapping[str, IntArray], facets: Mapping[str, IntArray]) -> tuple[IntArray, IntArray]:

@@ -13,30 +13,34 @@ import numpy as np
 
 from femprep.errors import FileError
 from femprep.mesh.entities import refuse_entities
+from femprep.mesh.vtk_sizes import require_sizes
 
 #: Where the cells of the two kinds of data sets are.
 _CELLS: Final = {"vtkPolyData": ("GetVerts", "GetLines", "GetPolys", "GetStrips"), "vtkUnstructuredGrid": ("GetCells",)}
 
 
 def load(path: Path) -> Any:
-    """Read a VTK data set from a ``.vtu``, ``.vtp`` or legacy ``.vtk`` file.
+    """Read a VTK data set from a ``.vtu``, ``.vtp``, ``.vti`` or legacy ``.vtk`` file.
 
     Raises
     ------
     FileError
-        The file is damaged, declares XML entities, or its cells name points that it does not hold.
+        The file is damaged, declares XML entities, tells of more than its bytes can hold, or its cells name points
+        that it does not hold.
     """
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
     from vtkmodules.vtkIOLegacy import vtkDataSetReader
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
+    from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
     kinds: dict[str, Any] = {
         ".vtu": vtkXMLUnstructuredGridReader,
         ".vtp": vtkXMLPolyDataReader,
+        ".vti": vtkXMLImageDataReader,
         ".vtk": vtkDataSetReader,
     }
     if path.suffix.lower() != ".vtk":
         refuse_entities(path)
+    require_sizes(path)
     reader = kinds[path.suffix.lower()]()
     if path.suffix.lower() == ".vtk":
         reader.ReadAllScalarsOn()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 from typing import Any
@@ -91,7 +92,8 @@ def _from_vtk(path: Path) -> Surface:
 def _from_trimesh(path: Path) -> Surface:
     import trimesh
 
-    mesh = trimesh.load(path, force="mesh", process=False)
+    # From its bytes alone: materials and pictures that it names are not looked for.
+    mesh = trimesh.load(io.BytesIO(path.read_bytes()), file_type=path.suffix[1:].lower(), force="mesh", process=False)
     return _foreign(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64), path)
 
 

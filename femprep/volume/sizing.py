@@ -18,7 +18,6 @@ from scipy.spatial import cKDTree
 
 from femprep.errors import FileError, InputError
 from femprep.mesh.closest import ClosestFinder
-from femprep.mesh.entities import refuse_entities
 from femprep.mesh.vtk_reading import load
 from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
@@ -36,6 +35,7 @@ _THIN: Final = 1.05
 _COARSE_STEP: Final = 4.0
 #: Name of the point data that holds edge lengths in a file.
 FIELD_NAME: Final = "edge_length"
+_SIZING_FILES: Final = (".vti", ".vtu", ".vtp", ".vtk")
 
 #: Nodes of the background mesh: most of them, their distance at least, and how far they reach beyond the wall, mm.
 _MOST_NODES: Final = 60_000
@@ -182,9 +182,10 @@ def read_sizing(path: Path) -> tuple[FloatArray, FloatArray]:
 
     if not path.is_file():
         raise FileError(f"sizing field {str(path)!r} is not there; name a .vti, .vtu, .vtp or .vtk file")
+    if path.suffix.lower() not in _SIZING_FILES:  # other files that pyvista reads may hold more than data
+        raise FileError(f"sizing field {str(path)!r} is of an unknown format; name a .vti, .vtu, .vtp or .vtk file")
     try:
-        refuse_entities(path)
-        data: Any = pyvista.wrap(load(path)) if path.suffix.lower() in (".vtu", ".vtp", ".vtk") else pyvista.read(path)
+        data: Any = pyvista.wrap(load(path))
         points, table = np.asarray(data.points, dtype=np.float64), data.point_data
     except Exception as error:
         reason = str(error).strip().splitlines() or [type(error).__name__]

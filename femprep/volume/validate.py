@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -138,7 +139,8 @@ def check_amount(
     if options.edge_length > slack * thickness:
         raise OptionError(
             f"option 'edge_length' is {options.edge_length:g} mm, but the wall is only {thickness:.3g} mm thick on "
-            f"average; choose at most {thickness:.2g}, better {thickness / 3:.2g} for three elements through the wall"
+            f"average; choose at most {_rounded_down(thickness):g}, better {thickness / 3:.2g} for three elements "
+            "through the wall"
         )
     need = _estimate(TETS_PER_CUBE * volume / options.edge_length**3, levels)
     if need.gigabytes > slack * options.memory_limit:
@@ -150,6 +152,12 @@ def check_amount(
             f"choose an edge_length of at least {least * 1.005:.3g} mm or a larger memory_limit"
         )
     return need
+
+
+def _rounded_down(value: float) -> float:
+    """The value to two digits, not rounded up: what is advised must be accepted."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return float(f"{math.floor(value / step) * step:.2g}")
 
 
 def check_sizing(field: SizingField, options: VolumeOptions, size: float = 1.0, slack: float = 1.0) -> Estimate:

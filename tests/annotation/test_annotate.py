@@ -121,6 +121,11 @@ def test_two_equal_cavities_are_asked_about() -> None:
     assert np.all(shell.centre[found.mesh.facet_tag == FACET_TAGS["endo_rv"], 0] > 0)
 
 
+def test_a_place_nowhere_near_is_refused() -> None:
+    with pytest.raises(fp.OptionError, match=r"--at epi lies at 1e\+300, 0, 0 mm, nowhere near"):
+        fp.annotate(twin(), at={"epi": (1e300, 0.0, 0.0)}, fibres=None)
+
+
 def twin() -> VolumeMesh:
     """A block with two equal closed cavities, of hexahedra."""
     count = np.array([20, 10, 10])

@@ -5,14 +5,15 @@
 
 Each heart is drawn from its number alone, so that one that fails can be run again (``--first 17 --count 1``): a map or
 an ellipsoid, whose cavity is dilated into the wall until as little as a pixel of it is left, whose slices are shifted
-by some millimetres each, or both. "Accepted" are hearts that no stage refuses with status 2. Edges are halved where
-the wall is thinner on average than they are long.
+by some millimetres each, or both. "Accepted" are hearts that no stage refuses with status 2. Where the wall is thinner
+on average than edges are long, they are as long as the refusal advises.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import re
 import time
 from collections import Counter
 from dataclasses import replace
@@ -83,12 +84,16 @@ def one(number: int, edge: float, vertices: int, only: str | None) -> dict[str, 
     words, seg = heart(number, only)
     row: dict[str, Any] = {"number": number, "heart": words}
     start = time.process_time()
-    for size in (edge, 0.5 * edge, 0.25 * edge):
+    size = edge
+    for _ in range(3):
         try:
             run = fp.mesh_segmentation(seg, preset="acdc", surface={"vertices": vertices}, volume={"edge_length": size})
         except fp.OptionError as error:
             row.update(status="refused", outcome=str(error))
-            continue
+            advised = re.search(r"choose at most ([\d.]+)", str(error))
+            if advised:
+                size = float(advised[1])
+                continue
         except fp.InputError as error:
             row.update(status="refused", outcome=str(error))
         except fp.FemprepError as error:

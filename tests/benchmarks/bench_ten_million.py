@@ -34,10 +34,13 @@ from femprep.report import output
 PARTS = {
     "shown": "what the page shows",
     "_write_vtk": "write .vtu and surfaces",
-    "write_format": "write openCARP",
+    "write_format": "write openCARP, as text and binary",
     "_content": "page's content",
     "_write_manifest": "hashes",
 }
+
+
+FORMATS = ("opencarp", "opencarp-binary")
 
 
 class Table:
@@ -88,7 +91,7 @@ def make(image: Path, edge: float, folder: Path) -> None:
         seg = fp.read_segmentation(image, preset="acdc")
         table("read", 1.0)
         volume = {"edge_length": length, "memory_limit": 24.0}
-        made = fp.mesh_segmentation(seg, preset="acdc", volume=volume, fibres={}, formats=("opencarp",), progress=table)
+        made = fp.mesh_segmentation(seg, preset="acdc", volume=volume, fibres={}, formats=FORMATS, progress=table)
         fp.write_run(made, out, source=image, progress=table)
         return made.mesh
 

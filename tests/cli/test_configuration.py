@@ -38,6 +38,7 @@ def test_nothing_given_is_the_defaults() -> None:
         ("surface = 3", OptionError, "surface"),
         ('preset = "acdcc"', OptionError, "preset.*acdcc.*expected one of acdc"),
         ("[volume", FileError, "not valid TOML"),
+        ("x = " + "[" * 3000, FileError, "nested too deeply"),
     ],
 )
 def test_wrong_file_is_one_line(tmp_path: Path, text: str, error: type[Exception], words: str) -> None:

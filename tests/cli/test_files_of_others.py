@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import os
 import re
 import shutil
 import struct
@@ -13,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import SimpleITK as sitk
 from meshes import truncated_ellipsoid
 
 import femprep as fp
@@ -121,3 +123,45 @@ def test_images_that_say_they_are_huge(tmp_path: Path, compressed: bool, capsys:
     assert "cut short" in capsys.readouterr().err
     assert time.process_time() - start < 10.0
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("ending", [".nii.gz", ".nrrd", ".mha"])
+def test_images_that_unpack_to_gigabytes(
+    ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A small file whose header tells of all that it unpacks to: more than the memory, or than there can be."""
+    path, side = tmp_path / f"bomb{ending}", 300
+    zeros = sitk.GetImageFromArray(np.zeros((side, side, side), dtype=np.uint8))
+    sitk.WriteImage(zeros, str(path), useCompression=True)
+    assert path.stat().st_size < side**3 / 900
+    monkeypatch.setattr("femprep.image.files.memory", lambda: side**3 - 1)
+    monkeypatch.setattr("femprep.image.files._decompresses", None)  # nothing is unpacked
+    assert main(["mesh", str(path), "-o", str(tmp_path / "out"), "--preset", "acdc"]) == 2
+    assert "of memory; crop or resample" in capsys.readouterr().err
+    data = path.read_bytes()
+    if ending != ".nii.gz":
+        path.write_bytes(data.replace(f"{side} {side} {side}".encode(), b"90000 90000 90000"))
+        assert main(["mesh", str(path), "-o", str(tmp_path / "out"), "--preset", "acdc"]) == 2
+        assert "cut short" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("ending", [".nrrd", ".mha"])
+def test_images_that_unpack_to_more_than_their_header_tells(
+    ending: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, side = tmp_path / f"bomb{ending}", 450
+    zeros = sitk.GetImageFromArray(np.zeros((side, side, side), dtype=np.uint8))
+    sitk.WriteImage(zeros, str(path), useCompression=True)
+    path.write_bytes(path.read_bytes().replace(f"{side} {side} {side}".encode(), b"4 4 4"))
+    assert main(["mesh", str(path), "-o", str(tmp_path / "out"), "--preset", "acdc"]) == 2
+    assert "holds more than the 64 voxels its header tells of" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no named pipes")
+@pytest.mark.parametrize("command", ["check", "mesh"])
+def test_pipes_are_not_waited_for(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / ("heart.nii" if command == "mesh" else "heart.vtu")
+    os.mkfifo(path)
+    given = ["-o", str(tmp_path / "out"), "--preset", "acdc"] if command == "mesh" else []
+    assert main([command, str(path), *given]) == 2
+    assert "is no regular file" in capsys.readouterr().err

@@ -138,8 +138,12 @@ def test_images_of_a_table_stand_on_the_pages_and_other_ones_are_made_anew(undis
 def test_surfaces_alone(undisturbed: Quiet, tmp_path: Path) -> None:
     # Every structure that is named has its surface: a preset's right ventricle, which phantoms have not, is refused.
     options = ("--structure", "lv=3", "--structure", "myo=2", "--vertices", "300")
-    done = cohorts.run(undisturbed.source, tmp_path / "out", "--surfaces", options=options)
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    env = {**cohorts.environment(), "TMPDIR": str(scratch)}
+    done = cohorts.run(undisturbed.source, tmp_path / "out", "--surfaces", options=options, env=env)
     assert done.returncode == 1, done.stderr
+    assert list(scratch.iterdir()) == []
     row = cohorts.rows(tmp_path / "out")["heart0"]
     assert (row["kind"], row["status"]) == ("surfaces", "meshed")
     assert row["surface_quality_min"] > 0.3

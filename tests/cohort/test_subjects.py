@@ -105,6 +105,7 @@ def test_images_to_show_are_those_of_the_line(tmp_path: Path) -> None:
     (("subject\timage", "failures\ta.nii.gz"), InputError, "cannot name a subject"),
     (("subject,image", "p,a.nii.gz"), FileError, "needed are subject and image"),
     (("subject\timage",), InputError, "no line with a subject"),
+    (("subject\timage\tvolume.edge_length", "p\ta.nii.gz\t" + 3000 * "["), OptionError, "line 2: .*edge_length"),
 ])  # fmt: skip
 def test_what_is_wrong_with_a_table_is_told(
     tmp_path: Path, lines: tuple[str, ...], kind: type[FemprepError], words: str

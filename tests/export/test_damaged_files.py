@@ -13,7 +13,7 @@ from femprep.export import read_mesh, write_mesh
 from femprep.model import VolumeMesh
 
 NAMES = {"lv.vtu": "vtu", "lv.inp": "abaqus", "lv.msh": "gmsh", "lv4.msh": "gmsh41", "lv.mesh": "medit"}
-NAMES |= {"lv.feb": "febio", "lv.k": "ls-dyna", "lv.pts": "opencarp"}
+NAMES |= {"lv.feb": "febio", "lv.k": "ls-dyna", "lv.pts": "opencarp", "lv.belem": "opencarp-binary"}
 
 
 @pytest.mark.parametrize("name", NAMES)

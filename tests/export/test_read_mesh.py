@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 from pathlib import Path
 
 import meshio
@@ -138,6 +139,16 @@ def test_format_that_needs_a_further_package_names_it(tmp_path: Path) -> None:
     (tmp_path / "lv.exo").write_bytes(b"CDF")
     with pytest.raises(MissingDependencyError, match="needs the package netCDF4"):
         read_mesh(tmp_path / "lv.exo")
+
+
+@pytest.mark.parametrize("name", ["NODES", "ELEMENTS"])
+def test_tecplot_that_tells_of_more_than_it_holds(name: str, tmp_path: Path) -> None:
+    path, mesh = tmp_path / "mesh.dat", truncated_ellipsoid(heights=2, around=6, layers=1)
+    meshio.write(path, meshio.Mesh(mesh.points, list(mesh.cells.items())), "tecplot")
+    assert read_mesh(path).n_cells == mesh.n_cells
+    path.write_text(re.sub(rf"{name} = \d+", f"{name} = 1000000000", path.read_text()))
+    with pytest.raises(FileError, match=f"says '{name} = 1000000000'"):
+        read_mesh(path)
 
 
 def test_coordinates_that_are_no_numbers_are_refused(tmp_path: Path) -> None:

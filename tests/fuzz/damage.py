@@ -1,17 +1,14 @@
-"""Bytes, text and label maps in, damaged ones out; what was done, in words. All by a given random generator."""
+"""Bytes, text and NIfTI headers in, damaged ones out; what was done, in words. All by a given random generator."""
 
 from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from scipy import ndimage
 
 Random = np.random.Generator
-Labels = np.ndarray
 
 #: Numbers that programs stumble over.
 NUMBERS = (
@@ -103,111 +100,3 @@ def header_of(random: Random, data: bytes) -> tuple[bytes, str]:
         struct.pack_into(f"<{form}", out, offset, int(value) & 255 if form == "B" else value)  # type: ignore[call-overload]
         done.append(f"{name}={value}")
     return bytes(out), " ".join(done)
-
-
-def _dropped(random: Random, labels: Labels) -> Labels:
-    keep = random.random(labels.shape[2]) > 0.4
-    keep[random.integers(labels.shape[2], size=2)] = True
-    return labels[:, :, keep]
-
-
-def _emptied(random: Random, labels: Labels) -> Labels:
-    out = labels.copy()
-    out[:, :, random.integers(labels.shape[2], size=int(random.integers(1, 4)))] = 0
-    return out
-
-
-def _shifted(random: Random, labels: Labels) -> Labels:
-    out, reach = labels.copy(), int(choose(random, (2, 6, 20)))  # type: ignore[call-overload]
-    for k in range(labels.shape[2]):
-        out[:, :, k] = np.roll(labels[:, :, k], random.integers(-reach, reach + 1, 2), (0, 1))
-    return out
-
-
-def _swapped(random: Random, labels: Labels) -> Labels:
-    a, b = random.choice(np.unique(labels), 2)
-    return np.where(labels == a, b, np.where(labels == b, a, labels)).astype(labels.dtype)
-
-
-def _thinned(random: Random, labels: Labels) -> Labels:
-    number = random.choice(np.unique(labels)[1:])
-    kept = ndimage.binary_erosion(labels == number, np.ones((3, 3, 1)), iterations=int(random.integers(1, 4)))
-    return np.where((labels == number) & ~kept, 0, labels).astype(labels.dtype)
-
-
-def _grown(random: Random, labels: Labels) -> Labels:
-    number = random.choice(np.unique(labels)[1:])
-    grown = ndimage.binary_dilation(labels == number, np.ones((3, 3, 1)), iterations=int(random.integers(1, 5)))
-    return np.where(grown, number, labels).astype(labels.dtype)
-
-
-def _bridged(random: Random, labels: Labels) -> Labels:
-    out, number = labels.copy(), random.choice(np.unique(labels))
-    a, b = (random.integers(0, labels.shape) for _ in range(2))
-    for share in np.linspace(0.0, 1.0, 200):
-        out[tuple(np.rint(a + share * (b - a)).astype(int))] = number
-    return out
-
-
-def _cropped(random: Random, labels: Labels) -> Labels:
-    low = [int(random.integers(0, max(n // 3, 1))) for n in labels.shape]
-    high = [n - int(random.integers(0, max(n // 3, 1))) for n in labels.shape]
-    return labels[tuple(slice(a, max(b, a + 1)) for a, b in zip(low, high, strict=True))]
-
-
-def _turned(random: Random, labels: Labels) -> Labels:
-    return np.transpose(labels, random.permutation(3))
-
-
-def _mirrored(random: Random, labels: Labels) -> Labels:
-    return np.flip(labels, int(random.integers(3)))
-
-
-def _speckled(random: Random, labels: Labels) -> Labels:
-    share = float(choose(random, (0.001, 0.01, 0.1, 0.5)))  # type: ignore[arg-type]
-    noise = random.integers(0, int(labels.max()) + 2, labels.shape)
-    return np.where(random.random(labels.shape) < share, noise, labels).astype(labels.dtype)
-
-
-def _few(random: Random, labels: Labels) -> Labels:
-    first = int(random.integers(max(labels.shape[2] - 4, 1)))
-    return labels[:, :, first : first + int(random.integers(1, 5))]
-
-
-def _hollow(random: Random, labels: Labels) -> Labels:
-    number = random.choice(np.unique(labels)[1:])
-    core = ndimage.binary_erosion(labels == number, iterations=2)
-    return np.where(core, 0, labels).astype(labels.dtype)
-
-
-def _half(random: Random, labels: Labels) -> Labels:
-    out, axis = labels.copy(), int(random.integers(3))
-    np.moveaxis(out, axis, 0)[: labels.shape[axis] // 2] = int(random.integers(4))
-    return out
-
-
-def _coarse(random: Random, labels: Labels) -> Labels:
-    step = int(random.integers(2, 6))
-    return labels[::step, ::step]
-
-
-#: What may be done to a label map, by name.
-LABELS: dict[str, Callable[[Random, Labels], Labels]] = {
-    "slices dropped": _dropped,
-    "slices emptied": _emptied,
-    "slices shifted": _shifted,
-    "labels swapped": _swapped,
-    "thinned": _thinned,
-    "grown": _grown,
-    "bridged": _bridged,
-    "cropped": _cropped,
-    "turned": _turned,
-    "mirrored": _mirrored,
-    "speckled": _speckled,
-    "few slices": _few,
-    "hollow": _hollow,
-    "half gone": _half,
-    "coarse": _coarse,
-}
-#: What voxel sizes are multiplied by.
-SCALES = (1.0, 1.0, 1.0, 1.0, 1e3, 1e-3, 10.0, 0.1, 0.5, 2.0)

@@ -11,12 +11,14 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from fuzz.cases import Case
+from fuzz.common import Case
 
 #: Processor seconds a command may take, of a child and its children: where it meshes, and where it only reads.
 LIMITS = {True: 200.0, False: 40.0}
 #: Address space a command may take, bytes.
 MEMORY = 8 * 2**30
+#: The file that shows that a folder is there whole, by command.
+_RECORDS = {"mesh": "run.json", "surface": "run.json", "annotate": "run.json", "cohort": "cohort.json"}
 _TICK = os.sysconf("SC_CLK_TCK")
 
 
@@ -61,14 +63,14 @@ def run(case: Case, folder: Path) -> Outcome:
     if child == 0:
         _command(case, folder, said, printed)
     status, seconds, late = _wait(child, LIMITS[case.meshes])
-    alive = [pid for pid in _session(child) if pid != child]
+    alive = _living(child)
     for pid in alive:
         os.kill(pid, signal.SIGKILL)
     text = said.read_text(errors="replace") if said.exists() else ""
     lines = [line for line in text.splitlines() if line.strip()]
     left = sorted({path.name for path in folder.iterdir()} - before - {"stderr", "stdout", case.out or "stdout"})
     if status in (0, 1):  # a deck may have files beside it
-        left = [name for name in left if not name.startswith("out.")]
+        left = [name for name in left if not name.startswith(("out.", "out_"))]
     made = not there and _exists(folder, case.out)
     fault = _fault(case, folder, status, lines, left, late, alive, made)
     return Outcome(case.kind, case.number, case.what, status, round(seconds, 2), lines[-1] if lines else "", fault)
@@ -108,17 +110,28 @@ def _command(case: Case, folder: Path, said: Path, printed: Path) -> None:
 
 def _wait(child: int, limit: float) -> tuple[int, float, bool]:
     """Exit status and processor seconds of a child; whether it had to be ended."""
-    late, start = False, time.monotonic()
+    late, start, spent, looked = False, time.monotonic(), 0.0, 0.0
     while True:
         pid, status, usage = os.wait4(child, os.WNOHANG)
         if pid:
             return os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime, late
-        spent = sum(_seconds(one) for one in _session(child))
+        if time.monotonic() - start - looked > 1.0:  # to look through all processes costs more than most commands
+            looked = time.monotonic() - start
+            spent = sum(_seconds(one) for one in _session(child))
         if spent > limit or time.monotonic() - start > 6.0 * limit:
             late = True
             for one in _session(child):
                 os.kill(one, signal.SIGKILL)
-        time.sleep(0.05)
+        time.sleep(0.01 if spent < 1.0 else 0.1)
+
+
+def _living(leader: int) -> list[int]:
+    """Children that live on five seconds after the command has ended."""
+    alive, start = [pid for pid in _session(leader) if pid != leader], time.monotonic()
+    while alive and time.monotonic() - start < 5.0:
+        time.sleep(0.1)
+        alive = [pid for pid in _session(leader) if pid != leader]
+    return alive
 
 
 def _stat(pid: int) -> list[str]:
@@ -150,7 +163,8 @@ def _fault(
 ) -> str:
     """The first way in which the contract was not kept; empty where it was."""
     errors = [line for line in lines if line.startswith("femprep: error: ")]
-    whole = made and (case.arguments[0] not in ("mesh", "surface") or (folder / case.out / "run.json").is_file())
+    record = _RECORDS.get(case.arguments[0])
+    whole = made and (record is None or (folder / case.out / record).is_file())
     if late:
         return "no answer in time"
     if status < 0:

@@ -60,6 +60,7 @@ def test_window_keeps_voxels_where_they_are():
         ({"spacing": (1.0, 0.0, 1.0)}, "voxel sizes"),
         ({"spacing": (1.0, np.nan, 1.0)}, "voxel sizes"),
         ({"origin": (np.inf, 0.0, 0.0)}, "origin"),
+        ({"origin": (0.0, -1e300, 0.0)}, "farther than 1e\\+07 mm"),
         ({"direction": [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]}, "not orthonormal"),
         ({"direction": np.full((3, 3), np.nan)}, "not orthonormal"),
     ],

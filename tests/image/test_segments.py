@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ def phantom() -> fp.Segmentation:
     return lv_ellipsoid().segmentation(spacing=(2.0, 2.0, 8.0), apex="uncapped")
 
 
-def write_slicer(path: Path, layers: list[np.ndarray], segments: list[tuple[str, int, int]]) -> None:
+def write_slicer(path: Path, layers: list[np.ndarray], segments: Sequence[tuple[str, object, object]]) -> None:
     """A .seg.nrrd as 3D Slicer writes it, by pynrrd: layers are the first axis where there are several."""
     nrrd = pytest.importorskip("nrrd")
     seg = phantom()
@@ -79,6 +80,28 @@ def test_a_segment_that_is_not_there_is_named_with_those_that_are(tmp_path: Path
         fp.OptionError, match=r"no segment 'Blod' in the file; did you mean 'Blood'\?; it holds 1 'Blood'"
     ):
         fp.read_segmentation(path, {"lv": "Blod"})
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("LabelValue", "two", "Segment1_LabelValue 'two', expected a whole number"),
+        ("LabelValue", "1e300", "'1e300', expected"),
+        ("LabelValue", "9" * 5000, "'9{40}...', expected"),
+        ("Layer", "-1", "Segment1_Layer '-1', expected"),
+        ("Layer", "300", "segment 'wall' is in layer 300 by its header, and the layers are 0 to [01];"),
+    ],
+)
+@pytest.mark.parametrize("several", [False, True])
+def test_labels_and_layers_that_are_no_numbers_are_refused(
+    field: str, value: str, words: str, several: bool, tmp_path: Path
+) -> None:
+    path, mask = tmp_path / "heart.seg.nrrd", masks_of(phantom())["lv"].astype(np.uint8)
+    row = {"LabelValue": "1", "Layer": "0", field: value}
+    segments = [("lv", 1, 0), ("wall", row["LabelValue"], row["Layer"])]
+    write_slicer(path, [mask, mask] if several else [mask], segments)
+    with pytest.raises(fp.InputError, match=words):
+        fp.read_segmentation(path)
 
 
 def write_mask(mask: np.ndarray, seg: fp.Segmentation, path: Path) -> Path:

@@ -40,6 +40,23 @@ def read(mesh: VolumeMesh, folder: Path) -> Any:
     return meshtool.Mesh(str(folder / "lv"))
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_binary_files_are_those_that_it_writes_itself(kind: str, tmp_path: Path) -> None:
+    mesh = mesh_of(kind)
+    text = read(mesh, tmp_path)
+    write_mesh(mesh, tmp_path / "binary.bpts")
+    binary = meshtool.Mesh(str(tmp_path / "binary"), format="carp_bin")
+    np.testing.assert_allclose(binary.points, text.points, rtol=SINGLE, atol=0)
+    assert all(np.array_equal(one, other) for one, other in zip(binary.elements, text.elements, strict=True))
+    assert np.array_equal(binary.element_tags, text.element_tags)
+    np.testing.assert_allclose(binary.fibers, text.fibers, rtol=0, atol=SINGLE)
+    text.save(str(tmp_path / "theirs"), format="carp_bin")
+    for ending in (".bpts", ".belem", ".blon"):
+        ours, theirs = ((tmp_path / f"{stem}{ending}").read_bytes() for stem in ("binary", "theirs"))
+        assert ours[1024:] == theirs[1024:], ending
+        assert ours[:1024].split(b"\0")[0].split() == theirs[:1024].split(b"\0")[0].split(), ending
+
+
 def corners(mesh: VolumeMesh) -> np.ndarray:
     """Numbers of the points that are corners, in order: those that the files hold."""
     return np.unique(np.concatenate([b[:, : ELEMENTS[k].corners].ravel() for k, b in mesh.cells.items()]))

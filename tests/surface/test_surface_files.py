@@ -75,3 +75,14 @@ def test_bad_files_are_refused_in_one_line(tmp_path, name, content, message):
     with pytest.raises(FileError, match=message) as caught:
         read_surface(path)
     assert "\n" not in str(caught.value)
+
+
+def test_materials_that_a_file_names_are_not_opened(tmp_path, monkeypatch):
+    (tmp_path / "b.mtl").write_text("newmtl a\nmap_Kd picture.png\n")
+    (tmp_path / "picture.png").write_bytes(b"no picture")
+    triangle = "mtllib b.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n"
+    (tmp_path / "b.obj").write_text(triangle)
+    opened = []
+    monkeypatch.setattr("builtins.open", lambda name, *_, **__: opened.append(name))
+    assert len(read_surface(tmp_path / "b.obj").cells) == 1
+    assert opened == []

@@ -109,6 +109,7 @@ FILES = {
     "medit": "lv.mesh",
     "febio": "lv.feb",
     "opencarp": "lv.pts",
+    "opencarp-binary": "lv.bpts",
     "svmultiphysics": "lv",
     "ls-dyna": "lv.k",
 }

@@ -1,5 +1,8 @@
 """Edge lengths that vary: thickness of the wall, fields of the user, gradation, and what fTetWild makes of them."""
 
+import pickle
+from pathlib import Path
+
 import numpy as np
 import pytest
 from analytic_walls import ellipsoid_wall
@@ -141,6 +144,17 @@ def test_wrong_files_are_refused(tmp_path):
     other.save(tmp_path / "other.vti")
     with pytest.raises(FileError, match=r"no point data 'edge_length' \(found: size\)"):
         read_sizing(tmp_path / "other.vti")
+
+
+def test_files_that_may_run_something_are_not_opened(tmp_path):
+    class Evil:
+        def __reduce__(self):
+            return Path.touch, (tmp_path / "taken",)
+
+    (tmp_path / "field.pkl").write_bytes(pickle.dumps(Evil()))
+    with pytest.raises(FileError, match=r"field\.pkl' is of an unknown format; name a \.vti"):
+        read_sizing(tmp_path / "field.pkl")
+    assert not (tmp_path / "taken").exists()
 
 
 def test_too_many_elements_are_refused_before_any_meshing():

@@ -4,12 +4,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from analytic_walls import ellipsoid_wall
+from hypothesis import given
+from hypothesis import strategies as st
 
 from femprep.errors import InputError, OptionError, ResourceError
 from femprep.model import FACET_TAGS, Plane, Wall
 from femprep.options import VolumeOptions
 from femprep.volume import tetrahedralize
-from femprep.volume.validate import TETS_PER_CUBE, check_edge_length, check_wall, estimate, mean_thickness
+from femprep.volume.validate import TETS_PER_CUBE, check_amount, check_edge_length, check_wall, estimate, mean_thickness
 
 
 @pytest.fixture(scope="module")
@@ -167,6 +169,16 @@ def test_mean_thickness_of_a_thin_shell_is_its_thickness():
 def test_edge_length_larger_than_the_wall(wall):
     with pytest.raises(OptionError, match=r"'edge_length' is 25 mm, but the wall is only [89]\.\d+ mm thick"):
         tetrahedralize(wall, edge_length=25.0)
+
+
+@given(st.floats(0.05, 40.0))
+def test_edge_length_that_is_advised_is_accepted(thickness):
+    options = VolumeOptions(edge_length=41.0)
+    with pytest.raises(OptionError) as error:
+        check_amount(1000.0, thickness, options)
+    advised = float(str(error.value).split("at most ")[1].split(",")[0])
+    assert 0.9 * thickness <= advised <= thickness
+    check_amount(0.001, thickness, VolumeOptions(edge_length=advised))
 
 
 @pytest.mark.parametrize("value", [-1.0, 0.0, float("nan")])

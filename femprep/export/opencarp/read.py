@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FileError
+from femprep.export.opencarp.binary import read_directions, read_elements, read_points
 from femprep.export.opencarp.write import CARP_FACETS, CARP_TYPES, INWARD, MICROMETRES, NO_FIBRE
 from femprep.export.parts import Parts
 from femprep.export.purkinje import PURKINJE
@@ -20,11 +21,13 @@ log = logging.getLogger(__name__)
 _KINDS: Final = {word: (kind, np.argsort(order)) for kind, (word, order) in CARP_TYPES.items()}
 #: Directions in blood, where none mean anything: other solvers want unit vectors at right angles in every element.
 _BLOOD: Final = {"fiber": (1.0, 0.0, 0.0), "sheet": (0.0, 1.0, 0.0)}
+#: Endings of the binary files.
+_BINARY: Final = (".bpts", ".belem")
 _FACETS: Final = {word: {3: "triangle", 4: "quad"}[corners] for corners, word in CARP_FACETS.items()}
 
 
 def read(path: Path) -> VolumeMesh:
-    """Read the mesh to which a ``.pts`` or ``.elem`` file belongs.
+    """Read the mesh to which a ``.pts`` or ``.elem`` file belongs, or a ``.bpts`` or ``.belem`` one.
 
     Points become mm. Region tags stand in ``.elem``, fibre and sheet in ``.lon`` (none where that does not exist, or
     holds nothing but zeros and the ``1 0 0`` of tissue without fibres; in blood those that ``on_wall`` gives it);
@@ -38,19 +41,17 @@ def read(path: Path) -> VolumeMesh:
         There are no volume elements.
     """
     stem = path.with_suffix("")
-    points = _table(stem.with_suffix(".pts"), "points")
-    lines = _lines(stem.with_suffix(".elem"), "elements")
+    binary = path.suffix.lower() in _BINARY
+    points = read_points(stem.with_suffix(".bpts")) if binary else _table(stem.with_suffix(".pts"), "points")
+    blocks = _binary_elements(stem) if binary else _text_elements(stem)
     names = _names(Path(f"{stem}.tags.txt"))
     parts = Parts()
-    words = np.array([line.split(None, 1)[0] for line in lines])
-    data = _data(stem, len(lines))
-    for word in dict.fromkeys(words.tolist()):
-        rows = np.flatnonzero(words == word)
+    data = _data(stem, sum(len(rows) for _, rows, _ in blocks), binary)
+    for word, rows, numbers in blocks:
         if word not in _KINDS:
             parts.left_out.add(word)
             continue
         kind, order = _KINDS[word]
-        numbers = np.array([lines[row].split()[1:] for row in rows], dtype=np.int64)
         tag = numbers[:, -1] if numbers.shape[1] > len(order) else np.zeros(len(rows), dtype=np.int64)
         region = tag.copy()
         for own in np.unique(tag):
@@ -71,10 +72,37 @@ def read(path: Path) -> VolumeMesh:
         return mesh
     net = _net(own)
     ends, at = net.junctions, net.mesh_point[net.junctions]
-    if at.max(initial=-1) >= len(points) or np.abs(net.points[ends] - mesh.points[at]).max(initial=0) > 1e-6:
+    if (
+        at.max(initial=-1) >= len(points) or np.abs(net.points[ends] - mesh.points[at]).max(initial=0) > 1e-5
+    ):  # single precision
         log.warning("%s does not end in points of this mesh: Purkinje fibres of another one, left out", own.name)
         return mesh
     return replace(mesh, purkinje=net)
+
+
+def _text_elements(stem: Path) -> list[tuple[str, IntArray, IntArray]]:
+    """Types of elements, which rows they are, and their nodes with the tag, where there is one."""
+    lines = _lines(stem.with_suffix(".elem"), "elements")
+    words = np.array([line.split(None, 1)[0] for line in lines])
+    found = []
+    for word in dict.fromkeys(words.tolist()):
+        rows = np.flatnonzero(words == word)
+        numbers = [lines[row].split()[1:] for row in rows]
+        found.append((word, rows, np.array(numbers if word in _KINDS else [()] * len(rows), dtype=np.int64)))
+    return found
+
+
+def _binary_elements(stem: Path) -> list[tuple[str, IntArray, IntArray]]:
+    """The same of a binary file, each type once."""
+    found: dict[str, list[tuple[IntArray, IntArray]]] = {}
+    first = 0
+    for word, nodes, tag in read_elements(stem.with_suffix(".belem")):
+        found.setdefault(word, []).append((np.arange(first, first + len(nodes)), np.column_stack([nodes, tag])))
+        first += len(nodes)
+    return [
+        (word, np.concatenate([rows for rows, _ in blocks]), np.concatenate([numbers for _, numbers in blocks]))
+        for word, blocks in found.items()
+    ]
 
 
 def _net(path: Path) -> PurkinjeNet:
@@ -109,21 +137,29 @@ def _names(path: Path) -> dict[int, str]:
     return {int(tag): name.strip() for tag, name in pairs}
 
 
-def _data(stem: Path, count: int) -> dict[str, np.ndarray]:
+def _data(stem: Path, count: int, binary: bool) -> dict[str, np.ndarray]:
     found: dict[str, np.ndarray] = {}
-    lon, aha = stem.with_suffix(".lon"), Path(f"{stem}.aha.dat")
+    lon, aha = stem.with_suffix(".blon" if binary else ".lon"), Path(f"{stem}.aha.dat")
     if lon.is_file():
-        head, *lines = lon.read_text(encoding="ascii").splitlines()
-        axes = np.array([line.split() for line in lines if line.strip()], dtype=np.float64)
-        if axes.shape != (count, 3 * int(head)):
-            raise FileError(f"{str(lon)!r} holds an array of shape {axes.shape} for {count} elements, {head} axes each")
+        axes = read_directions(lon) if binary else _directions(lon)
+        if len(axes) != count:
+            raise FileError(f"{str(lon)!r} holds an array of shape {axes.shape} for {count} elements")
         if not np.isin(axes[:, 3:], 0.0).all() or (axes[axes.any(axis=1), :3] != NO_FIBRE).any():
-            found = {name: axes[:, 3 * i : 3 * i + 3] for i, name in enumerate(("fiber", "sheet")[: int(head)])}
+            names = ("fiber", "sheet")[: axes.shape[1] // 3]
+            found = {name: axes[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}
     if aha.is_file():
         values = np.array(aha.read_text(encoding="ascii").split(), dtype=np.int32)
         if len(values) == count:
             found["aha"] = values
     return found
+
+
+def _directions(path: Path) -> np.ndarray:
+    head, *lines = path.read_text(encoding="ascii").splitlines()
+    axes = np.array([line.split() for line in lines if line.strip()], dtype=np.float64)
+    if axes.ndim != 2 or axes.shape[1] != 3 * int(head):
+        raise FileError(f"{str(path)!r} holds an array of shape {axes.shape}, not {head} axes for each element")
+    return axes
 
 
 def _filled(name: str, values: np.ndarray, region: IntArray) -> np.ndarray:

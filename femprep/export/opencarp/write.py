@@ -11,6 +11,7 @@ import numpy as np
 
 from femprep.export.fibres import directions
 from femprep.export.names import facet_names, facet_nodes, region_names
+from femprep.export.opencarp.binary import write_directions, write_elements, write_points
 from femprep.export.opencarp.par import parameters, waves
 from femprep.export.opencarp.uvc import universal
 from femprep.export.purkinje import PURKINJE, directions_of
@@ -18,7 +19,7 @@ from femprep.export.split import linear
 from femprep.export.springs import RING, ring_nodes
 from femprep.export.text import lines, rows
 from femprep.mesh.elements import FACET_CORNERS
-from femprep.model import FloatArray, PurkinjeNet, VolumeMesh, is_blood
+from femprep.model import FloatArray, IntArray, PurkinjeNet, TagArray, VolumeMesh, is_blood
 from femprep.model.blocks import block_rows, chosen_rows
 from femprep.options import ExportOptions
 
@@ -59,13 +60,36 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
         file.writelines(lines(mesh.points * MICROMETRES, separator=" ", width=None))
     with (folder / f"{stem}.elem").open("w", encoding="ascii", newline="\n") as file:
         file.write(f"{mesh.n_cells}\n")
-        for kind, block, own in block_rows(mesh.cells):
-            name, order = CARP_TYPES[kind]
-            file.writelines(lines(block[:, list(order)], mesh.region[own], separator=" ", before=f"{name} "))
+        for name, nodes, tag in _elements(mesh):
+            file.writelines(lines(nodes, tag, separator=" ", before=f"{name} "))
     with (folder / f"{stem}.lon").open("w", encoding="ascii", newline="\n") as file:
         axes = _axes(mesh)
         file.write(f"{len(axes)}\n")
         file.writelines(lines(*axes, separator=" ", width=None))
+    _write_beside(mesh, folder, stem)
+
+
+def write_binary(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
+    """Write ``stem.bpts``, ``.belem`` and ``.blon`` for ``.pts .elem .lon``, single precision, the same beside.
+
+    Millions of elements are written and read in a second; openCARP and MeshTool take either.
+    """
+    mesh = linear(mesh, "openCARP")
+    write_points(folder / f"{stem}.bpts", mesh.points * MICROMETRES)
+    write_elements(folder / f"{stem}.belem", list(_elements(mesh)))
+    write_directions(folder / f"{stem}.blon", _axes(mesh))
+    _write_beside(mesh, folder, stem)
+
+
+def _elements(mesh: VolumeMesh) -> Iterator[tuple[str, IntArray, TagArray]]:
+    """openCARP's type, its nodes in openCARP's order and the tag of each element, block by block."""
+    for kind, block, own in block_rows(mesh.cells):
+        name, order = CARP_TYPES[kind]
+        yield name, block[:, list(order)], mesh.region[own]
+
+
+def _write_beside(mesh: VolumeMesh, folder: Path, stem: str) -> None:
+    """Write what is text always: facets, their nodes, data, names, a beat."""
     for name, tag in facet_names(mesh).items():
         _write(folder / f"{stem}.{name}.surf", _surface(mesh, tag))
         nodes = facet_nodes(mesh, tag)

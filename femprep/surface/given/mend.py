@@ -205,13 +205,15 @@ def _parted(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray, 
     if not len(pinched):
         return points, cells, 0
     cells, new, count = cells.copy(), [points], len(points)
+    source = list(range(count))  # of a triangle with two such corners one has a new number already
     for vertex in pinched.tolist():
         around = np.flatnonzero((cells == vertex).any(axis=1))
         fan = _fans(cells[around], vertex)
         for k in range(fan.max() + 1):
             rows = around[fan == k]
-            place = points[vertex] + 1e-3 * (points[cells[rows]].mean(axis=(0, 1)) - points[vertex])
-            new.append(place[None])
+            middle = points[np.array(source)[cells[rows]]].mean(axis=(0, 1))
+            new.append((points[vertex] + 1e-3 * (middle - points[vertex]))[None])
+            source.append(vertex)
             cells[rows] = np.where(cells[rows] == vertex, count, cells[rows])
             count += 1
     return np.concatenate(new), cells, len(pinched)

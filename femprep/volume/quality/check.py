@@ -18,17 +18,17 @@ from femprep.model.tissue import TissuesRecord
 from femprep.options import CheckOptions, choose, takes
 from femprep.volume.quality.judged import carried_failures, limits_for
 from femprep.volume.quality.limits import judge
+from femprep.volume.quality.neighbours import neighbours
 from femprep.volume.quality.report import (
     FacetRecord,
     Histogram,
     QualityReport,
     RegionRecord,
     Statistics,
-    Validity,
     WorstElement,
 )
 from femprep.volume.quality.transmural import elements_through_wall, mesh_edges
-from femprep.volume.quality.validity import face_table, used_points, validity
+from femprep.volume.quality.validity import used_points, validity
 
 #: Measures whose worst elements are listed; the smallest value is the worst.
 _LISTED = ("scaled_jacobian", "mean_ratio", "minimum_dihedral", "characteristic_length")
@@ -80,7 +80,8 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     measures = {name: element_measures(mesh.points, block, name) for name, block in mesh.cells.items() if len(block)}
     found = {key: [values[key] for values in measures.values() if key in values] for key in MEASURES}
     overall = {key: own[0] if len(own) == 1 else np.concatenate(own) for key, own in found.items() if own}
-    sound, volume_ratio = _topology(mesh, overall)
+    faces = neighbours(mesh.cells, overall["volume"])
+    sound = validity(mesh, overall["relative_jacobian"], faces)
     edges = mesh_edges(mesh.cells)
     length = np.linalg.norm(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], axis=1)
     through = elements_through_wall(mesh, None if is_blood(mesh.region).any() else edges)
@@ -96,7 +97,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     sizes: dict[str, float | None] = {
         "time_step": 1e3 * max(float(small.min()), 0.0) / limits.wave_speed,
         "size_ratio": float(small.min() / np.median(small)) if small.min() > 0 else 0.0,
-        "volume_ratio": volume_ratio,
+        "volume_ratio": faces.volume_ratio,
         "edge_by_space_constant": float(length.mean()) / limits.space_constant,
     }
     verdicts, failures = judge(measures, sound, facet_tags, sizes, limits)
@@ -132,12 +133,6 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         failures=(*failures, *carried_failures(mesh)),
         notes=tuple(notes),
     )
-
-
-def _topology(mesh: VolumeMesh, measures: dict[str, FloatArray]) -> tuple[Validity, float | None]:
-    """What the faces of all elements tell: whether the mesh is sound, and how much neighbours differ in volume."""
-    table = face_table(mesh)
-    return validity(mesh, measures["relative_jacobian"], table), table.greatest_ratio(measures["volume"])
 
 
 def _summary(measures: dict[str, FloatArray]) -> dict[str, Statistics]:

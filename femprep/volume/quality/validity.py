@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -12,107 +10,16 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from femprep.mesh.compiled import compiled
-from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, element_faces
-from femprep.mesh.numbering import row_numbers, set_numbers
-from femprep.model import IntArray, VolumeMesh, is_blood
-from femprep.model.blocks import block_rows
+from femprep.mesh.elements import ELEMENTS
+from femprep.mesh.least_corner import Parts, by_least_corner
+from femprep.mesh.numbering import row_numbers
+from femprep.model import FloatArray, IntArray, VolumeMesh, is_blood
+from femprep.volume.quality.face_table import FaceTable, corner_rings, face_table
+from femprep.volume.quality.neighbours import Neighbours
 from femprep.volume.quality.report import Validity
 
 
-@dataclass(frozen=True)
-class FaceTable:
-    """All faces of all elements and all tagged facets of a mesh, numbered: equal numbers, equal corners.
-
-    Attributes
-    ----------
-    rings : (f, 3) or (f, 4) array
-        Corners of each face, outward from its element; -1 after a triangle's third where there are quadrilaterals.
-    element : (f,) array
-        The element of each face.
-    number : (f,) array
-    facets : (n_facets, 3) or (n_facets, 4) array
-        Corners of the tagged facets, in the same way.
-    facet_number : (n_facets,) array
-    count : (k,) array
-        Number of faces of each number.
-    """
-
-    rings: IntArray
-    element: IntArray
-    number: IntArray
-    facets: IntArray
-    facet_number: IntArray
-    count: IntArray
-
-    @cached_property
-    def first(self) -> IntArray:
-        """The first face of each number, ``(k,)``; 0 where there is none."""
-        return self._place(slice(None, None, -1))
-
-    @cached_property
-    def last(self) -> IntArray:
-        """The last face of each number, ``(k,)``; 0 where there is none."""
-        return self._place(slice(None))
-
-    def _place(self, way: slice) -> IntArray:
-        found = np.zeros(len(self.count), dtype=np.int64)
-        found[self.number[way]] = np.arange(len(self.number))[way]
-        return found
-
-    def greatest_ratio(self, volume: npt.NDArray[np.float64]) -> float | None:
-        """Largest ratio of the volumes ``(n,)`` of two elements that share a face; 1 where none do.
-
-        None where one of them has none.
-        """
-        ratio = float(_greatest_ratio(self.number, self.element, volume, len(self.count)))
-        return ratio if ratio > 0.0 else None
-
-
-@compiled()
-def _greatest_ratio(number: IntArray, element: IntArray, volume: npt.NDArray[np.float64], count: int) -> float:
-    """Largest ratio over all faces, each element there with the next; 0 where a volume is not positive."""
-    last, ratio = np.full(count, -1, dtype=np.int64), 1.0
-    for i in range(len(number)):
-        one, other = element[i], last[number[i]]
-        if other >= 0:
-            low, high = min(volume[one], volume[other]), max(volume[one], volume[other])
-            if low <= 0.0:
-                return 0.0
-            ratio = max(ratio, high / low)
-        last[number[i]] = one
-    return ratio
-
-
-def face_table(mesh: VolumeMesh) -> FaceTable:
-    """Number the faces and facets of a mesh."""
-    faces = element_faces(mesh.cells)
-    corners = max([3, *(FACET_CORNERS[kind] for kind in (*faces, *mesh.facets))])
-    rings = _rings({kind: own.nodes for kind, own in faces.items()}, corners)
-    facets = _rings(mesh.facets, corners)
-    blocks = [rings, facets]
-    if corners > 3:  # what stands for no fourth corner goes last: first numbers that differ make rows quick to compare
-        last = max(int(block.max(initial=0)) for block in blocks) + 1
-        blocks = [np.where(block < 0, last, block) for block in blocks]
-    number = set_numbers(*blocks)
-    face, facet = number[: len(rings)], number[len(rings) :]
-    element = np.concatenate([np.empty(0, dtype=np.int64), *(own.element for own in faces.values())])
-    return FaceTable(rings, element, face, facets, facet, np.bincount(face, minlength=int(number.max(initial=-1)) + 1))
-
-
-def _rings(blocks: Mapping[str, IntArray], corners: int) -> IntArray:
-    """Corners of all faces of some blocks ``(f, corners)``, -1 after those a face has."""
-    if len(blocks) == 1:
-        kind, block = next(iter(blocks.items()))
-        if FACET_CORNERS[kind] == corners:
-            return block[:, :corners]
-    rings = np.full((sum(map(len, blocks.values())), corners), -1, dtype=np.int64)
-    for kind, block, rows in block_rows(blocks):
-        rings[rows, : FACET_CORNERS[kind]] = block[:, : FACET_CORNERS[kind]]
-    return rings
-
-
-def validity(mesh: VolumeMesh, relative_jacobian: npt.NDArray[np.float64], table: FaceTable | None = None) -> Validity:
+def validity(mesh: VolumeMesh, relative_jacobian: FloatArray, faces: Neighbours) -> Validity:
     """Judge everything but shapes.
 
     Parameters
@@ -121,12 +28,12 @@ def validity(mesh: VolumeMesh, relative_jacobian: npt.NDArray[np.float64], table
         Any mesh, with or without tags.
     relative_jacobian : (n_cells,) array
         As from ``element_measures``.
-    table : FaceTable, optional
-        Its faces, where they are numbered already.
+    faces : Neighbours
+        How its elements meet.
     """
-    table = face_table(mesh) if table is None else table
+    table = face_table(mesh)
     count, facet = table.count, table.facet_number
-    boundary = _with_fourth(table.rings[count[table.number] == 1])
+    boundary = corner_rings({kind: own.nodes for kind, own in faces.boundary.items()}, 4)
     edges = _BoundaryEdges(boundary)
     used = used_points(mesh)
     outer = count[facet] == 1
@@ -134,13 +41,13 @@ def validity(mesh: VolumeMesh, relative_jacobian: npt.NDArray[np.float64], table
     return Validity(
         inverted_elements=int((~(relative_jacobian > 0)).sum()),
         duplicate_elements=_duplicate_elements(mesh.cells),
-        non_manifold_faces=int((count > 2).sum()),
+        non_manifold_faces=faces.crowded,
         open_boundary_edges=int((edges.count == 1).sum()),
         non_manifold_boundary_edges=int((edges.count > 2).sum()),
         non_manifold_boundary_points=edges.pinched,
         duplicate_points=_duplicate_points(mesh.points[used]),
         orphan_points=len(mesh.points) - len(used),
-        pieces=_components(mesh.n_cells, table.number, table.element, len(count)),
+        pieces=faces.pieces,
         boundary_shells=edges.shells,
         euler_characteristic=len(np.unique(boundary[boundary >= 0])) - len(edges.count) + len(boundary),
         boundary_facets=len(boundary),
@@ -196,7 +103,9 @@ class _BoundaryEdges:
             np.minimum(start, stop) * size + np.maximum(start, stop), return_inverse=True, return_counts=True
         )
         number = number.ravel()
-        self.shells = _components(len(rings), number, face, len(self.count))
+        size = len(rings) + len(self.count)
+        links = (np.ones(len(face), dtype=np.int8), (face, len(rings) + number))
+        self.shells, _ = connected_components(coo_array(links, shape=(size, size)), directed=False)
         # A node per corner of a face. The corner starts one edge and ends the one before: link it to that end of each.
         corner = np.arange(len(start))
         index = np.full(rings.shape, -1, dtype=np.int64)
@@ -213,34 +122,6 @@ class _BoundaryEdges:
         _, label = connected_components(graph, directed=False)
         _, one = np.unique(row_numbers(np.stack([start, label[: len(start)]], axis=1)), return_index=True)
         self.pinched = int((np.bincount(start[one]) > 1).sum())
-
-
-def _components(count: int, hub: IntArray, member: IntArray, hubs: int) -> int:
-    """Number of pieces ``count`` things are in that are linked where they share a hub."""
-    return int(_count_pieces(count, np.ascontiguousarray(hub), np.ascontiguousarray(member), hubs))
-
-
-@compiled()
-def _count_pieces(count: int, hub: IntArray, member: IntArray, hubs: int) -> int:
-    """Union and find, each path halved as it is walked."""
-    parent = np.arange(count)
-    first = np.full(hubs, -1, dtype=np.int64)
-    left = count
-    for i in range(len(hub)):
-        a, b = member[i], first[hub[i]]
-        if b < 0:
-            first[hub[i]] = a
-            continue
-        while parent[a] != a:
-            parent[a] = parent[parent[a]]
-            a = parent[a]
-        while parent[b] != b:
-            parent[b] = parent[parent[b]]
-            b = parent[b]
-        if a != b:
-            parent[max(a, b)] = min(a, b)
-            left -= 1
-    return left
 
 
 def used_points(mesh: VolumeMesh) -> IntArray:
@@ -266,7 +147,8 @@ def _duplicate_points(points: npt.NDArray[np.float64]) -> int:
 def _duplicate_elements(cells: Mapping[str, IntArray]) -> int:
     total = 0
     for name, block in cells.items():
-        total += len(block) - int(set_numbers(block[:, : ELEMENTS[name].corners]).max(initial=-1)) - 1
+        whole = Parts(block, np.arange(ELEMENTS[name].corners)[None])
+        total += sum(int((chunk.before() >= 0).sum()) for chunk in by_least_corner([whole]))
     return total
 
 

@@ -1,0 +1,79 @@
+"""An HDF5 file in; an error where it leads to other files, or tells of more numbers than its bytes can hold."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+from xml.etree import ElementTree
+
+from femprep.errors import FileError
+
+_SIGNATURE: Final = b"\x89HDF\r\n\x1a\n"
+#: What deflate shrinks equal bytes to, and somewhat more; arrays of fewer bytes are let pass, whatever is stored.
+_DENSEST: Final = 1100
+_SMALL: Final = 2**20
+#: Endings of the XML that tells where in HDF5 files an XDMF mesh is.
+XDMF: Final = (".xdmf", ".xmf")
+
+
+def require_hdf5(path: Path) -> None:
+    """Check a mesh file that is HDF5, or XDMF with HDF5 beside it; any other is let pass.
+
+    Raises
+    ------
+    FileError
+        It holds links to other files, an array whose numbers lie in one, or an array larger than what is stored of it
+        can be; or XDMF names something that is no file.
+    """
+    if path.suffix.lower() in XDMF:
+        for store in _named(path):
+            if not store.is_file():
+                raise FileError(f"{str(path)!r} names {store.name!r}, which is no file; keep the files together")
+            _require(store)
+    elif path.is_file():
+        _require(path)
+
+
+def _named(path: Path) -> list[Path]:
+    """Files that XDMF names: HDF5 with a place in it, or bytes."""
+    try:
+        items = list(ElementTree.parse(path).iter("DataItem"))
+    except ElementTree.ParseError as error:
+        raise FileError(f"{str(path)!r} is damaged: {error}") from error
+    stores = {(item.text or "").strip().partition(":")[0] for item in items if _format(item) == "hdf"}
+    # meshio looks for these in the working folder.
+    bytes_ = {(item.text or "").strip() for item in items if _format(item) == "binary"}
+    return [path.parent / name for name in sorted(stores)] + [Path(name) for name in sorted(bytes_)]
+
+
+def _format(item: ElementTree.Element) -> str:
+    """How the numbers of an item are kept; those of others are those of the items within them."""
+    return "" if len(item) or "Reference" in item.attrib else item.get("Format", "XML").strip().lower()
+
+
+def _require(path: Path) -> None:
+    with path.open("rb") as file:
+        if file.read(len(_SIGNATURE)) != _SIGNATURE:
+            return
+    import h5py
+
+    def link(name: str, found: Any) -> str | None:
+        return f"leads to {found.filename!r} by its {name!r}" if isinstance(found, h5py.ExternalLink) else None
+
+    def item(name: str, found: Any) -> str | None:
+        if not isinstance(found, h5py.Dataset):
+            return None
+        if found.external or found.is_virtual:
+            return f"keeps its {name!r} in other files"
+        size, stored = found.size * found.dtype.itemsize if found.size else 0, found.id.get_storage_size()
+        if size > max(_SMALL, _DENSEST * stored):
+            return f"says that its {name!r} has {size} bytes, and {stored} are stored"
+        return None
+
+    try:
+        with h5py.File(path, "r") as store:
+            wrong = store.visititems_links(link) or store.visititems(item)  # which end with the first that says a word
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
+        raise FileError(f"{str(path)!r} is damaged: {' '.join(str(error).split())}") from error
+    if wrong:
+        raise FileError(f"{str(path)!r} {wrong}; give a file that holds it all")

@@ -1,0 +1,97 @@
+"""HDF5 files of others: sizes with nothing behind them, and ways into other files, are refused; ours are read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from meshes import truncated_ellipsoid
+
+import femprep as fp
+from femprep.errors import FileError
+from femprep.export.hdf5 import require_hdf5
+
+h5py = pytest.importorskip("h5py")
+
+
+@pytest.fixture(params=["med", "dolfinx"])
+def mesh(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Path, Path]:
+    """A mesh and its HDF5 file."""
+    path = tmp_path / ("mesh.med" if request.param == "med" else "mesh.xdmf")
+    fp.write_mesh(truncated_ellipsoid(heights=2, around=6, layers=1), path, format=request.param)
+    store = path if request.param == "med" else path.with_suffix(".h5")
+    assert fp.read_mesh(path).n_cells > 0
+    return path, store
+
+
+def elsewhere(group: object, name: str, folder: Path) -> None:
+    other = folder / "other.bin"
+    other.write_bytes(bytes(800))
+    group.create_dataset(name, (100,), "<f8", external=[(str(other), 0, 800)])  # type: ignore[attr-defined]
+
+
+def virtual(group: object, name: str, folder: Path) -> None:
+    layout = h5py.VirtualLayout((100,), "<f8")
+    layout[:] = h5py.VirtualSource(str(folder / "other.h5"), "x", (100,))
+    group.create_virtual_dataset(name, layout)  # type: ignore[attr-defined]
+
+
+def huge(group: object, name: str, _: Path) -> None:
+    group.create_dataset(name, (2**40, 3), "<f8", chunks=(1024, 3))  # type: ignore[attr-defined]
+
+
+def linked(group: object, name: str, folder: Path) -> None:
+    group[name] = h5py.ExternalLink(str(folder / "other.h5"), "/x")  # type: ignore[index]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (huge, "has 26388279066624 bytes, and 0 are stored"),
+        (elsewhere, "in other files"),
+        (virtual, "in other files"),
+        (linked, "leads to .*other.h5"),
+    ],
+)
+def test_what_leads_nowhere_good_is_refused(
+    mesh: tuple[Path, Path], spoil: Callable[..., None], words: str, tmp_path: Path
+) -> None:
+    path, store = mesh
+    with h5py.File(store, "r+") as file:
+        name = "ENS_MAA" if "ENS_MAA" in file else "Mesh"
+        spoil(file[name], "extra", tmp_path)
+    with pytest.raises(FileError, match=words) as caught:
+        fp.read_mesh(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_points_without_end(mesh: tuple[Path, Path]) -> None:
+    path, store = mesh
+    with h5py.File(store, "r+") as file:
+        found: list[str] = []
+        file.visititems(lambda name, item: found.append(name) if getattr(item, "dtype", None) == np.float64 else None)
+        shape = file[found[0]].shape
+        del file[found[0]]
+        file.create_dataset(found[0], (2**45, *shape[1:]), "<f8", chunks=(64, *shape[1:]), compression="gzip")
+    with pytest.raises(FileError, match="are stored"):
+        fp.read_mesh(path)
+
+
+def test_arrays_that_compress_well_are_read(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "zeros.h5", "w") as file:
+        file.create_dataset("x", data=np.zeros((1_000_000, 3)), compression="gzip", shuffle=True)
+    require_hdf5(tmp_path / "zeros.h5")
+
+
+@pytest.mark.parametrize(("format", "text"), [("HDF", "none.h5:/x"), ("HDF", "/dev:/x"), ("Binary", "/dev/zero")])
+def test_xdmf_that_names_no_file(format: str, text: str, tmp_path: Path) -> None:
+    path = tmp_path / "mesh.xdmf"
+    item = f'<DataItem DataType="Float" Dimensions="4 3" Format="{format}" Precision="8">{text}</DataItem>'
+    path.write_text(
+        f'<Xdmf Version="3.0"><Domain><Grid Name="Grid"><Geometry GeometryType="XYZ">{item}</Geometry></Grid></Domain>'
+        "</Xdmf>"
+    )
+    with pytest.raises(FileError, match="which is no file"):
+        fp.read_mesh(path)
