@@ -55,6 +55,14 @@ def test_curve_stands_at_the_heights_of_its_volumes() -> None:
     assert {"0", "20", "120", "time", "cavity, mL"} <= set(marks)
 
 
+def test_names_of_phases_are_escaped() -> None:
+    words = '<img src=x onerror="window.taken=1">&'
+    phases = [record(k, 50.0 + k).model_copy(update={"name": words}) for k in range(2)]
+    titles = [one.text for one in ElementTree.fromstring(_chart(phases)).iter("title")]
+    assert len(titles) == 4
+    assert all(title.startswith(words) for title in titles)
+
+
 @pytest.mark.parametrize("top", [0.3, 7.0, 95.0, 101.0, 310.0])
 def test_scale_begins_at_nothing_and_reaches_above_the_greatest(top: float) -> None:
     marks = _round_marks(top)
