@@ -194,6 +194,8 @@ def write_sequence(
     ------
     FileError
         As for :func:`femprep.write_run`.
+    InputError
+        Images are not as many as phases, or do not lie where their labels do.
 
     Examples
     --------
@@ -202,6 +204,8 @@ def write_sequence(
     paths = [Path(source) for source in sources] if sources is not None else [None] * len(sequence.runs)
     names = phase_names(paths) if names is None else list(names)
     shown = list(images) if images is not None else [None] * len(sequence.runs)
+    if len(shown) != len(sequence.runs):
+        raise InputError(f"{len(shown)} images given for {len(sequence.runs)} phases; one for each is needed, or none")
     own, phases, spent = time.perf_counter(), [], 0.0
     with whole_folder(Path(out)) as folder:
         (folder / "phases").mkdir()

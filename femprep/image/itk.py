@@ -201,7 +201,7 @@ def _require_volume(
     if any(n > 1 for n in (size[3:] if frame is None else size[4:])):
         raise InputError(
             f"{file}: is a {len(size)}-D image ({shown}), expected 3-D; write one frame to a file of its own, or "
-            "choose one by frame (--frame N, counted from 1)"
+            "choose one by frame (--frame N, of --image FILE:N, counted from 1)"
         )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -13,7 +13,7 @@ from femprep.image.grid import Grid
 from femprep.image.intensity import IntensityImage, read_image
 from femprep.image.segmentation import Segmentation
 from femprep.image.shifts import scanned_places
-from femprep.model import FloatArray
+from femprep.model import FloatArray, Notice, noted
 from femprep.model.image_file import ImageFile
 from femprep.options import Options
 
@@ -123,6 +123,11 @@ def read_under(seg: Segmentation, file: ImageFile, options: Options) -> Intensit
     if options.flip:
         raise OptionError(_MIRRORED.format(f"image {str(file.path)!r}"))
     image = read_image(file.path, frame=file.frame)
+    if options.image.spacing is not None and image.grid.shape == seg.grid.shape:
+        # What the header of the labels lacks that of their image lacks too, as a rule.
+        line = "the image (--image) was given the voxel sizes of the labels, by the option spacing"
+        grid = replace(image.grid, spacing=seg.grid.spacing)
+        image = replace(image, grid=grid, info=noted(image.info, Notice.of("assumed", line)))
     lay_under(seg, image, f"image {str(file.path)!r}")
     return image
 

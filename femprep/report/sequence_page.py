@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import Any, Final
 
 import numpy as np
@@ -151,7 +152,7 @@ def _chart(phases: Sequence[PhaseRecord]) -> str:
         dashes = ' stroke-dasharray="4 3"' if name == "labels" else ""
         parts.append(f'<path d="M{path}" fill="none" stroke="{_CURVES[name]}" stroke-width="1.6"{dashes}/>')
         for phase, a, b, value in zip(phases, x, y, curves[name], strict=True):
-            title = f"{phase.name}, {name}: {figure(float(value), 4)} mL"
+            title = f"{escape(phase.name)}, {name}: {figure(float(value), 4)} mL"
             parts.append(
                 f'<circle cx="{a:.1f}" cy="{b:.1f}" r="3" fill="{_CURVES[name]}"><title>{title}</title></circle>'
             )

@@ -43,6 +43,8 @@ OPTIONS = ("--preset", "acdc", "--mesher", "sweep", "--edge-length", "3", "--fib
 CHEAP = ("--structure", "lv=3", "--vertices", "150", "--surfaces")
 #: Seconds between two looks at the memory.
 PULSE = 2.0
+#: Subjects after which they are told.
+STEP = 100
 
 
 def phantoms(folder: Path, count: int, spacing: tuple[float, float, float] = (1.6, 1.6, 8.0), seed: int = 0) -> Path:
@@ -126,7 +128,8 @@ def dask() -> Iterator[tuple[str, psutil.Process, psutil.Process]]:
 
 def memory(source: Path, folder: Path, count: int) -> None:
     """What scheduler, client and worker hold while many subjects are made."""
-    out, seen = folder / "out", []
+    out = folder / "out"
+    seen: list[tuple[float, ...]] = []
     with dask() as (address, scheduler, nanny):
         asked = [*CHEAP, "--scheduler", address, "--memory-limit", "4"]
         client = subprocess.Popen(command(source, out, *asked))
@@ -140,6 +143,9 @@ def memory(source: Path, folder: Path, count: int) -> None:
             except psutil.Error:
                 continue  # one of them has just ended
             if done and min(held.values()) > 0.0:  # a process that has ended holds nothing
+                if done // STEP > (seen[-1][0] if seen else 0) // STEP:
+                    told = ", ".join(f"{name} {value:.0f} MB" for name, value in held.items())
+                    print(f"{done} subjects: {told}", flush=True)
                 seen.append((done, held["scheduler"], held["client"], max(own, default=float("nan"))))
     table = np.array([row for row in seen if row[0] >= count / 5])
     print(f"{len(timings(out))} of {count} subjects, {len(table)} looks after the first fifth of them")

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
+import SimpleITK as sitk
 from greys import cine, linear, write_image
 
 import femprep as fp
@@ -29,6 +30,8 @@ def maps(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     far = Grid((9, 9, 9), (1.0, 1.0, 1.0), (500.0, 0.0, 0.0), seg.grid.direction)
     write_image(linear(far), folder / "far.nii.gz")
+    beat = sitk.JoinSeries([sitk.ReadImage(str(folder / "cine.nii.gz"))] * 3)
+    sitk.WriteImage(beat, str(folder / "several.nii.gz"))
     return folder
 
 
@@ -64,6 +67,7 @@ def test_what_the_image_does_not_reach_is_told(maps: Path, tmp_path: Path) -> No
     (["--image", "cine.nii.gz", "--image", "half.nrrd"], "--image is given 2 times; one is needed"),
     (["--image", "far.nii.gz"], "does not meet the labels"),
     (["--image", "none.nii.gz"], "none.nii.gz"),
+    (["--image", "several.nii.gz"], "of --image FILE:N, counted from 1"),
     (["--image", "cine.nii.gz:3"], "has no frame 3, it holds 1"),
     (["--image", "cine.nii.gz", "--flip"], "mirror both files first"),
 ])  # fmt: skip

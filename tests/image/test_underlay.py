@@ -83,6 +83,16 @@ def test_of_mirrored_labels_it_is_refused(seg: fp.Segmentation, tmp_path: Path) 
         read_under(seg, ImageFile(tmp_path / "any.nii.gz"), fp.Options(flip=True))
 
 
+def test_voxel_sizes_given_for_the_labels_are_those_of_an_image_of_the_same_voxels(
+    seg: fp.Segmentation, tmp_path: Path
+) -> None:
+    one = Grid(seg.grid.shape, np.ones(3), seg.grid.origin, seg.grid.direction)
+    write_image(linear(one), tmp_path / "one.nii.gz")
+    image = read_under(seg, ImageFile(tmp_path / "one.nii.gz"), fp.Options(image={"spacing": (2.0, 2.0, 8.0)}))
+    assert lay_under(seg, image).same_grid
+    assert "by the option spacing" in image.info["notices"][-1]["what"]
+
+
 def test_file_and_frame() -> None:
     assert image_file("a:b.nii.gz") == ImageFile(Path("a:b.nii.gz"))
     assert image_file("b.nii.gz:3", Path("/data")) == ImageFile(Path("/data/b.nii.gz"), 3)

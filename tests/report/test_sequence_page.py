@@ -16,6 +16,7 @@ from femprep.phantoms import lv_ellipsoid
 from femprep.report.manifest import PhaseRecord
 from femprep.report.scene import _spread
 from femprep.report.sequence_page import _chart, _round_marks
+from femprep.sequence import SequenceRun
 
 VIEW = "window.femprepView"
 #: Radius of the cavity and thickness of the wall in each phase; the third is end-systole.
@@ -54,6 +55,14 @@ def test_curve_stands_at_the_heights_of_its_volumes() -> None:
     assert {"0", "20", "120", "time", "cavity, mL"} <= set(marks)
 
 
+def test_names_of_phases_are_escaped() -> None:
+    words = '<img src=x onerror="window.taken=1">&'
+    phases = [record(k, 50.0 + k).model_copy(update={"name": words}) for k in range(2)]
+    titles = [one.text for one in ElementTree.fromstring(_chart(phases)).iter("title")]
+    assert len(titles) == 4
+    assert all(title.startswith(words) for title in titles)
+
+
 @pytest.mark.parametrize("top", [0.3, 7.0, 95.0, 101.0, 310.0])
 def test_scale_begins_at_nothing_and_reaches_above_the_greatest(top: float) -> None:
     marks = _round_marks(top)
@@ -82,6 +91,15 @@ def test_page_tells_volumes_thickening_and_checks_of_each_phase(out: Path) -> No
     assert len(gained) == 17
     # 9 mm to 12 mm, a third, at the girth.
     assert np.median(gained[:6]) == pytest.approx(33.0, abs=4.0)
+
+
+def test_images_are_as_many_as_phases(tmp_path: Path) -> None:
+    seg = lv_ellipsoid().segmentation(spacing=(3.0, 3.0, 10.0))
+    # None of the runs is looked at before.
+    two = SequenceRun((None, None), (0.0, 1.0), 0, {})  # type: ignore[arg-type]
+    with pytest.raises(fp.InputError, match="1 images given for 2 phases"):
+        fp.write_sequence(two, tmp_path / "out", images=[cine(seg)])
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
