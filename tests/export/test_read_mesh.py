@@ -152,7 +152,7 @@ def test_tecplot_that_tells_of_more_than_it_holds(name: str, tmp_path: Path) -> 
         read_mesh(path)
     lines = whole.splitlines(keepends=True)
     path.write_text("".join(lines[:-3] + lines[-2:]))
-    with pytest.raises(FileError, match="it needs [0-9]+ numbers and has"):
+    with pytest.raises(FileError, match=r"it needs [0-9]+ numbers and has"):
         read_mesh(path)
 
 
