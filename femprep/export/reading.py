@@ -79,7 +79,7 @@ def read_mesh(path: str | Path) -> VolumeMesh:
 
 
 def _require_finite(mesh: VolumeMesh) -> None:
-    wrong = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
+    wrong = np.flatnonzero(~(np.abs(mesh.points) < _FARTHEST).all(axis=1))
     if wrong.size:
         raise InputError(
             f"point {wrong[0]} is {mesh.points[wrong[0]].tolist()} ({wrong.size} such); give finite numbers"
@@ -134,6 +134,15 @@ def _tecplot(path: Path) -> VolumeMesh:
     for match in re.finditer(rb"\b(NODES|N|ELEMENTS|E)\s*=\s*(\d{1,18})", head, re.IGNORECASE):
         if int(match[2]) > size:
             raise FileError(f"{str(path)!r} is damaged: it says {match[0].decode()!r} and has {size} bytes")
+    zone = re.search(rb"\bNODES\s*=\s*(\d+),\s*ELEMENTS\s*=\s*(\d+)", head)
+    kind = re.search(rb"ZONETYPE\s*=\s*(FE\w+)", head)
+    if zone and kind and b"VARLOCATION" not in head:
+        line = re.search(rb"VARIABLES\s*=([^\r\n]*)", head)
+        need = int(zone[1]) * max(3, line[1].count(b'"') // 2 if line else 3)
+        need += int(zone[2]) * {b"FETRIANGLE": 3, b"FEBRICK": 8}.get(kind[1].upper(), 4)
+        there = len(re.findall(rb"(?<!\S)[-+.\d][-+.\deE]*(?!\S)", path.read_bytes()))
+        if there < need:
+            raise FileError(f"{str(path)!r} is damaged: it needs {need} numbers and has {there}")
     return _meshio(path)
 
 
@@ -178,6 +187,9 @@ def meshio_mesh(path: Path) -> Any:
 
 #: Bytes of a file in which its head is looked for.
 _HEAD: Final = 2**16
+
+#: Coordinates from here on, 1000 km in micrometres, are no numbers of a heart: their squares may overflow.
+_FARTHEST: Final = 1e12
 
 #: Endings of text files with comments, in which a mesh's verdict stands.
 _COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")

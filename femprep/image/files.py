@@ -175,6 +175,8 @@ def _meta_data(path: Path) -> _Voxels:
     with open(path, "rb") as file:
         while line := file.readline(1 << 16):
             key, _, value = (part.strip() for part in line.decode("latin-1").partition("="))
+            if key == "NDims" and not re.fullmatch("[0-9]{1,2}", value):  # ITK ends the process
+                raise FileError(f"{path}: its header has NDims {value[:40]!r}, expected a number of axes; {_REMEDY}")
             if key == "CompressedData":
                 compressed = value.lower() == "true"
             elif key == "DimSize":

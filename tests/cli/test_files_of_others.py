@@ -166,3 +166,12 @@ def test_pipes_are_not_waited_for(name: str, tmp_path: Path, capsys: pytest.Capt
     given = ["-o", str(tmp_path / "out"), "--preset", "acdc"] if command == "mesh" else []
     assert main([command, str(path), *given]) == 2
     assert "is no regular file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("axes", ["-1", "0x10", "9" * 30])
+def test_axes_that_are_no_number(axes: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "heart.mha"
+    fp.write_segmentation(lv_ellipsoid().segmentation((3.0, 3.0, 10.0)), path)
+    path.write_bytes(path.read_bytes().replace(b"NDims = 3", f"NDims = {axes}".encode()))
+    assert main(["mesh", str(path), "-o", str(tmp_path / "out"), "--preset", "acdc"]) == 2
+    assert "its header has NDims" in capsys.readouterr().err

@@ -146,9 +146,20 @@ def test_tecplot_that_tells_of_more_than_it_holds(name: str, tmp_path: Path) -> 
     path, mesh = tmp_path / "mesh.dat", truncated_ellipsoid(heights=2, around=6, layers=1)
     meshio.write(path, meshio.Mesh(mesh.points, list(mesh.cells.items())), "tecplot")
     assert read_mesh(path).n_cells == mesh.n_cells
-    path.write_text(re.sub(rf"{name} = \d+", f"{name} = 1000000000", path.read_text()))
+    whole = path.read_text()
+    path.write_text(re.sub(rf"{name} = \d+", f"{name} = 1000000000", whole))
     with pytest.raises(FileError, match=f"says '{name} = 1000000000'"):
         read_mesh(path)
+    lines = whole.splitlines(keepends=True)
+    path.write_text("".join(lines[:-3] + lines[-2:]))
+    with pytest.raises(FileError, match=r"it needs [0-9]+ numbers and has"):
+        read_mesh(path)
+
+
+def test_coordinates_whose_squares_overflow_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "deck.inp").write_text(FOREIGN_DECK.replace("40,           0.", "40,        1e300"))
+    with pytest.raises(FileError, match=r"point 3 is \[1e\+300, 0.0, 1.0\]"):
+        read_mesh(tmp_path / "deck.inp")
 
 
 def test_coordinates_that_are_no_numbers_are_refused(tmp_path: Path) -> None:

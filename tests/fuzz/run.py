@@ -85,19 +85,29 @@ def table(outcomes: list[Outcome]) -> str:
         own = [o for o in outcomes if kind in (o.kind, "all")]
         counts = [sum(o.status == status and not o.fault for o in own) for status in _STATUS]
         short, seconds = sum(bool(o.fault) for o in own), [o.seconds for o in own]
-        late = sum((o.kind, o.number) in slow for o in own)
+        late = sum(row in slow for row, o in enumerate(outcomes) if kind in (o.kind, "all"))
         figures = [len(own), *counts, short, f"{np.median(seconds):.2g}", f"{max(seconds):.2g}", late]
         lines.append(f"| {kind} | " + " | ".join(map(str, figures)) + " |")
     return "\n".join(lines) + "\n"
 
 
-def slower(outcomes: list[Outcome]) -> set[tuple[str, int]]:
-    """Cases that took more than five times the median of their kind and status."""
+def slower(outcomes: list[Outcome]) -> set[int]:
+    """Rows of the cases that took more than five times the median of their kind and status."""
     medians = {
         group: np.median([o.seconds for o in outcomes if (o.kind, o.status) == group])
         for group in {(o.kind, o.status) for o in outcomes}
     }
-    return {(o.kind, o.number) for o in outcomes if o.seconds > 5.0 * medians[o.kind, o.status]}
+    return {row for row, o in enumerate(outcomes) if o.seconds > 5.0 * medians[o.kind, o.status]}
+
+
+def recorded(path: Path, seed: int | None = None) -> list[Outcome]:
+    """Outcomes among the records of a file, of a seed or of all."""
+    rows = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+    return [
+        Outcome(**{name: value for name, value in row.items() if name != "seed"})
+        for row in rows
+        if seed in (None, row["seed"])
+    ]
 
 
 def main() -> None:
@@ -111,10 +121,13 @@ def main() -> None:
     parser.add_argument("--table", type=Path)
     parser.add_argument("--read-only", action="store_true", help="leave out cases that may come to be meshed")
     parser.add_argument("--keep", type=Path, help="folder in which cases that fall short are kept")
+    parser.add_argument("--sum", type=Path, nargs="*", help="no run: the table over records of these files")
     given = parser.parse_args()
     kinds = given.kinds or [kind for kind in KINDS if kind != REAL or "FEMPREP_DATA" in os.environ]
-    known = [json.loads(line) for line in given.records.read_text().splitlines()] if given.records.exists() else []
-    outcomes = [Outcome(**{k: v for k, v in one.items() if k != "seed"}) for one in known if one["seed"] == given.seed]
+    if given.sum:
+        print(table([one for path in given.sum for one in recorded(path)]))
+        return
+    outcomes = recorded(given.records, given.seed)
     done = {(o.kind, o.number) for o in outcomes}
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
         folder = Path(name)

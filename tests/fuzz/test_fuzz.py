@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from fuzz.cases import KINDS, REAL, make_case
+from fuzz.instants import try_instants
 from fuzz.sources import Sources
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="each case is run in a fork")
@@ -57,3 +58,11 @@ def test_cases_are_the_same_for_a_seed(tmp_path: Path) -> None:
             files = {p.relative_to(folder): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
             made.append((case.what, [word.replace(str(folder), "") for word in case.arguments], files))
         assert made[0] == made[1], kind
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+def test_runs_ended_at_random_instants_lose_nothing(tmp_path: Path) -> None:
+    tried = try_instants(tmp_path, 2, seed=1)
+    assert tried.lost == []
+    assert tried.ended + tried.late >= 2
