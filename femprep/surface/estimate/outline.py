@@ -19,6 +19,8 @@ from femprep.model.functions import exponential, logarithm
 #: Voxels of the grid the mesh is made on: the object's volume over this many, between these sizes, mm.
 _VOXELS: Final = 15000
 _FINEST, _COARSEST = 1.0, 3.0
+#: Voxels that an object has at least, however small: a mouse's ventricle has some microlitres.
+_LEAST_VOXELS: Final = 1000
 #: How far outside of the voxels the mesh may run, in those voxels, step by step, until it is a ball's.
 _OFFSETS: Final = (0.0, 0.7, 1.4, 2.1, 2.8, 3.5)
 #: Smoothing of the mesh: passes and pass band of Taubin's filter.
@@ -49,7 +51,8 @@ def outlines(obj: LabelObject, count: int) -> tuple[tuple[FloatArray, IntArray],
     """
     from scipy.ndimage import distance_transform_edt, gaussian_filter
 
-    voxel = float(np.clip(exponential(logarithm(obj.volume / _VOXELS) / 3.0), _FINEST, _COARSEST))
+    finest = min(_FINEST, _edge(obj.volume / _LEAST_VOXELS))
+    voxel = float(np.clip(_edge(obj.volume / _VOXELS), finest, _COARSEST))
     even = isotropic(obj, voxel)
     room = int(np.ceil(_OFFSETS[-1])) + 2
     mask = np.pad(even.mask, room)
@@ -58,6 +61,8 @@ def outlines(obj: LabelObject, count: int) -> tuple[tuple[FloatArray, IntArray],
     depth = gaussian_filter(depth, 1.0)
     for offset in _OFFSETS:
         index, cells = isosurface(depth, -offset)
+        if len(cells) == 0:  # thinner than the smoothing is wide
+            continue
         piece = pieces(cells)
         area = np.bincount(piece, areas(index, cells))
         if area.max() < (1.0 - _CRUMBS) * area.sum():
@@ -77,3 +82,8 @@ def outlines(obj: LabelObject, count: int) -> tuple[tuple[FloatArray, IntArray],
         return points, cells if volume(points, cells) > 0.0 else np.ascontiguousarray(cells[:, ::-1])
 
     return along(*fine), along(*coarser(*fine, count))
+
+
+def _edge(volume: float) -> float:
+    """Edge of a cube of a volume, the same on every machine."""
+    return float(exponential(logarithm(volume) / 3.0))
