@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import tempfile
+import threading
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -51,7 +53,7 @@ def require_writable(out: Path, names: Iterable[str] = ()) -> None:
     existing = next(folder for folder in out.parents if folder.exists())
     what = f"output folder {str(out)!r}"
     try:
-        with alone(existing):
+        with alone(existing), _undisturbed():
             os.rmdir(tempfile.mkdtemp(prefix=partial_prefix(out), dir=existing))
         room = shutil.disk_usage(existing).free
     except OSError as error:
@@ -112,7 +114,7 @@ def whole_folder(out: Path) -> Iterator[Path]:
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         with ExitStack() as stack:
-            with alone(out.parent):
+            with alone(out.parent), _undisturbed():
                 partial = Path(tempfile.mkdtemp(prefix=partial_prefix(out), dir=out.parent))
                 stack.callback(shutil.rmtree, partial, ignore_errors=True)
                 stack.enter_context(at_work(partial))
@@ -128,6 +130,25 @@ def whole_folder(out: Path) -> Iterator[Path]:
         raise
     except OSError as error:
         raise cannot_write(what, error, _REMEDY) from error
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Let signals that end this process wait until the block is over, so that what it makes is cleared away."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    seen: list[int] = []
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        for number in before:
+            signal.signal(number, lambda caught, _: seen.append(caught))
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for caught in seen:
+            signal.raise_signal(caught)
 
 
 def _absolute(out: Path) -> Path:

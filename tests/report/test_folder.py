@@ -5,7 +5,10 @@ from __future__ import annotations
 import errno
 import json
 import os
+import signal
+import tempfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 from output_folders import FIRST, MINE, SECOND, held, make, write
@@ -13,6 +16,8 @@ from output_folders import FIRST, MINE, SECOND, held, make, write
 from femprep.errors import DiskFullError, FileError, StageError
 from femprep.report import folder as folder_module
 from femprep.report.folder import MARKER, require_writable, whole_folder
+
+MKDTEMP = tempfile.mkdtemp
 
 
 @pytest.fixture
@@ -206,3 +211,31 @@ def test_disk_without_room_is_refused_before_any_work(tmp_path: Path, monkeypatc
     with pytest.raises(DiskFullError, match="5 kB of room are left") as error:
         require_writable(tmp_path / "out")
     assert error.value.exit_status == 3
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("when", ["asked", "begun"])
+def test_signal_while_a_folder_is_made_leaves_none(
+    number: int, when: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[str] = []
+
+    def made_and_ended(*args: Any, **keywords: Any) -> str:
+        made.append(MKDTEMP(*args, **keywords))
+        if when == "asked" or len(made) == 2:
+            signal.raise_signal(number)
+        return made[-1]
+
+    def end(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(number, end)
+    monkeypatch.setattr(tempfile, "mkdtemp", made_and_ended)
+    try:
+        with pytest.raises(KeyboardInterrupt), whole_folder(tmp_path / "out"):
+            pass
+        assert signal.getsignal(number) is end
+    finally:
+        signal.signal(number, before)
+    assert made
+    assert list(tmp_path.iterdir()) == []
