@@ -100,6 +100,7 @@ def try_instants(folder: Path, instants: int, seed: int) -> Tried:
         raise RuntimeError(f"the first run is not whole: {run.returncode} {said}")
     whole = time.monotonic() - start
     for number in range(instants):
+        there = {out, heart, *out.parent.iterdir(), *heart.parent.iterdir()}  # what the run killed before has left, too
         sent = (signal.SIGKILL, signal.SIGINT)[number % 2]
         run = begin(heart, out, 9.0 - number % 2)
         instant = float(random.uniform(0.0, whole))
@@ -114,9 +115,7 @@ def try_instants(folder: Path, instants: int, seed: int) -> Tried:
             time.sleep(0.1)
         wrong += [f"process {pid}" for pid in living(run.pid)]
         if sent == signal.SIGINT:
-            wrong += [
-                path.name for path in (*out.parent.iterdir(), *heart.parent.iterdir()) if path not in (out, heart)
-            ]
+            wrong += [path.name for path in (*out.parent.iterdir(), *heart.parent.iterdir()) if path not in there]
             wrong += ["a traceback"] * ("Traceback" in said)
         tried.lost += [f"{sent.name} at {instant:.2f} s of {whole:.2f}: {one}" for one in wrong]
     last = begin(heart, out, 8.5)
