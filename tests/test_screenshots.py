@@ -120,11 +120,13 @@ def test_worst_elements_of_a_heart(heart: Any, pictures: Path) -> None:
 
 
 def test_data_of_a_heart(heart: Any, pictures: Path) -> None:
+    assert heart.locator("svg image").count() >= 13  # eleven slices and two cuts along the long axis, on the image
     heart.evaluate("document.body.style.zoom = 0.8")
     taken(heart, pictures / "heart-data.png", "#data", 960)
 
 
 def test_checks_of_a_heart(heart: Any, pictures: Path) -> None:
+    assert "smallest dihedral angle" in heart.locator("body").inner_text()
     taken(heart, pictures / "heart-checks.png", "#checks", 800)
 
 
@@ -143,5 +145,7 @@ def test_page_of_a_sequence(beat: Path, pictures: Path) -> None:
         page.select_option("#cut", "0")
         page.select_option("#colour", label="wall thickness, mm")
         page.locator("#phase").fill("2")
+        assert page.locator("#phase").input_value() == "2"
+        assert "ejection fraction" in page.locator("body").inner_text()
         taken(page, pictures / "sequence-view.png", "h1", 810)
         taken(page, pictures / "sequence-volumes.png", "#volumes", 1080)
