@@ -20,6 +20,7 @@ from femprep.annotation.parting import part_cavities
 from femprep.annotation.reading import Name, NoReading, Opening, Reading
 from femprep.annotation.shell import Shell
 from femprep.annotation.space import Space, flood, reached_far, space_of
+from femprep.annotation.vein_ends import vein_rim
 from femprep.model import FACET_TAGS, BoolArray, FloatArray, IntArray
 
 #: Openings by what they lie between; None is the outside.
@@ -44,14 +45,13 @@ _LUMEN: Final = 0.5
 #: Rounds in which a facet takes the name that most of its neighbours have.
 _ROUNDS: Final = 3
 #: How far the ring around an opening reaches along the surface from where the space is parted, into the cavity and
-#: beyond, mm. The ring of an atrioventricular valve lies on the ventricle's side of the narrowest place, that of a vein
-#: is the end of its wall and what lies around it.
+#: beyond, mm. The ring of an atrioventricular valve lies on the ventricle's side of the narrowest place; the rim of
+#: a vein is told otherwise.
 RINGS: Final = {
     "mitral": (4.0, 0.0),
     "tricuspid": (4.0, 0.0),
     "aortic": (2.0, 2.0),
     "pulmonary": (2.0, 2.0),
-    "veins": (2.0, 4.5),
 }
 #: Where the space is parted this near to an opening belongs to it, mm.
 _BESIDE: Final = 8.0
@@ -240,8 +240,10 @@ def _rings(
         inside = looks == parts.index(opening.cavity) + 1
         apart = shell.pairs[inside[shell.pairs].sum(axis=1) == 1].ravel()
         apart = apart[near.query(shell.centre[apart], distance_upper_bound=_BESIDE)[0] < _BESIDE]
-        within, beyond = RINGS[opening.name]
-        way = shell.along(apart, max(within, beyond))
-        own = way < np.where(inside, within, beyond)
+        if opening.name == "veins":
+            own = vein_rim(shell, inside, apart, patch.normal)
+        else:
+            within, beyond = RINGS[opening.name]
+            own = shell.along(apart, max(within, beyond)) < np.where(inside, within, beyond)
         tag[own] = FACET_TAGS[opening.name]
         given[opening.name] = Name(0.85, "the tissue around an opening between chambers, or of one to the outside")

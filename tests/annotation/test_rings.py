@@ -12,6 +12,7 @@ from femprep.annotation.cavities import _ends
 from femprep.annotation.reading import Name
 from femprep.annotation.region_facets import facets_of_regions
 from femprep.annotation.shell import Shell, shell_of
+from femprep.annotation.vein_ends import vein_rim
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
 
 INNER, OUTER, LENGTH = 14.0, 18.0, 40.0
@@ -93,3 +94,46 @@ def test_the_bare_end_of_a_vessel_is_the_vessels(shell: Shell) -> None:
     alone = np.full(len(shell), FACET_TAGS["epi"], dtype=np.int32)
     _ends(shell, alone, bare, [FACET_TAGS["aorta_wall"]])
     assert (alone == FACET_TAGS["epi"]).all()
+
+
+def rim_of(points: np.ndarray | None = None) -> tuple[Shell, np.ndarray, np.ndarray]:
+    """The tube, its points moved; facets within it, and those of the rim at its upper end."""
+    mesh = tube()
+    still = shell_of(mesh)
+    shell = still if points is None else shell_of(replace(mesh, points=points))
+    inside = within(still) & (np.abs(still.normal[:, 2]) < 0.5)
+    apart = still.pairs[(inside[still.pairs].sum(axis=1) == 1) & (still.centre[still.pairs][..., 2] > 0).all(axis=1)]
+    return shell, inside, vein_rim(shell, inside, apart.ravel(), np.array([0.0, 0.0, 1.0]))
+
+
+def test_the_rim_of_a_vein_cut_flat_lies_along_the_plane_of_the_cut() -> None:
+    shell, inside, rim = rim_of()
+    below = LENGTH / 2 - shell.centre[:, 2]
+    np.testing.assert_array_equal(rim, below < np.where(inside, 3.0, 1.25))
+
+
+def test_the_rim_of_a_vein_cut_crooked_lies_along_the_crest() -> None:
+    points = tube().points
+    turn = np.arctan2(points[:, 1], points[:, 0])
+    bent = points + np.where(points[:, 2] > 0, 2.0 * np.cos(2 * turn), 0.0)[:, None] * [0.0, 0.0, 1.0]
+    shell, inside, rim = rim_of(bent)
+    turn = np.arctan2(shell.centre[:, 1], shell.centre[:, 0])
+    below = LENGTH / 2 + 2.0 * np.cos(2 * turn) - shell.centre[:, 2]
+    # The crest may run along the inner or the outer edge of the cut, which is wider than the rim.
+    assert rim[inside & (below < 1.5)].all()
+    assert not rim[below > 4.0].any()
+    assert below[rim & inside].max() > 2.0
+
+
+def test_the_rim_of_a_valve_of_a_vessel_is_flat() -> None:
+    mesh = tube()
+    shell = shell_of(mesh)
+    inside, z = within(shell), shell.centre[:, 2]
+    mesh = replace(mesh, region=np.where(mesh.region == REGION_TAGS["la"], REGION_TAGS["aorta"], REGION_TAGS["lv"]))
+    tag = np.where(inside, FACET_TAGS["endo_lv"], FACET_TAGS["epi"])
+    tag[inside & (z < -5.0) & (z > -9.0)] = FACET_TAGS["aortic"]
+    mesh = replace(mesh, facets=shell.facets, facet_tag=tag.astype(np.int32))
+    found = facets_of_regions(mesh, shell, {"aorta": Name(1.0, "most of the file's region 3 lie there")}).facet_tag
+    vessel = (mesh.region == REGION_TAGS["aorta"])[shell.element]
+    assert (found[vessel] == FACET_TAGS["aorta_wall"]).all()
+    np.testing.assert_array_equal(found == FACET_TAGS["aortic"], inside & ~vessel & (z > -2.0))
