@@ -119,6 +119,7 @@ _HOMES = {
     "SequenceRun": "femprep.sequence",
     "write_surfaces": "femprep.report.output",
     "add_fibres": "femprep.anatomy",
+    "add_atrial_fibres": "femprep.anatomy",
     "quadrature_fibres": "femprep.anatomy",
     "add_coordinates": "femprep.anatomy",
     "add_pericardium": "femprep.anatomy",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from femprep.anatomy.aha import add_aha, segment_means
+from femprep.anatomy.atria import add_atrial_fibres
 from femprep.anatomy.axes.find_axes import ventricular_axes
 from femprep.anatomy.axes.mirror import flip
 from femprep.anatomy.axes.orientation import orient
@@ -22,6 +23,7 @@ __all__ = [
     "VentricularAxes",
     "WallFields",
     "add_aha",
+    "add_atrial_fibres",
     "add_coordinates",
     "add_fibres",
     "add_pericardium",

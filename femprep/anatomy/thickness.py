@@ -1,12 +1,14 @@
 """VolumeMesh in, thickness of its wall at every element out.
 
 At a point of the wall the thickness is its distance from the nearest surface plus that from the second nearest one, of
-the left endocardium, the right one and the epicardium: across a free wall from endocardium to epicardium, across the
+the chambers' endocardia and the epicardium: across a free wall from endocardium to epicardium, across the
 septum from one endocardium to the other. At the rim of the base and beyond the end of the cavity the nearest points do
 not lie straight across the wall, and the figure is larger than the wall is thick.
 """
 
 from __future__ import annotations
+
+from typing import Final
 
 import numpy as np
 
@@ -15,6 +17,9 @@ from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, VolumeMesh
 from femprep.model.facets import facet_triangles
+
+#: Surfaces that a wall lies between.
+SURFACES: Final = ("endo", "endo_lv", "endo_rv", "endo_la", "endo_ra", "epi")
 
 
 def wall_thickness(mesh: VolumeMesh) -> FloatArray:
@@ -40,7 +45,7 @@ def wall_thickness(mesh: VolumeMesh) -> FloatArray:
     >>> fp.wall_thickness(mesh).shape == (mesh.n_cells,)
     True
     """
-    surfaces = [facet_triangles(mesh, name) for name in ("endo", "endo_lv", "endo_rv", "epi")]
+    surfaces = [facet_triangles(mesh, name) for name in SURFACES]
     surfaces = [triangles for triangles in surfaces if len(triangles)]
     if len(surfaces) < 2:
         have = ", ".join(mesh.facet_names) or "none"

@@ -87,7 +87,7 @@ def annotate(
     _ask([*reading.questions, *questions])
     if options.fibres is not None:
         with stages("anatomy"):
-            mesh = _anatomy(mesh, options)
+            mesh = _anatomy(mesh, options, reading)
     with stages("quality"):
         quality = check(mesh, options=options.check)
     return Annotation(
@@ -246,7 +246,7 @@ def _ask(questions: list[Question]) -> None:
         raise InputError(f"two readings are possible: {words}")
 
 
-def _anatomy(mesh: VolumeMesh, options: AnnotateOptions) -> VolumeMesh:
+def _anatomy(mesh: VolumeMesh, options: AnnotateOptions, reading: Reading) -> VolumeMesh:
     """Coordinates, segments and fibres; where they fail the mesh goes without, which its verdict says."""
     assert options.fibres is not None
     theirs = {name: values for name, values in mesh.cell_data.items() if name in ("fiber", "sheet", "sheet_normal")}
@@ -255,6 +255,6 @@ def _anatomy(mesh: VolumeMesh, options: AnnotateOptions) -> VolumeMesh:
         kept = {f"file_{name}": values for name, values in theirs.items()}
         mesh = replace(mesh, cell_data={k: v for k, v in mesh.cell_data.items() if k not in theirs} | kept)
     try:
-        return with_anatomy(mesh, options.fibres)
+        return with_anatomy(mesh, options.fibres, reading.openings)
     except FemprepError as error:
         return with_verdict(mesh, failures={"fibres": [f"fibres: not made: {error}"]})

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from femprep.anatomy import WallFields, add_aha, add_coordinates, add_fibres, ventricular_axes
+from femprep.anatomy import WallFields, add_aha, add_atrial_fibres, add_coordinates, add_fibres, ventricular_axes
 from femprep.anatomy.part import part_of, spread_over
+from femprep.annotation.reading import Opening
 from femprep.annotation.shell import shell_of
 from femprep.mesh.elements import FACET_CORNERS
 from femprep.mesh.numbering import set_numbers
@@ -22,8 +23,8 @@ from femprep.options import FibreOptions
 _VENTRICLES = ("lv", "rv", "septum")
 
 
-def with_anatomy(mesh: VolumeMesh, options: FibreOptions) -> VolumeMesh:
-    """The mesh with coordinates, segments and fibres on its ventricles."""
+def with_anatomy(mesh: VolumeMesh, options: FibreOptions, openings: Sequence[Opening] = ()) -> VolumeMesh:
+    """The mesh with coordinates, segments and fibres on its ventricles and, where asked for, fibres of its atria."""
 
     def add(part: VolumeMesh) -> VolumeMesh:
         axes = ventricular_axes(part, mirrored=options.mirrored)
@@ -32,7 +33,10 @@ def with_anatomy(mesh: VolumeMesh, options: FibreOptions) -> VolumeMesh:
             part = one(part, axes=axes, fields=fields)
         return add_fibres(part, options, axes=axes, fields=fields)
 
-    return on_ventricles(mesh, add)
+    found = on_ventricles(mesh, add)
+    if options.atria == "none":
+        return found
+    return add_atrial_fibres(found, options.veins, [one.centre for one in openings if one.name == "veins"])
 
 
 def on_ventricles(mesh: VolumeMesh, add: Callable[[VolumeMesh], VolumeMesh]) -> VolumeMesh:

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from femprep.options.base import StageOptions
+
+#: Openings of the atria that a rule for their fibres begins from.
+Vein = Literal[
+    "left_pulmonary", "right_pulmonary", "left_appendage", "superior_cava", "inferior_cava", "right_appendage"
+]
 
 
 class FibreOptions(StageOptions):
@@ -51,3 +56,17 @@ class FibreOptions(StageOptions):
         "auto", description="Whether the heart is a mirror image, whose fibres are mirrored: found, or said."
     )
     nodes: bool = Field(False, description="Fibres at the nodes too, beside those of the elements.")
+    atria: Literal["none", "piersanti"] = Field(
+        "none",
+        description="Fibres of the atria of a whole heart, with open valves and veins, after Piersanti et al. 2021.",
+    )
+    veins: dict[Vein, tuple[tuple[float, float, float], ...]] = Field(
+        default_factory=dict,
+        description="Points near the rims of veins of the atria, mm; told from where the rims lie where not given.",
+    )
+
+    @model_validator(mode="after")
+    def _atria_have_elements(self) -> FibreOptions:
+        if self.atria != "none" and self.nodes:
+            raise ValueError("fibres of the atria are those of elements; give nodes = false with them")
+        return self

@@ -10,6 +10,7 @@ from femprep.anatomy import (
     VentricularAxes,
     WallFields,
     add_aha,
+    add_atrial_fibres,
     add_coordinates,
     add_fibres,
     add_pericardium,
@@ -97,6 +98,8 @@ def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: Options, repo
         mesh = add(mesh, axes=axes, fields=fields)
     report("anatomy", 0.7)
     mesh = add_fibres(mesh, options.fibres, axes=axes, fields=fields)
+    if options.fibres.atria != "none":
+        mesh = add_atrial_fibres(mesh, options.fibres.veins)
     return mesh if options.pericardium is None else add_pericardium(mesh, options.pericardium)
 
 
