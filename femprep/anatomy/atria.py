@@ -143,7 +143,13 @@ def _fibres(part: VolumeMesh, atrium: str, rings: Mapping[Vein, IntArray]) -> tu
     for name, nodes in ((f"endo_{atrium}", endo), ("epi", epi), (valve, at_valve)):
         if not len(nodes):
             raise InputError(f"fibres of the atria: region {atrium!r} has no facets tagged {name!r}; cut its openings")
-    at = {name: own[own >= 0] for name, own in ((key, compact[nodes]) for key, nodes in rings.items())}
+    # A wide rim is held along its middle, so that the fields have a slope across it.
+    edge = np.union1d(endo, epi)
+    at = {}
+    for key, nodes in rings.items():
+        own = compact[nodes][compact[nodes] >= 0]
+        within = np.setdiff1d(own, edge)
+        at[key] = within if len(within) else own
     main = np.bincount(space.piece).argmax()
     matrix = space.stiffness()
 
@@ -155,6 +161,10 @@ def _fibres(part: VolumeMesh, atrium: str, rings: Mapping[Vein, IntArray]) -> tu
         rows = np.flatnonzero(~np.isnan(value))
         return solve(space, matrix, (rows, value[rows]))
 
+    def slope(values: FloatArray) -> FloatArray:
+        # Walls of atria are an element or two thick, where slopes of single elements scatter: those at the nodes do not.
+        return space.to_cells(space.to_nodes(space.gradient(values)))
+
     none = np.empty(0, dtype=np.int64)
     side = at.get(appendage, none)
     depth = field((endo, 0.0), (epi, 1.0))
@@ -164,12 +174,12 @@ def _fibres(part: VolumeMesh, atrium: str, rings: Mapping[Vein, IntArray]) -> tu
                  (at_valve, 1.0))  # fmt: skip
     near, along = space.to_cells(ring), space.to_cells(between)
     kind = np.select([near >= ring_from, along >= high, along <= low], [0, 1, 2], 3)
-    slopes = [space.gradient(values) for values in (ring, between, between, over)]
+    slopes = [slope(values) for values in (ring, between, between, over)]
     stray = space.to_cells((space.piece != main).astype(float)) > 0.5
     centre = space.to_cells(space.points)
     # Elements with all corners on one rim have no slope, nor has a piece that hangs on the rest of the heart alone.
     across, far = _filled(np.choose(kind[:, None], slopes), stray, kind, centre)
-    through, deep = _filled(space.gradient(depth), stray, kind, centre)
+    through, deep = _filled(slope(depth), stray, kind, centre)
     frames, weak = make_frames(across, through)
     frames[:, :, 1] = np.cross(frames[:, :, 0], frames[:, :, 2])
     return frames, np.array(BUNDLES[atrium])[kind], int(np.count_nonzero(weak | far | deep))

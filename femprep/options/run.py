@@ -111,6 +111,17 @@ class Options(StageOptions):
         return self
 
     @model_validator(mode="after")
+    def _atria_are_open(self) -> Options:
+        if self.fibres is not None and self.fibres.atria != "none":
+            if self.anatomy != "whole-heart":
+                raise ValueError(f"fibres of the atria are those of anatomy whole-heart, not {self.anatomy}")
+            if self.wall.openings == "closed" and not self.wall.valves:
+                raise ValueError(
+                    "fibres of the atria begin at open valves and veins; give openings = labels, or valves"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _blood_is_for_tetwild(self) -> Options:
         if self.blood_pool and self.volume.mesher == "sweep":
             raise ValueError("mesher 'sweep' fills the wall alone; blood_pool needs tetwild")

@@ -12,6 +12,7 @@ import femprep as fp
 from femprep.anatomy.atria import BUNDLES
 from femprep.anatomy.veins import name_veins
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
+from femprep.phantoms import four_chambers
 
 INNER, OUTER, STRETCH = 20.0, 22.5, 1.3
 SIDES = {"left_pulmonary": [(10.0, 0.0, 30.0)], "right_pulmonary": [(-10.0, 0.0, 30.0)]}
@@ -109,6 +110,17 @@ def test_veins_that_are_not_told_apart_are_asked_for() -> None:
         fp.add_atrial_fibres(barrel(), {"left_pulmonary": [(10.0, 0.0, 30.0)]})
     with pytest.raises(fp.InputError, match="no atrium"):
         fp.add_atrial_fibres(replace(barrel(), region=np.ones(barrel().n_cells)))
+
+
+def test_options_that_cannot_give_fibres_of_atria_are_refused() -> None:
+    seg = four_chambers().segmentation(spacing=(6.0, 6.0, 6.0))
+    atria = {"atria": "piersanti"}
+    with pytest.raises(fp.OptionError, match="those of anatomy whole-heart, not biv"):
+        fp.mesh_segmentation(seg, anatomy="biv", fibres=atria)
+    with pytest.raises(fp.OptionError, match="openings = labels"):
+        fp.mesh_segmentation(seg, anatomy="whole-heart", fibres=atria)
+    with pytest.raises(fp.OptionError, match="nodes = false"):
+        fp.mesh_segmentation(seg, anatomy="whole-heart", fibres={**atria, "nodes": True})
 
 
 def test_veins_are_named_by_where_they_lie() -> None:

@@ -89,6 +89,12 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, Any], list[str]
         ["Doste et al. 2019", "10.1002/cnm.3185", "from +90 to -25"],
         ["interpolated first"],
     ),
+    "atria": (
+        *({"anatomy": "whole-heart", "wall": {"openings": "labels"}, "fibres": {"atria": "piersanti"}}, {}),
+        {"atria": {}},
+        ["Piersanti et al. 2021", "Fibres of the atria"],
+        ["Doste"],
+    ),
     "lv, tetwild": (
         *({}, {"apex": OPEN_APEX}, {}),
         [

@@ -278,6 +278,16 @@ REFERENCES: Final = MappingProxyType(
             volume="35",
             number="4",
         ),
+        "piersanti2021": _article(
+            "Piersanti et al. 2021",
+            "Piersanti, Roberto and Africa, Pasquale C. and Fedele, Marco and Vergara, Christian and Ded{\\`e}, Luca and "
+            "Corno, Antonio F. and Quarteroni, Alfio",
+            "Modeling Cardiac Muscle Fibers in Ventricular and Atrial Electrophysiology Simulations",
+            "Computer Methods in Applied Mechanics and Engineering",
+            2021,
+            "10.1016/j.cma.2020.113468",
+            volume="373",
+        ),
         "streeter1969": _article(
             "Streeter et al. 1969",
             "Streeter, D. D. and Spotnitz, H. M. and Patel, D. P. and Ross, J. and Sonnenblick, E. H.",

@@ -117,6 +117,11 @@ def fibres(manifest: RunManifest) -> list[str]:
             f"{options.epi_sheet_angle:+g} degrees"
         )
     found = [text + "."]
+    if options.atria == "piersanti" and "atria" in volume:
+        found.append(
+            "Fibres of the atria run across Laplace fields between the openings of their valves and veins "
+            "[@piersanti2021], without the bundles whose landmarks no opening gives."
+        )
     assumed = volume.get("axes", {}).get("info", {}).get("assumed", ())
     if record.get("mirrored"):
         told = "told to be" if options.mirrored == "yes" else "found to be"
