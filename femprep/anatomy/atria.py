@@ -162,7 +162,7 @@ def _fibres(part: VolumeMesh, atrium: str, rings: Mapping[Vein, IntArray]) -> tu
         return solve(space, matrix, (rows, value[rows]))
 
     def slope(values: FloatArray) -> FloatArray:
-        # Walls of atria are an element or two thick, where slopes of single elements scatter: those at the nodes do not.
+        # Walls of atria are an element or two thick, where slopes of single elements scatter: means at nodes do not.
         return space.to_cells(space.to_nodes(space.gradient(values)))
 
     none = np.empty(0, dtype=np.int64)

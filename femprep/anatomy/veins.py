@@ -82,13 +82,13 @@ def _rims(points: FloatArray, triangles: IntArray, centres: Sequence[FloatArray]
     if not len(triangles):
         return []
     if len(centres):
-        number = cKDTree(np.array(centres)).query(points[triangles].mean(axis=1))[1]
+        number = np.asarray(cKDTree(np.array(centres)).query(points[triangles].mean(axis=1))[1], dtype=np.int64)
     else:
         rows = np.repeat(np.arange(len(triangles)), 3)
         size = len(triangles) + len(points)
         ends = (rows, len(triangles) + triangles.ravel())
         graph = coo_array((np.ones(len(rows), dtype=np.int8), ends), shape=(size, size))
-        number = connected_components(graph, directed=False)[1][: len(triangles)]
+        number = connected_components(graph, directed=False)[1][: len(triangles)].astype(np.int64)
     rims = [triangles[number == k] for k in np.unique(number)]
     largest = max(len(rim) for rim in rims)
     return [rim for rim in rims if len(rim) > _SHRED * largest]

@@ -280,8 +280,8 @@ REFERENCES: Final = MappingProxyType(
         ),
         "piersanti2021": _article(
             "Piersanti et al. 2021",
-            "Piersanti, Roberto and Africa, Pasquale C. and Fedele, Marco and Vergara, Christian and Ded{\\`e}, Luca and "
-            "Corno, Antonio F. and Quarteroni, Alfio",
+            "Piersanti, Roberto and Africa, Pasquale C. and Fedele, Marco and Vergara, Christian and Ded{\\`e}, Luca "
+            "and Corno, Antonio F. and Quarteroni, Alfio",
             "Modeling Cardiac Muscle Fibers in Ventricular and Atrial Electrophysiology Simulations",
             "Computer Methods in Applied Mechanics and Engineering",
             2021,
