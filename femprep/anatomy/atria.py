@@ -118,6 +118,10 @@ def add_atrial_fibres(
     record["openings"] = {
         vein: np.round(mesh.points[at].mean(axis=0), 2).tolist() for vein, at in sorted(named.items())
     }
+    untold = [vein for vein in sorted(named) if vein not in (veins or {})]
+    if untold:
+        words = f"openings of the atria were named by where they lie: {', '.join(untold)}"
+        record = noted(record, Notice.of("assumed", words))
     if lost:
         words = "{amount} of the atria, in rims, have no fibre direction of their own: that of the nearest is theirs"
         record = noted(record, Notice.of("assumed", words, amount=lost, unit="elements"))

@@ -35,7 +35,7 @@ def name_veins(
     """Points of the mesh on the rims of each kind of vein.
 
     Pulmonary veins are right ones on the side of the right atrium, the superior cava is the one nearest to them. Of
-    three left ones the one nearest to the right ventricle is the appendage.
+    three left ones the one furthest towards the right ventricle is the appendage; of two, where it alone lies that way.
 
     Raises
     ------
@@ -107,8 +107,11 @@ def _sides(at: list[FloatArray], middle: Mapping[str, FloatArray | None]) -> lis
             raise InputError(f"fibres of the atria: {words}; {_line('left_pulmonary')}")
     kinds: list[Vein] = ["left_pulmonary" if each > 0 else "right_pulmonary" for each in along]
     lefts = [k for k, each in enumerate(along) if each > 0]
-    if len(lefts) > 2 and beyond is not None:
-        kinds[min(lefts, key=lambda k: float(np.linalg.norm(at[k] - beyond)))] = "left_appendage"
+    if len(lefts) > 1 and beyond is not None:
+        ahead = [float((at[k] - left) @ (beyond - left)) for k in lefts]
+        first = int(np.argmax(ahead))
+        if len(lefts) > 2 or (ahead[first] > 0.0 > min(ahead)):
+            kinds[lefts[first]] = "left_appendage"
     return kinds
 
 
