@@ -13,7 +13,6 @@ it well posed.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterable
 from functools import cached_property
 from typing import Final
@@ -32,8 +31,6 @@ from femprep.anatomy.part import refuse_blood
 from femprep.errors import InputError
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FACET_TAGS, FloatArray, IntArray, Progress, VolumeMesh
-
-logger = logging.getLogger(__name__)
 
 #: Conductivity across the gradient lines, relative to that along them, by coordinate. Round the wall no boundary holds
 #: the lines' beginnings together, so there it has to be larger.

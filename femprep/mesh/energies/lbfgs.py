@@ -28,6 +28,8 @@ from femprep.model.products import inner, length
 _MEMORY: Final = 6
 #: Halvings of a step that leads up.
 _HALVINGS: Final = 10
+#: Share of the distortion by which it has to fall in five steps to go on.
+_GAIN: Final = 1e-4
 #: Longest move of the first step, in sides.
 _FIRST: Final = 0.3
 #: Share of the diagonal added to the Laplacian.
@@ -96,7 +98,6 @@ def descend(
     solve: Callable[[FloatArray], FloatArray],
     size: float,
     steps: int,
-    gain: float = 1e-4,
 ) -> tuple[Place, int]:
     """Slide vertices until the distortion falls no more.
 
@@ -114,8 +115,6 @@ def descend(
         What areas count beside shapes.
     steps : int
         At most.
-    gain : float
-        Share of the distortion by which it has to fall in five steps to go on.
 
     Returns
     -------
@@ -162,7 +161,7 @@ def descend(
                 delta, pairs = fresh, []
                 value, gradient = _tangent(ideal, here, size, delta)
                 record = [value]
-        if len(record) > 5 and record[-6] - record[-1] < gain * record[-1]:
+        if len(record) > 5 and record[-6] - record[-1] < _GAIN * record[-1]:
             break
     return here, taken
 

@@ -113,7 +113,6 @@ def place_evenly(
     directions: FloatArray,
     cells: IntArray,
     surface: PatchSurface,
-    start: FloatArray | None = None,
     *,
     chart: Chart | None = None,
     connectivity: Connectivity = "template",
@@ -121,10 +120,10 @@ def place_evenly(
 ) -> Placed:
     """Place a template on a smooth closed surface so that its triangles, or quadrilaterals, are even.
 
-    The surface is mapped to the sphere with little distortion of angles and areas and turned to agree with ``start``;
-    through that map the template is carried to the surface, and there its vertices slide to a minimum of the
-    distortion of its cells. A body much longer than wide, or with a narrow appendage, has no even triangles in the
-    order of a sphere's: there, by choice, edges are flipped as well.
+    The surface is mapped to the sphere with little distortion of angles and areas and turned so that a vertex should
+    lie in its direction as seen from the surface's middle; through that map the template is carried to the surface,
+    and there its vertices slide to a minimum of the distortion of its cells. A body much longer than wide, or with a
+    narrow appendage, has no even triangles in the order of a sphere's: there, by choice, edges are flipped as well.
 
     Parameters
     ----------
@@ -134,9 +133,6 @@ def place_evenly(
         Its triangles or quadrilaterals, wound outward.
     surface : PatchSurface
         The smooth surface, of a ball's topology, wound outward.
-    start : (V, 3) array, optional
-        Where vertices should roughly lie, mm, for example at the ends of harmonic field lines: tells how the template
-        is turned. By default a vertex should lie in its direction as seen from the surface's middle.
     chart : Chart, optional
         A map of the surface to the sphere that is known already, in place of one made here.
     connectivity : str
@@ -157,7 +153,7 @@ def place_evenly(
             f"Euler characteristic {euler_characteristic(surface.triangles)}, not 2"
         )
     goal = Goal(surface, len(cells), curvature)
-    chart = Chart.of(goal, directions, start) if chart is None else chart
+    chart = Chart.of(goal, directions) if chart is None else chart
     slid = slide_evenly(chart.points_at(directions), cells, goal, connectivity)
     if slid.flips:
         directions = _unfolded(chart.directions_at(slid.points), slid)
@@ -183,8 +179,11 @@ class Chart:
     sphere: FloatArray
 
     @classmethod
-    def of(cls, goal: Goal, directions: FloatArray, start: FloatArray | None) -> Chart:
-        """The chart with little distortion of angles and areas, turned to agree with ``start``."""
+    def of(cls, goal: Goal, directions: FloatArray, start: FloatArray | None = None) -> Chart:
+        """The chart with little distortion of angles and areas, turned so that ``start``, mm, lies at ``directions``.
+
+        By default each of its vertices should lie in its direction as seen from the surface's middle.
+        """
         points, cells = coarser(goal.surface.points, goal.surface.triangles, _COARSE)
         density = goal.density[goal.surface.nearest(points)]
         sphere = sphere_map(points, cells, density)

@@ -37,8 +37,6 @@ _SAME: Final = 2e-6
 _SPECK: Final = 0.01
 #: Holes no wider than this, mm, or of three edges are filled.
 TINY: Final = 5.0
-#: Triangles of which so many at most point the wrong way were flipped one by one.
-_FEWEST: Final = 12
 
 
 def mended(surface: Surface) -> Surface:

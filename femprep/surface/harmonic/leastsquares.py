@@ -1,4 +1,4 @@
-"""Basis, directions and values in, coefficients out: weighted, smoothed least squares, a block of rows at a time."""
+"""Basis, directions and values in, coefficients out: smoothed least squares, a block of rows at a time."""
 
 from __future__ import annotations
 
@@ -90,12 +90,11 @@ def fit_spline(
     basis: Basis,
     directions: FloatArray,
     values: FloatArray,
-    weights: FloatArray | None = None,
     smoothing: float = 0.0,
 ) -> tuple[Spline, dict[str, Any]]:
     """Fit a spline on the sphere to values at directions (Eqs. 9 to 11).
 
-    G'WG is gathered from blocks of rows, scaled to a unit diagonal and factorised; its ill-conditioning is made good
+    G'G is gathered from blocks of rows, scaled to a unit diagonal and factorised; its ill-conditioning is made good
     by refining the solution with residuals taken from G itself. Where N x K is large, blocks are computed when needed.
 
     Parameters
@@ -106,10 +105,8 @@ def fit_spline(
         Unit vectors.
     values : (N,) array
         Values to approximate.
-    weights : (N,) array, optional
-        Weight of each squared residual, positive; all 1 by default.
     smoothing : float
-        Weight of the bending energy alpha' S alpha, relative: it is multiplied by trace(G'WG) / trace(S).
+        Weight of the bending energy alpha' S alpha, relative: it is multiplied by trace(G'G) / trace(S).
 
     Returns
     -------
@@ -126,7 +123,6 @@ def fit_spline(
     count, size = len(values), basis.size
     if count == 0 or not (np.all(np.isfinite(values)) and np.all(np.isfinite(directions))):
         raise InputError(f"a spline cannot be fitted to {count} values, some of them not finite")
-    weight = np.ones(count) if weights is None else np.asarray(weights, dtype=np.float64)
     blocks = [slice(first, min(first + BLOCK, count)) for first in range(0, count, BLOCK)]
 
     kept = basis.rows(directions) if count * size <= KEPT else None
@@ -136,8 +132,7 @@ def fit_spline(
 
     gram = np.zeros((size, size))
     for block in blocks:
-        rows = rows_of(block) * np.sqrt(weight[block])[:, None]
-        _add_gram(rows, gram)
+        _add_gram(rows_of(block), gram)
     penalty = basis.penalty
     underdetermined = count < size
     if underdetermined:
@@ -155,13 +150,13 @@ def fit_spline(
         _log.info("normal equations of %d control points are singular; smoothing raised to %g", size - 1, used)
 
     coefficients = np.zeros(size)
-    # Two refinements: the error falls by the condition number of G'WG times the rounding unit each time.
+    # Two refinements: the error falls by the condition number of G'G times the rounding unit each time.
     for _ in range(3):
         slope = -weightless * (penalty * coefficients).sum(axis=1)
         for block in blocks:
             rows = rows_of(block)
             residual = values[block] - (rows * coefficients).sum(axis=1)
-            slope += (rows * (weight[block] * residual)[:, None]).sum(axis=0)
+            slope += (rows * residual[:, None]).sum(axis=0)
         step = slope * scale
         _substitute(upper, step)
         coefficients = coefficients + step * scale

@@ -86,17 +86,17 @@ def summary(epi: Sheet, endos: Sequence[Sheet]) -> dict[str, Any]:
     }
 
 
-def require_nested(epi: Sheet, endo: Sheet, share: float = 0.2) -> None:
+def require_nested(epi: Sheet, endo: Sheet) -> None:
     """Refuse an endocardium that is not, by and large, inside the epicardium.
 
     Raises
     ------
     InputError
-        More than the given share of its vertices lies outside.
+        More than a fifth of its vertices lie outside.
     """
     thickness = measure(epi, endo).endo
     outside = thickness < 0
-    if outside.mean() > share:
+    if outside.mean() > 0.2:
         worst = int(thickness.argmin())
         raise InputError(
             f"surface {endo.name!r} does not lie inside surface {epi.name!r}: "
