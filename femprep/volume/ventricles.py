@@ -13,6 +13,7 @@ from femprep.mesh.elements import FACET_CORNERS, element_faces
 from femprep.mesh.measures.volume_elements import centroids
 from femprep.mesh.numbering import set_numbers
 from femprep.mesh.search.closest import ClosestFinder
+from femprep.mesh.topology import components
 from femprep.model import REGION_TAGS, FloatArray, IntArray, Surface, TagArray, VolumeMesh, is_blood
 from femprep.model.facets import facet_triangles
 
@@ -171,15 +172,10 @@ def _beside(region: TagArray, pairs: IntArray, tags: TagArray) -> IntArray:
 
 def _strays(region: TagArray, pairs: IntArray, tags: TagArray) -> npt.NDArray[np.bool_]:
     """Elements that are cut off from the largest piece of their region."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     same = pairs[region[pairs[:, 0]] == region[pairs[:, 1]]]
-    size = len(region)
-    graph = coo_array((np.ones(len(same), dtype=np.int8), (same[:, 0], same[:, 1])), shape=(size, size))
-    label = connected_components(graph, directed=False)[1]
+    label = components(same[:, 0], same[:, 1], len(region))
     count = np.bincount(label)
-    stray = np.ones(size, dtype=bool)
+    stray = np.ones(len(region), dtype=bool)
     for tag in tags:
         own = np.unique(label[region == tag])
         if len(own):
