@@ -22,7 +22,7 @@ from femprep.mesh.banded import Banded
 from femprep.mesh.energies.distortion import Ideal
 from femprep.mesh.patches import PatchSurface
 from femprep.model import FloatArray, IntArray
-from femprep.model.products import inner, length
+from femprep.model.products import inner, length, unit_vectors
 
 #: Pairs of steps and gradients remembered.
 _MEMORY: Final = 6
@@ -56,7 +56,7 @@ class Domain(Protocol):
 
 def on_sphere(points: FloatArray) -> Place:
     """The unit sphere."""
-    there = points / np.linalg.norm(points, axis=1, keepdims=True)
+    there = unit_vectors(points)
     return Place(there, there, np.broadcast_to(np.eye(3), (len(points), 3, 3)))
 
 

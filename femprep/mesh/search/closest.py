@@ -33,13 +33,20 @@ class Closest:
     triangle : (q,) array
         The triangle it lies in.
     weights : (q, 3) array
-        Its barycentric coordinates there: a value on the vertices is ``(weights * value[triangles[triangle]]).sum(1)``.
+        Its barycentric coordinates there.
+    nodes : (q, 3) array
+        The corners of that triangle.
     """
 
     distance: FloatArray
     points: FloatArray
     triangle: IntArray
     weights: FloatArray
+    nodes: IntArray
+
+    def at(self, values: FloatArray) -> FloatArray:
+        """Values there, of values at the vertices of the surface."""
+        return np.asarray(np.einsum("qi,qi...->q...", self.weights, values[self.nodes]))
 
 
 class ClosestFinder:
@@ -69,8 +76,9 @@ class ClosestFinder:
         """Closest points for queries ``(q, 3)``, mm."""
         q = _check_queries(queries)
         triangle, weights = self._found(q, np.full(len(q), np.inf))
-        foot = np.einsum("qi,qik->qk", weights, self.points[self.triangles[triangle]])
-        return Closest(np.linalg.norm(q - foot, axis=1), foot, triangle, weights)
+        nodes = self.triangles[triangle]
+        foot = np.einsum("qi,qik->qk", weights, self.points[nodes])
+        return Closest(np.linalg.norm(q - foot, axis=1), foot, triangle, weights, nodes)
 
     def any_within(self, queries: npt.ArrayLike, distance: npt.ArrayLike) -> BoolArray:
         """Whether some point of the surface is nearer than a distance, mm, to each of queries ``(q, 3)``.

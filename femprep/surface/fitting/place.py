@@ -10,7 +10,7 @@ import numpy as np
 from femprep.errors import StageError
 from femprep.mesh.energies.distortion import Ideal
 from femprep.mesh.energies.lbfgs import OnPatches, Place, descend, on_sphere, smoother
-from femprep.mesh.measures.triangles import areas, triangle_quality
+from femprep.mesh.measures.triangles import areas, triangle_quality, vertex_sums
 from femprep.mesh.operations.decimation import coarser
 from femprep.mesh.operations.flips import flip_edges
 from femprep.mesh.patches import PatchSurface
@@ -18,7 +18,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import euler_characteristic, is_closed, volume
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import exponential, logarithm
-from femprep.model.products import inner, nearest_orthogonal, product, weighted
+from femprep.model.products import inner, nearest_orthogonal, product, unit_vectors, weighted
 from femprep.surface.fitting.parametrisation import sphere_map
 
 Connectivity = Literal["template", "auto", "free"]
@@ -98,7 +98,7 @@ class Goal:
         self.surface = surface
         bend = surface.bend()
         around = areas(surface.points, surface.triangles)
-        share = np.bincount(surface.triangles.ravel(), weights=np.repeat(around / 3.0, 3), minlength=len(bend))
+        share = vertex_sums(around / 3.0, surface.triangles, len(bend))
         square = np.einsum("nij,nij->n", bend, bend)
         usual = inner(share, square) / float(share.sum())
         self.density: FloatArray = np.asarray(exponential(0.5 * curvature * logarithm(1.0 + square / usual)))
@@ -303,8 +303,7 @@ def sphere_turned(points: FloatArray, cells: IntArray, directions: FloatArray) -
 def _wanted(points: FloatArray, directions: FloatArray, start: FloatArray | None) -> FloatArray:
     """Unit vectors at which points of the surface should lie on the sphere, roughly."""
     if start is None:
-        off = points - points.mean(axis=0)
-        return np.asarray(off / np.linalg.norm(off, axis=1, keepdims=True))
+        return unit_vectors(points - points.mean(axis=0))
     from scipy.spatial import cKDTree
 
     return np.asarray(directions[cKDTree(start).query(points)[1]])
@@ -312,7 +311,7 @@ def _wanted(points: FloatArray, directions: FloatArray, start: FloatArray | None
 
 def _turn(sphere: FloatArray, wanted: FloatArray, weight: FloatArray, cells: IntArray) -> FloatArray:
     """The rotation ``(3, 3)`` after which vectors agree best with those wanted."""
-    share = np.bincount(cells.ravel(), weights=np.repeat(weight, 3), minlength=len(sphere))
+    share = vertex_sums(weight, cells, len(sphere))
     alike = weighted(wanted, share[:, None] * sphere)
     found = nearest_orthogonal(alike)
     if found is not None and np.linalg.det(found) > 0.0:
@@ -324,8 +323,7 @@ def _turn(sphere: FloatArray, wanted: FloatArray, weight: FloatArray, cells: Int
 
 def _carry(queries: FloatArray, one: FloatArray, other: FloatArray, cells: IntArray) -> FloatArray:
     """Points near a mesh carried to the same mesh with its vertices elsewhere: linear within its triangles."""
-    found = ClosestFinder(one, cells)(queries)
-    return np.asarray(np.einsum("qi,qik->qk", found.weights, other[cells[found.triangle]]))
+    return ClosestFinder(one, cells)(queries).at(other)
 
 
 def _unfolded(directions: FloatArray, slid: Slid) -> FloatArray:

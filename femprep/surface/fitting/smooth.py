@@ -16,7 +16,7 @@ from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray, Notice, records, split_quads
-from femprep.model.products import product
+from femprep.model.products import product, unit_vectors
 from femprep.surface.estimate import estimate_surface
 from femprep.surface.estimate.chords import outset
 from femprep.surface.estimate.observations import Evidence
@@ -149,8 +149,7 @@ def _fitted(obj: LabelObject, beginning: Beginning, evidence: Evidence, goal: Te
 
 def _chart(surface: PatchSurface, cells: IntArray, sphere: FloatArray) -> Chart:
     """The map known from the mesh a surface began with, whose triangles were cut at the middles of their sides."""
-    middles = sphere[edge_table(cells).nodes].sum(axis=1)
-    middles /= np.linalg.norm(middles, axis=1, keepdims=True)
+    middles = unit_vectors(sphere[edge_table(cells).nodes].sum(axis=1))
     return Chart(surface.points, surface.triangles, np.concatenate([sphere, middles]))
 
 

@@ -52,7 +52,7 @@ def without_lid(points: FloatArray, cells: IntArray) -> Lidless | None:
         return None
     pairs, angle = fold_angles(points, cells)
     flat = pairs[angle < _FLAT]
-    patch = components(*flat.T, len(cells))
+    patch = components(flat[:, 0], flat[:, 1], len(cells))
     vectors = area_vectors(points, cells)
     area = np.linalg.norm(vectors, axis=1)
     share = np.bincount(patch, area) / area.sum()

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.model import FloatArray, readonly
+from femprep.model.products import unit_vectors
 from femprep.surface.harmonic import kernels
 
 #: Points times charges times steps up to which one thread carries the points: it needs a few milliseconds.
@@ -88,9 +89,7 @@ class Field:
 
     def directions(self, points: npt.ArrayLike) -> FloatArray:
         """Unit vectors ``(n, 3)`` from the centre to points ``(n, 3)`` mm."""
-        unit = self._unit(points)
-        length = np.linalg.norm(unit, axis=1, keepdims=True)
-        return unit / np.where(length > 0.0, length, 1.0)
+        return unit_vectors(self._unit(points))
 
     def flow(
         self, points: npt.ArrayLike, start: npt.ArrayLike, stop: npt.ArrayLike, steps: int, settle: int = 0

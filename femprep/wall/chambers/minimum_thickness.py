@@ -15,6 +15,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, Notice, Surface, noted
 from femprep.model.notice import spot
+from femprep.model.products import unit_vectors
 from femprep.wall.clipping.thickness import spread
 
 logger = logging.getLogger(__name__)
@@ -115,9 +116,7 @@ def _lacking(
 ) -> tuple[FloatArray, FloatArray]:
     """What each vertex lacks to the least distance, mm (at least 0), and which way leads away."""
     signed, near = finder.sided(points)
-    normal = vertex_normals(finder.points, finder.triangles)
-    along = np.einsum("qk,qkc->qc", near.weights, normal[finder.triangles[near.triangle]])
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+    along = unit_vectors(near.at(vertex_normals(finder.points, finder.triangles)))
     lacking = np.maximum(least - signed, 0.0)
     # A vertex of the other surface may come near the middle of a triangle of this one: its corners have to go.
     own, nearest = ClosestFinder(points, surface.triangles).sided(finder.points)

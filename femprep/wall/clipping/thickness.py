@@ -19,7 +19,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray, Notice, noted
 from femprep.model.notice import spot
-from femprep.model.products import product
+from femprep.model.products import product, unit_vectors
 from femprep.wall.clipping.clipped_surface import Sheet
 from femprep.wall.clipping.sampled import SampledMap
 
@@ -58,9 +58,7 @@ def measure(epi: Sheet, endo: Sheet) -> Thickness:
 def _signed(finder: ClosestFinder, sheet: Sheet, where: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
     """Signed distance from an open sheet, positive on its outer side; its normal at the nearest point, and triangle."""
     near = finder(where)
-    normal = vertex_normals(sheet.points, sheet.triangles)[sheet.triangles[near.triangle]]
-    across = np.einsum("qk,qkc->qc", near.weights, normal)
-    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
+    across = unit_vectors(near.at(vertex_normals(sheet.points, sheet.triangles)))
     side = np.einsum("qc,qc->q", where - near.points, across)
     return np.where(side < 0, -near.distance, near.distance), across, near.triangle
 
@@ -184,8 +182,7 @@ def _lacking(epi: Sheet, endo: Sheet, finder: ClosestFinder, limit: float) -> tu
     outside, across, _ = _signed(finder, endo, epi.points)
     own = vertex_normals(epi.points, epi.triangles)
     # Near a rim or a sharp apex the nearest point's normal jumps; the sheet's own normal steadies it.
-    along = across + own * np.maximum(np.einsum("ij,ij->i", across, own), 0.0)[:, None]
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+    along = unit_vectors(across + own * np.maximum(np.einsum("ij,ij->i", across, own), 0.0)[:, None])
     lacking = np.maximum(limit - outside, 0.0)
     # An endocardial vertex may come near the middle of an epicardial triangle: its corners have to go.
     inside, _, nearest = _signed(ClosestFinder(epi.points, epi.triangles), epi, endo.points)
