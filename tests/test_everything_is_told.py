@@ -37,7 +37,7 @@ from femprep.wall.planes.phase_bases import base_moved_with_phases
 PACKAGE = Path(fp.__file__).parent
 GRID = Grid((40, 40, 40), np.ones(3), np.zeros(3), np.eye(3))
 #: Files that warn of what is no part of a mesh, or whose caller tells it, and why.
-FOREIGN = ("vtu", "febio", "opencarp", "lsdyna", "abaqus")
+FOREIGN = ("vtu", "opencarp", "abaqus")
 TOLD_ELSEWHERE = {
     "wall/anatomies.py": "of what it tries next; what it took is told by wall/chambers/envelope.py",
     "surface/harmonic/leastsquares.py": "surface/fit.py tells it",
@@ -50,6 +50,7 @@ TOLD_ELSEWHERE = {
     "export/xdmf/write.py": "export/losses.py tells it",
     "template/store.py": "a template that is made anew is the same",
     "export/foreign.py": "of a foreign mesh that is read: no run",
+    "export/deck/parts.py": "of a foreign mesh that is read: no run",
     **{f"export/{name}/read.py": "of a foreign mesh: no run" for name in FOREIGN},
 }
 
