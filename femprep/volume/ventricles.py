@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.mesh.elements import FACET_CORNERS, element_faces
-from femprep.mesh.measures.volume_elements import centroids
+from femprep.mesh.measures.volume_elements import all_centroids
 from femprep.mesh.numbering import set_numbers
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import components
@@ -56,7 +56,7 @@ def label_ventricles(mesh: VolumeMesh, body: Surface | None = None) -> VolumeMes
     InputError
         Facets are missing.
     """
-    centre = np.concatenate([centroids(mesh.points, block, name) for name, block in mesh.cells.items()])
+    centre = all_centroids(mesh.points, mesh.cells)
     left, right, outer = (_distance(mesh, name, centre) for name in ("endo_lv", "endo_rv", "epi"))
     if body is None:
         choice = np.argmax(np.stack([right, left, outer]), axis=0)
@@ -91,7 +91,7 @@ def label_chambers(mesh: VolumeMesh, body: Surface) -> VolumeMesh:
     InputError
         Facets are missing.
     """
-    centre = np.concatenate([centroids(mesh.points, block, name) for name, block in mesh.cells.items()])
+    centre = all_centroids(mesh.points, mesh.cells)
     right, la, ra, outer = (_distance(mesh, name, centre) for name in ("endo_rv", "endo_la", "endo_ra", "epi"))
     inside = ClosestFinder(body.points, body.triangles).signed(centre) < 0.0
     septum = right < np.minimum(outer, np.minimum(la, ra))

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.anatomy import wall_thickness
-from femprep.mesh.measures.volume_elements import element_volumes
+from femprep.mesh.measures.volume_elements import all_volumes
 from femprep.model import FloatArray, IntArray, VolumeMesh
 from femprep.model.products import unit_vectors
 from femprep.report.pictures.bullseyes import quality_measures
@@ -76,7 +76,7 @@ def shown(mesh: VolumeMesh, most: int = MOST) -> Shown:
     if parent is None:
         return Shown(mesh, whole, whole)
     count = coarse.n_cells
-    volume = np.concatenate([element_volumes(mesh.points, block, name) for name, block in mesh.cells.items()])
+    volume = all_volumes(mesh.points, mesh.cells)
     fields = {
         name: _mean(values, volume, parent, count) if name == "thickness" else _least(values, parent, count)
         for name, values in whole.items()
