@@ -95,7 +95,7 @@ def to_skfem(mesh: VolumeMesh) -> Any:
     own = [block[:, : FACET_CORNERS[kind]] for kind, block in mesh.facets.items()]
     if corners is not None:
         own = [np.searchsorted(corners, block) for block in own]
-    number = first_row(_padded(out.facets.T), np.concatenate([_padded(block) for block in own]))
+    number = first_row(_padded(out.facets.T), np.concatenate([np.empty((0, 4), np.int64), *map(_padded, own)]))
     return out.with_subdomains(
         {name: np.flatnonzero(mesh.region == tag) for name, tag in region_names(mesh).items()}
     ).with_boundaries({name: number[mesh.facet_tag == tag] for name, tag in facet_names(mesh).items()})
