@@ -131,8 +131,8 @@ def add_aha(mesh: VolumeMesh, *, axes: VentricularAxes | None = None, fields: Wa
     return replace(mesh.with_data(cell={"aha": cell}, facet={"aha": on_facets}), info=info)
 
 
-def segment_means(mesh: VolumeMesh, values: npt.ArrayLike) -> FloatArray:
-    """Volume-weighted mean of a value per element in each of the 17 segments.
+def segment_means(mesh: VolumeMesh, values: npt.ArrayLike, *, largest: int = 17) -> FloatArray:
+    """Volume-weighted mean of a value per element in each segment.
 
     Parameters
     ----------
@@ -140,10 +140,12 @@ def segment_means(mesh: VolumeMesh, values: npt.ArrayLike) -> FloatArray:
         With ``cell_data["aha"]``.
     values : (n_cells,) array
         One value per element.
+    largest : int
+        Means of segments 1 to this one.
 
     Returns
     -------
-    (17,) array
+    (largest,) array
         NaN for a segment without elements.
     """
     if "aha" not in mesh.cell_data:
@@ -152,10 +154,10 @@ def segment_means(mesh: VolumeMesh, values: npt.ArrayLike) -> FloatArray:
     if values.shape != (mesh.n_cells,):
         raise InputError(f"values have shape {values.shape}, expected one per element, ({mesh.n_cells},)")
     volume = all_volumes(mesh.points, mesh.cells)
-    segment = np.minimum(mesh.cell_data["aha"], 18)
-    weight = np.bincount(segment, weights=volume, minlength=19)[1:18]
-    total = np.bincount(segment, weights=volume * values, minlength=19)[1:18]
-    mean: FloatArray = np.divide(total, weight, out=np.full(17, np.nan), where=weight > 0)
+    segment = np.minimum(mesh.cell_data["aha"], largest + 1)
+    weight = np.bincount(segment, weights=volume, minlength=largest + 2)[1 : largest + 1]
+    total = np.bincount(segment, weights=volume * values, minlength=largest + 2)[1 : largest + 1]
+    mean: FloatArray = np.divide(total, weight, out=np.full(largest, np.nan), where=weight > 0)
     return mean
 
 

@@ -26,6 +26,11 @@ class Topology:
     tunnels: int
     voids: int
 
+    @property
+    def euler(self) -> int:
+        """Euler characteristic, pieces - tunnels + voids."""
+        return self.pieces - self.tunnels + self.voids
+
 
 def used_box(mask: BoolArray) -> tuple[slice, ...]:
     """The smallest box of an array that holds all voxels of a mask, which must not be empty."""
