@@ -160,6 +160,14 @@ def place_evenly(
     return Placed(**vars(slid), directions=directions)
 
 
+def placed_or_flipped(directions: FloatArray, cells: IntArray, surface: PatchSurface, least: float) -> Placed:
+    """A template placed on a surface, its edges flipped where it is folded or the least Q is below one asked for."""
+    placed = place_evenly(directions, cells, surface)
+    if placed.folded or _least(placed) < least:
+        placed = place_evenly(directions, cells, surface, connectivity="auto")
+    return placed
+
+
 @dataclass(frozen=True, eq=False)
 class Chart:
     """A coarse mesh of a surface with the place of each vertex on the sphere: a map both ways, rough but not folded.

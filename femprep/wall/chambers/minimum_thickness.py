@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,16 +13,15 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.mesh.measures.triangles import vertex_normals
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, Notice, Surface, noted
 from femprep.model.notice import spot
 from femprep.model.products import unit_vectors
-from femprep.wall.clipping.thickness import spread
+from femprep.wall.clipping.thickness import push
 
 logger = logging.getLogger(__name__)
 
-#: Rounds of pushing, and the margin by which each aims beyond the limit.
-_ROUNDS, _MARGIN = 40, 1.05
+#: Margin by which a push aims beyond the limit.
+_MARGIN = 1.05
 
 
 def keep_apart(
@@ -75,17 +75,12 @@ def _give_way(
 ) -> tuple[Surface, dict[str, Any] | None]:
     """Push the vertices of one surface away from another one."""
     finder = ClosestFinder(other.points, other.triangles)
-    edges = edge_table(surface.triangles).nodes
     points = surface.points.copy()
-    lacking, along = _lacking(points, surface, finder, least)
+    lacking, _ = _lacking(points, surface, finder, least)
     if lacking.max() <= 0.0:
         return surface, None
     before, worst = least - float(lacking.max()), points[int(lacking.argmax())].copy()
-    for _ in range(_ROUNDS):
-        lacking, along = _lacking(points, surface, finder, _MARGIN * least)
-        if lacking.max() <= (_MARGIN - 1.0) * least:
-            break
-        points += spread(lacking, edges)[:, None] * along
+    push(points, surface.triangles, least, _MARGIN, partial(_lacking, points, surface, finder))
     moved = float(np.linalg.norm(points - surface.points, axis=1).max())
     reached = least - float(_lacking(points, surface, finder, least)[0].max())
     if reached < 0.9 * least or moved > most:

@@ -7,8 +7,9 @@ changed sides.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -135,12 +136,8 @@ def push_apart(epi: Sheet, endo: Sheet, limit: float, most: float) -> dict[str, 
     worst_epi, worst_endo = int(before.epi.argmin()), int(before.endo.argmin())
     place = epi.points[worst_epi] if before.epi.min() <= before.endo.min() else endo.points[worst_endo]
     finder = ClosestFinder(endo.points, endo.triangles)
-    edges = edge_table(epi.triangles).nodes
-    for _ in range(_ROUNDS):
-        lacking, along = _lacking(epi, endo, finder, _MARGIN * limit)
-        if lacking.max(initial=0.0) <= (_MARGIN - 1.0) * limit:
-            break
-        epi.points += _within_planes(epi, spread(lacking, edges)[:, None] * along)
+    lacking = partial(_lacking, epi, endo, finder)
+    push(epi.points, epi.triangles, limit, _MARGIN, lacking, partial(_within_planes, epi))
     moved = np.linalg.norm(epi.points - start, axis=1)
     reached = measure(epi, endo).least
     if reached < limit - 1e-9 or moved.max() > most:
@@ -191,7 +188,27 @@ def _lacking(epi: Sheet, endo: Sheet, finder: ClosestFinder, limit: float) -> tu
     return lacking, along
 
 
-def spread(push: FloatArray, edges: IntArray) -> FloatArray:
+def push(
+    points: FloatArray,
+    triangles: IntArray,
+    limit: float,
+    margin: float,
+    lacking: Callable[[float], tuple[FloatArray, FloatArray]],
+    held: Callable[[FloatArray], FloatArray] = lambda moves: moves,
+) -> None:
+    """Push vertices in place until they lack no more to a limit, mm, aiming beyond it by a margin.
+
+    ``lacking`` tells what each lacks to a limit and which way leads out; moves are passed through ``held``.
+    """
+    edges = edge_table(triangles).nodes
+    for _ in range(_ROUNDS):
+        short, along = lacking(margin * limit)
+        if short.max(initial=0.0) <= (margin - 1.0) * limit:
+            break
+        points += held(_spread(short, edges)[:, None] * along)
+
+
+def _spread(push: FloatArray, edges: IntArray) -> FloatArray:
     """Let a push fade over the neighbours instead of ending at once; never less than it was."""
     count = np.bincount(edges.ravel(), minlength=len(push))
     result = push.copy()
