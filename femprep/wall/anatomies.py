@@ -201,7 +201,7 @@ def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages:
         enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
         epi = _enclose(enclosed, seg, options, report, repaired)
     clear = _JOINT["biv"] if walled else thickness + _JOINT["assumed"]
-    outlines = _outlines(objects, ("lv", "rv"), ("lv", "rv"), clear)
+    outlines = _outlines(objects, {**fitted, **cavities}, ("lv", "rv"), ("lv", "rv"), clear)
     return Parts(
         objects,
         cavities,
@@ -249,13 +249,17 @@ def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Sta
         body=fitted["lv_epi"],
         openings=layout.openings,
         repaired=repaired,
-        outlines=_outlines(objects, tuple(CHAMBERS), ("lv",), _JOINT["whole-heart"]),
+        outlines=_outlines(objects, {**fitted, **cavities}, tuple(CHAMBERS), ("lv",), _JOINT["whole-heart"]),
         notices=notices,
     )
 
 
 def _outlines(
-    objects: Mapping[str, LabelObject], chambers: tuple[str, ...], walled: tuple[str, ...], clear: float
+    objects: Mapping[str, LabelObject],
+    surfaces: Mapping[str, Surface],
+    chambers: tuple[str, ...],
+    walled: tuple[str, ...],
+    clear: float,
 ) -> tuple[Outline, ...]:
     """What endocardia and the common epicardium ought to follow: this the outline of some labelled bodies.
 
@@ -267,7 +271,7 @@ def _outlines(
     epi = []
     for name in walled:
         if name in bodies:
-            others = tuple(bodies.get(other, objects[other]) for other in chambers if other != name)
+            others = tuple(surfaces.get(f"{other}_epi", surfaces[other]) for other in chambers if other != name)
             epi.append(Outline("epi", bodies[name], others, clear))
     return (*endo, *epi)
 

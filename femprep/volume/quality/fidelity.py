@@ -188,8 +188,7 @@ def _slices(
     """Every slice in which the object has an outline within the planes."""
     margin = _WITHIN * _pixel(outline.obj)
     middles, contours = label_contours(outline.obj)
-    beside = [curve for obj in outline.beside for loops in label_contours(obj)[1] for curve in loops]
-    near = cKDTree(dense(beside, _STEP)) if beside else None
+    near = [ClosestFinder(surface.points, surface.triangles) for surface in outline.beside]
     finder = None
     found = []
     for middle, loops in zip(middles, contours):
@@ -201,8 +200,8 @@ def _slices(
                 middle = Plane(middle.point - _IN_PLANE * plane.normal, middle.normal)
             else:
                 kept = _both(kept, away < -margin)
-        if near is not None:
-            kept = _both(kept, np.asarray(near.query(curve)[0]) > outline.clear)
+        for neighbour in near:
+            kept = _both(kept, neighbour(curve).distance > outline.clear)
         inside = curve if kept is None else curve[kept]
         if not len(inside):
             continue
@@ -213,7 +212,7 @@ def _slices(
             continue
         section = dense(sections, _STEP)
         there = np.asarray(cKDTree(section).query(inside)[0])
-        if near is not None:
+        if near:
             found.append(_Slice(number, inside, there, len(inside), False))
             continue
         back = cKDTree(curve).query(section)[0]
