@@ -124,12 +124,11 @@ def test_a_neighbour_that_rounds_off_below_its_last_slice_is_near_there_too():
     seg = rings()
     mesh = tube(seg, 28.0, -0.5, 5.5)
     body = seg.object("lv", "myo")
-    middle = mesh.points.mean(axis=0)
-    ball = pv.Sphere(radius=10.0, center=middle + [28.0, 0.0, 0.0]).triangulate()
+    tip = mesh.points.mean(axis=0) + [28.0, 0.0, 0.0]
+    ball = pv.Sphere(radius=10.0, center=tip).triangulate()
     neighbour = Surface(np.asarray(ball.points, float), ball.faces.reshape(-1, 4)[:, 1:].astype(np.int64), "rv")
     points = mesh.points.copy()
-    side = points[:, 0] > middle[0] + 24.0
-    points[side, 0] += 5.0
+    points[np.linalg.norm(points - tip, axis=1) < 14.0, 0] += 5.0
     bulged = VolumeMesh(points, mesh.cells, mesh.region, mesh.facets, mesh.facet_tag)
     found = [
         mesh_fidelity(bulged, [Outline("endo", body, beside, 6.0)], seg.grid).records[0].greatest_pixels
