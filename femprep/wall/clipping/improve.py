@@ -17,8 +17,8 @@ from femprep.wall.clipping.clipped_surface import Sheet, reach
 _RINGS, _POOR = 3, 0.5
 #: Share of the way to the middle of the neighbours that one sweep goes.
 _RELAX = 0.6
-#: How far vertices may leave the surface as it was behind, in mean edge lengths: over a sharp edge the vertices that hold
-#: it slide to either side, and triangles cut it off. They, and the ring around them, stay then; tries.
+#: How far vertices may leave the surface as it was behind, in mean edge lengths: those that hold a sharp edge slide to
+#: either side of it, and triangles cut it off. They, and the ring around them, stay then; tries.
 _CUT_OFF, _TRIES = 0.12, 4
 #: An edge flips only where both triangles lie nearly in one plane (cosine of the angle between normals).
 _FLAT = 0.9

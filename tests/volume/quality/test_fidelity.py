@@ -124,7 +124,7 @@ def test_a_neighbour_that_rounds_off_below_its_last_slice_is_near_there_too():
     seg = rings()
     mesh = tube(seg, 28.0, -0.5, 5.5)
     body = seg.object("lv", "myo")
-    tip = mesh.points.mean(axis=0) + [28.0, 0.0, 0.0]
+    tip = mesh.points.mean(axis=0) + np.array([28.0, 0.0, 0.0])
     ball = pv.Sphere(radius=10.0, center=tip).triangulate()
     neighbour = Surface(np.asarray(ball.points, float), ball.faces.reshape(-1, 4)[:, 1:].astype(np.int64), "rv")
     points = mesh.points.copy()
