@@ -173,9 +173,9 @@ def _box_rule(count: int) -> tuple[FloatArray, FloatArray]:
     return points, np.einsum("i,j,k->ijk", w, w, w).ravel()
 
 
-def _simplex_rule(count: int, dimension: int) -> tuple[FloatArray, FloatArray]:
-    """Gauss points of the square or cube collapsed onto the triangle or tetrahedron, exact to degree 2 count - d."""
-    x, w = _line(count)
+def _simplex_rule(dimension: int) -> tuple[FloatArray, FloatArray]:
+    """Gauss points of the square or cube collapsed onto the triangle or tetrahedron, exact to degree 6 - d."""
+    x, w = _line(3)
     t, w = (x + 1) / 2, w / 2
     if dimension == 2:
         u, v = (a.ravel() for a in np.meshgrid(t, t, indexing="ij"))
@@ -191,8 +191,8 @@ def _volume_rule(shape: str) -> tuple[FloatArray, FloatArray]:
     if shape == "hexahedron":
         return _box_rule(3)
     if shape == "tetra":
-        return _simplex_rule(3, 3)
-    triangle, a = _simplex_rule(3, 2)
+        return _simplex_rule(3)
+    triangle, a = _simplex_rule(2)
     x, b = _line(3)
     points = np.concatenate([np.column_stack([triangle, np.full(len(triangle), t)]) for t in x])
     return points, np.einsum("i,j->ij", b, a).ravel()
