@@ -84,7 +84,8 @@ def _rule(kind: str) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     return (
         weight,
         monomials(powers, places) @ coefficients,
-        *(np.swapaxes(np.swapaxes(monomial_slopes(powers, at), 1, 2) @ coefficients, 1, 2) for at in (places, nodes)),
+        _slopes(powers, places, coefficients),
+        _slopes(powers, nodes, coefficients),
     )
 
 
@@ -93,3 +94,8 @@ def _nodes(kind: str) -> FloatArray:
     if len(_POWERS[kind]) == len(corners):
         return corners
     return np.concatenate([corners, (corners + np.roll(corners, -1, axis=0)) / 2])
+
+
+def _slopes(powers: IntArray, places: FloatArray, coefficients: FloatArray) -> FloatArray:
+    """Derivatives ``(q, n, 2)`` of the shape functions along the two reference coordinates."""
+    return np.swapaxes(np.swapaxes(monomial_slopes(powers, places), 1, 2) @ coefficients, 1, 2)
