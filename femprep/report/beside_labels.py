@@ -45,21 +45,14 @@ def volumes_beside_labels(
     walls, beyond = _regions(mesh, None), {} if end is None else _regions(mesh, end)
     if set(walls) == {"lv"}:
         return [*found, beside("wall", walls["lv"], voxels["epi"] - voxels["lv"], beyond.get("lv", 0.0))]
-    left = [_beside_left("lv wall and septum", walls, beyond, voxels)]
+    tissue, extra = (sum(table.get(part, 0.0) for part in ("lv", "septum")) for table in (walls, beyond))
+    left = [beside("lv wall and septum", tissue, voxels["lv_epi"] - voxels["lv"], extra)]
     for name in walls:
         if name in ("lv", "septum"):
             continue
         body = voxels.get(f"{name}_epi")
         left.append(beside(f"{name} wall", walls[name], 0.0 if body is None else body - voxels[name]))
     return [*found, *left]
-
-
-def _beside_left(
-    name: str, walls: Mapping[str, float], beyond: Mapping[str, float], voxels: Mapping[str, float]
-) -> VolumeRecord:
-    parts = ("lv", "septum")
-    tissue, extra = (sum(table.get(part, 0.0) for part in parts) for table in (walls, beyond))
-    return beside(name, tissue, voxels["lv_epi"] - voxels["lv"], extra)
 
 
 def beside(name: str, mesh_mm3: float, voxels_mm3: float, beyond_mm3: float = 0.0) -> VolumeRecord:

@@ -254,9 +254,8 @@ class _Grid:
 
         Nodes outside stand for the point of the wall closest to them.
         """
-        finder = ClosestFinder(wall.points, wall.triangles)
-        closest = finder(self.points)
-        inside = finder.signed(self.points) < 0.0
+        signed, closest = ClosestFinder(wall.points, wall.triangles).sided(self.points)
+        inside = signed < 0.0
         near = inside | (closest.distance <= np.sqrt(3.0) * self._step)
         return inside, near, np.where(inside[:, None], self.points, closest.points)
 

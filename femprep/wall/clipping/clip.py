@@ -14,6 +14,7 @@ from femprep.errors import InputError
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import border_edges, edge_table, loops_of
 from femprep.model import FloatArray, IntArray, Plane, Surface
+from femprep.model.blocks import numbers_among
 from femprep.model.notice import spot
 from femprep.model.products import unit_vectors
 from femprep.wall.clipping.clipped_surface import Sheet, reach
@@ -181,9 +182,7 @@ def _pieces(
 def _compress(sheet: Sheet) -> None:
     """Drop vertices that no triangle uses; vertices in a plane that is no rim any more count as inner ones."""
     used = np.unique(sheet.triangles)
-    number = np.full(len(sheet.points), -1)
-    number[used] = np.arange(len(used))
-    sheet.triangles = number[sheet.triangles]
+    sheet.triangles = numbers_among(used, len(sheet.points))[sheet.triangles]
     for name in ("points", "directions", "template", "on_plane"):
         setattr(sheet, name, getattr(sheet, name)[used])
 
