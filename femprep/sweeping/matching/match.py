@@ -23,6 +23,8 @@ from femprep.mesh.patches import PatchSurface
 from femprep.model import FloatArray, Notice, Plane, Surface, records
 from femprep.options import SweepOptions, choose, takes
 from femprep.surface.fitting.patches import patches_of
+from femprep.sweeping.elements.lay import lay
+from femprep.sweeping.elements.mend import worst_columns
 from femprep.sweeping.matching.axial import Axial
 from femprep.sweeping.matching.cups import Cups
 from femprep.sweeping.matching.matched import MatchedSurfaces
@@ -35,7 +37,7 @@ _log = logging.getLogger(__name__)
 
 #: A layer is at least this share of an edge high: where the wall is thinner, the epicardium is pushed outwards.
 _THIN: Final = 0.1
-#: Where columns have a greater inverse mean ratio than this, surfaces are softened within so many edges of them, so
+#: Where mended columns have a greater inverse mean ratio than this, surfaces are softened within so many edges of them, so
 #: often at most.
 _BENT: Final = 3.0
 _REACH: Final = 3.0
@@ -105,7 +107,12 @@ def match_surfaces(
         if push["vertices"]:
             outside = PatchSurface(points, outside.triangles)
         state, sweeps = cups.match((inside, outside), lambda share: tell("match", 0.3 + 0.7 * share))
-        return _Match((inside, outside), state, sweeps, push)
+        bent = state.worst > _BENT
+        if bent.any():
+            # Whatever no straight lines can fill the mending of the layers may.
+            trial = MatchedSurfaces(levels[-1], *state.places, layers, state.growth, inside, outside, planes)
+            bent = worst_columns(lay(trial, chosen)[0], trial, chosen.element) > _BENT
+        return _Match((inside, outside), state, sweeps, push, bent)
 
     first = last = best = match(patches_of(endo), patches_of(epi))
     for _ in range(_TRIES):
@@ -148,17 +155,16 @@ def match_surfaces(
 
 @dataclass(frozen=True, eq=False)
 class _Match:
-    """Both surfaces, a cup's vertices on them, the sweeps made, and how far the outer surface was pushed for it."""
+    """Both surfaces, a cup's vertices on them, the sweeps made, how far the outer surface was pushed for it.
+
+    And the columns ``(T,)`` that stay so poor, mended, that the surfaces themselves must bend too sharply there.
+    """
 
     surfaces: tuple[PatchSurface, PatchSurface]
     state: Relaxation
     sweeps: list[int]
     push: dict[str, Any]
-
-    @property
-    def bent(self) -> npt.NDArray[np.bool_]:
-        """Columns ``(T,)`` so poor that the surfaces themselves must bend too sharply there."""
-        return self.state.worst > _BENT
+    bent: npt.NDArray[np.bool_]
 
     def softened(self, reach: float, planes: Mapping[str, Plane]) -> list[PatchSurface]:
         """The surfaces, softened within a distance of such columns, mm."""
