@@ -20,7 +20,7 @@ from femprep.sweeping.matching.axial import crossings
 SLACK: Final = 0.2
 #: What a point counts that is passed by one edge more, beside a simplex's cubed inverse mean ratio; where squares of
 #: those count, the larger one.
-STRENGTH: Final = (50.0, 500.0)
+STRENGTH: Final = (500.0, 5000.0)
 
 #: Row starts by vertex, numbers of the points that pull it; of each point its triangle's corners, their shares, where
 #: it lies; slack and strength.
