@@ -10,8 +10,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import product
 from femprep.sweeping.matching.axial import crossings
