@@ -10,6 +10,7 @@ import numpy as np
 from femprep.errors import OptionError, StageError
 from femprep.model import FACET_TAGS, REGION_TAGS, FloatArray, IntArray, VolumeMesh
 from femprep.options import SweepOptions, choose, takes
+from femprep.sweeping.cup.matched import MatchedSurfaces
 from femprep.sweeping.cup.prism_split import checkerboard
 from femprep.sweeping.elements.lay import lay
 from femprep.sweeping.elements.quadratic import quadratic
@@ -22,7 +23,6 @@ from femprep.sweeping.elements.split import (
     wedge_tetrahedra,
 )
 from femprep.sweeping.elements.upright import least_corner
-from femprep.sweeping.matching.matched import MatchedSurfaces
 
 
 @takes(SweepOptions)

@@ -9,8 +9,8 @@ import numpy as np
 from femprep.model import FloatArray
 from femprep.options import SweepOptions
 from femprep.sweeping.cup.layers import graded, layer_depths
+from femprep.sweeping.cup.matched import MatchedSurfaces
 from femprep.sweeping.elements.mend import mend
-from femprep.sweeping.matching.matched import MatchedSurfaces
 
 
 def lay(matched: MatchedSurfaces, options: SweepOptions) -> tuple[FloatArray, FloatArray, dict[str, Any]]:

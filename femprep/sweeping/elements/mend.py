@@ -11,10 +11,10 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.model import FloatArray, IntArray, Notice, records
+from femprep.sweeping.cup.matched import MatchedSurfaces
+from femprep.sweeping.cup.samples import Pulls, Samples, pulls
 from femprep.sweeping.cup.simplices import Simplices, corners, tetrahedra
 from femprep.sweeping.elements.nodes import judge, least_determinant, move_nodes
-from femprep.sweeping.matching.matched import MatchedSurfaces
-from femprep.sweeping.matching.samples import Pulls, Samples, pulls
 
 #: Elements with a greater inverse mean ratio than this are mended.
 _BAD: Final = 2.0

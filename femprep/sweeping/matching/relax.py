@@ -11,8 +11,8 @@ from femprep.mesh.patches import PatchSurface
 from femprep.model import FloatArray, IntArray
 from femprep.sweeping.cup.cup import Cup
 from femprep.sweeping.cup.layers import graded, layer_depths
+from femprep.sweeping.cup.samples import Samples, pulls
 from femprep.sweeping.cup.simplices import Simplices, corners, tetrahedra
-from femprep.sweeping.matching.samples import Samples, pulls
 from femprep.sweeping.matching.vertex_newton import colour, judge, slide
 
 #: A vertex that moves by no more than this share of an edge, as its neighbours, rests.

@@ -14,7 +14,6 @@ from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import product
-from femprep.sweeping.matching.axial import crossings
 
 #: A cell may pass a point of the surface by this share of an edge.
 SLACK: Final = 0.2
@@ -44,7 +43,7 @@ class Samples:
         self.points = np.concatenate([surface.points[inside], *rims])
 
     def missed(self, places: FloatArray, cells: IntArray, edge: float) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Triangles ``(s, 3)``, shares of their corners ``(s, 3)`` and points ``(s, 3)`` that lie beyond half the slack.
+        """Triangles ``(s, 3)``, shares of their corners ``(s, 3)`` and points ``(s, 3)`` passed by half the slack.
 
         Parameters
         ----------
@@ -67,3 +66,13 @@ def pulls(missed: Any, count: int, edge: float, steep: bool) -> Pulls:
     starts = np.searchsorted(corners.ravel()[order], np.arange(count + 1)).astype(np.int64)
     strength = STRENGTH[int(steep)] / (edge * edge)
     return starts, (order // 3).astype(np.int64), np.ascontiguousarray(corners), shares, points, SLACK * edge, strength
+
+
+def crossings(points: FloatArray, triangles: IntArray, height: FloatArray) -> FloatArray:
+    """Points ``(k, 3)`` where edges of a surface cross the level 0 of a value per vertex."""
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    edges = np.unique(np.sort(edges, axis=1), axis=0)
+    edges = edges[(height[edges[:, 0]] > 0.0) != (height[edges[:, 1]] > 0.0)]
+    one, two = height[edges].T
+    share = one / (one - two)
+    return np.asarray(points[edges[:, 0]] + share[:, None] * (points[edges[:, 1]] - points[edges[:, 0]]))
