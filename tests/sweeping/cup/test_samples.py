@@ -19,9 +19,9 @@ EDGE = 5.0
 
 
 def ellipsoid(axes: tuple[float, float, float], name: str, stub: float = 0.0) -> Surface:
-    """An ellipsoid with a stub on its side, as high as this, 6 mm wide half-way up."""
+    """An ellipsoid with a stub on its side, as high as this, 5 mm wide half-way up."""
     template = charge_template(2000)
-    away = np.linalg.norm(template.directions - [np.cos(0.6), 0.0, -np.sin(0.6)], axis=1)
+    away = np.linalg.norm(template.directions - [1.0, 0.0, 0.0], axis=1)
     points = template.directions * (np.asarray(axes) + stub * np.exp(-((away / 0.16) ** 2))[:, None])
     return Surface(points, template.cells, name=name)
 
@@ -32,17 +32,15 @@ def passed_by(matched, endo: Surface) -> float:
     return float(ClosestFinder(matched.inner, matched.cup.cells)(inside).distance.max())
 
 
-@pytest.mark.slow
-def test_cells_follow_a_stub_narrower_than_two_of_them(monkeypatch) -> None:
-    endo, epi = ellipsoid((22.0, 22.0, 42.0), "lv", 9.0), ellipsoid((40.0, 40.0, 58.0), "epi")
+def test_cells_follow_a_stub_as_wide_as_one_of_them(monkeypatch) -> None:
+    endo, epi = ellipsoid((16.0, 16.0, 34.0), "lv", 12.0), ellipsoid((36.0, 36.0, 60.0), "epi")
 
     def passes() -> float:
         return passed_by(match_surfaces(endo=endo, epi=epi, base=BASE, edge_length=EDGE, element="wedge"), endo)
 
-    followed = passes()
+    assert passes() < 0.45 * EDGE
     monkeypatch.setattr(samples, "STRENGTH", (0.0, 0.0))
-    assert passes() > 0.6 * EDGE
-    assert followed < 0.35 * EDGE
+    assert passes() > 1.5 * EDGE
 
 
 def test_nothing_is_missed_by_cells_that_follow() -> None:
@@ -90,6 +88,7 @@ def test_slopes_of_a_pull_are_those_of_its_sum() -> None:
         assert hessian == pytest.approx(bend, rel=1e-4, abs=1e-3)
 
 
+@pytest.mark.data
 @pytest.mark.slow
 def test_a_real_stub_in_the_last_slice_is_followed(data) -> None:
     path = data / "acdc" / "training" / "patient083" / "patient083_frame08_gt.nii.gz"
