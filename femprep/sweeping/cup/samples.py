@@ -16,7 +16,7 @@ from femprep.model import FloatArray, IntArray
 from femprep.model.products import product
 
 #: A cell may pass a point of the surface by this share of an edge.
-SLACK: Final = 0.2
+SLACK: Final = 0.3
 #: What a point counts that is passed by one edge more, beside a simplex's cubed inverse mean ratio; where squares of
 #: those count, the larger one.
 STRENGTH: Final = (500.0, 5000.0)
