@@ -66,9 +66,14 @@ class BoundaryPoints:
         return len(self.points)
 
 
+def faces_to(boundary: BoundaryPoints, grid: Grid) -> FloatArray:
+    """Whether the faces of boundary points look to larger indices of their axis, 1, or to smaller ones, -1: ``(N,)``."""
+    return np.asarray(np.sign(np.einsum("nk,kn->n", boundary.normal, grid.direction[:, boundary.axis])))
+
+
 def face_indices(boundary: BoundaryPoints, grid: Grid) -> FloatArray:
     """Middles of the voxel faces that boundary points belong to, ``(N, 3)`` as fractional indices on their grid."""
-    side = np.sign(np.einsum("nk,kn->n", boundary.normal, grid.direction[:, boundary.axis]))
+    side = faces_to(boundary, grid)
     index = boundary.voxel.astype(np.float64)
     index[np.arange(len(boundary)), boundary.axis] += 0.5 * side
     return index
