@@ -14,7 +14,7 @@ from typing import Any
 
 import femprep as fp
 from femprep.phantoms import lv_ellipsoid
-from femprep.report.picture import draw_picture
+from femprep.report.pictures.mesh_picture import draw_picture
 
 
 def main(out: Path | None = None, edge: float = 2.5, picture: Path | None = None) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import numpy as np
 from femprep.activation.growth import require_growth
 from femprep.anatomy import VentricularAxes, ventricular_axes
 from femprep.anatomy.laplace.fields import require_ventricle
-from femprep.anatomy.tissue_regions import require_tissues
+from femprep.anatomy.tissue.regions import require_tissues
 from femprep.errors import InputError, MissingDependencyError, OptionError
 from femprep.export.abaqus.calculix import require_calculix
 from femprep.export.abaqus.step import require as require_step

@@ -17,12 +17,12 @@ from femprep.model import Progress, noted
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
 from femprep.pipeline import begin, mesh_segmentation
-from femprep.report.folder import whole_folder
+from femprep.report.folder.output_folder import whole_folder
 from femprep.report.manifest import PhaseRecord, RunManifest, SequenceManifest, StageRecord, hashes
 from femprep.report.methods import FILES, sequence_methods
 from femprep.report.output import write_methods, written
+from femprep.report.page.sequence import Phase, sequence_page
 from femprep.report.run import Run
-from femprep.report.sequence_page import Phase, sequence_page
 from femprep.report.volumes import cavity_volume, voxel_volume
 from femprep.sweeping import displacements, template_of
 from femprep.wall import phase_base_offsets

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from femprep.report.folder import MARKER, whole_folder
+from femprep.report.folder.output_folder import MARKER, whole_folder
 from femprep.report.manifest import hashes
 
 #: Files of a run, by what they hold.

@@ -12,9 +12,9 @@ import pytest
 import femprep as fp
 from femprep.cli import main
 from femprep.errors import OptionError
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.measures.volume_elements import element_volumes
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import is_manifold
 from femprep.model import FACET_TAGS
 from femprep.model.facets import facet_triangles

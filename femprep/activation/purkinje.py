@@ -15,7 +15,7 @@ from femprep.activation.growth import grow, require_growth
 from femprep.activation.roots import find_root
 from femprep.anatomy import VentricularAxes, ventricular_axes
 from femprep.errors import InputError
-from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FACET_TAGS, FloatArray, IntArray, PurkinjeNet, VolumeMesh, noted
 from femprep.model.facets import facet_triangles
 from femprep.options import PurkinjeOptions, choose, takes

@@ -16,10 +16,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.anatomy.tissue_regions import WALL_REGION
+from femprep.anatomy.tissue.regions import WALL_REGION
 from femprep.errors import InputError
-from femprep.export.fibres import directions
-from femprep.export.names import facet_nodes
+from femprep.export.deck.fibres import directions
+from femprep.export.deck.names import facet_nodes
 from femprep.mesh.eikonal import first_times
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.operations.element_tets import mesh_tets

@@ -27,8 +27,8 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from femprep.anatomy.axes import BASE_FACETS, VentricularAxes, septum_notices
-from femprep.anatomy.find_axes import facets_of, ventricular_axes
+from femprep.anatomy.axes.find_axes import facets_of, ventricular_axes
+from femprep.anatomy.axes.ventricular_axes import BASE_FACETS, VentricularAxes, septum_notices
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.part import refuse_blood
 from femprep.errors import InputError

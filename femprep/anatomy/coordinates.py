@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from femprep.anatomy.axes import VentricularAxes, septum_notices
+from femprep.anatomy.axes.ventricular_axes import VentricularAxes, septum_notices
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.model import FloatArray, VolumeMesh, noted
 

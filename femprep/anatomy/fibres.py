@@ -38,7 +38,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.anatomy.axes import VentricularAxes, hand_notices
+from femprep.anatomy.axes.ventricular_axes import VentricularAxes, hand_notices
 from femprep.anatomy.frames import make_frames
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.laplace.shapes import quadrature

@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.elements import ELEMENTS
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, VolumeMesh
 from femprep.model.facets import facet_triangles
 

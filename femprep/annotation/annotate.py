@@ -18,7 +18,7 @@ from femprep.annotation.shell import Shell, shell_of
 from femprep.annotation.ventricles import with_anatomy
 from femprep.annotation.ways import WAYS, Way
 from femprep.errors import FemprepError, InputError
-from femprep.export.names import FOREIGN
+from femprep.export.deck.names import FOREIGN
 from femprep.mesh.measures.tetrahedra import tetra_volumes
 from femprep.model import FACET_TAGS, REGION_TAGS, Notice, Plane, Progress, TagArray, VolumeMesh, noted, with_verdict
 from femprep.model.blocks import chosen_rows, nodes_of

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from femprep.annotation.reading import Name, Reading
 from femprep.annotation.shell import Shell
 from femprep.errors import OptionError
-from femprep.export.names import FOREIGN
+from femprep.export.deck.names import FOREIGN
 from femprep.mesh.elements import FACET_CORNERS
 from femprep.mesh.numbering import set_numbers
 from femprep.model import FACET_TAGS, REGION_TAGS, TagArray, VolumeMesh, tag_name

@@ -25,7 +25,7 @@ def mesh_own(
     """Run the main job on surfaces; the exit status is 1 where the quality check fails."""
     from femprep.cli._progress import bars
     from femprep.export import require_formats
-    from femprep.report.folder import require_writable
+    from femprep.report.folder.output_folder import require_writable
 
     require_formats(options.formats)
     require_writable(out, mesh_names(options.formats))
@@ -48,7 +48,7 @@ def mesh_phases(
     """Run the main job on the phases of one heart, files or frames of one; the exit status is 1 where a phase fails."""
     from femprep.cli._progress import bars
     from femprep.export import require_formats
-    from femprep.report.folder import require_writable
+    from femprep.report.folder.output_folder import require_writable
 
     require_formats(options.formats)
     require_writable(out)
@@ -103,7 +103,7 @@ def mesh_file(
     """Run the main job on one file and print its summary; the exit status is 1 where the quality check fails."""
     from femprep.cli._progress import bars
     from femprep.export import require_formats
-    from femprep.report.folder import require_writable
+    from femprep.report.folder.output_folder import require_writable
 
     # What can be wrong without any computing is found before anything else.
     require_formats(options.formats)

@@ -86,7 +86,7 @@ def annotate(
 
     from femprep.cli._progress import bars
     from femprep.export import read_mesh, require_formats
-    from femprep.report.folder import require_writable
+    from femprep.report.folder.output_folder import require_writable
 
     require_formats(options.formats)
     require_writable(out, annotation_names(options.formats))

@@ -28,8 +28,8 @@ def bullseye(
     """
     from femprep.errors import OptionError
     from femprep.export import read_mesh
-    from femprep.report.bullseyes import draw
-    from femprep.report.pages import write_page
+    from femprep.report.page.shared import write_page
+    from femprep.report.pictures.bullseyes import draw
 
     if out.suffix.lower() != ".svg":
         raise OptionError(f"bull's eyes are written as .svg, not {out.suffix or 'without an ending'!r}; name OUT.svg")

@@ -42,7 +42,7 @@ def check(
 
     report = judge(read_mesh(mesh), options=options)
     if html is not None:
-        from femprep.report.quality_page import write_quality_page
+        from femprep.report.page.quality import write_quality_page
 
         write_quality_page(report, html, title=mesh.name)
     if json:

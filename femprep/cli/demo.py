@@ -23,7 +23,7 @@ def demo(
     from femprep.cli._names import mesh_names
     from femprep.options import Options
     from femprep.phantoms import lv_ellipsoid
-    from femprep.report.folder import require_writable
+    from femprep.report.folder.output_folder import require_writable
 
     options = Options(preset="acdc", formats=("abaqus", "dolfinx", "gmsh"))
     require_writable(out, mesh_names(options.formats))

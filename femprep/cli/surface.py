@@ -70,7 +70,7 @@ def surface(
     )
     from femprep.cli._names import surface_names
     from femprep.cli._progress import bars
-    from femprep.report.folder import require_writable
+    from femprep.report.folder.output_folder import require_writable
 
     objects = parse_objects(object, options.labels)
     require_writable(out, surface_names(objects))

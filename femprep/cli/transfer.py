@@ -36,7 +36,7 @@ def transfer(
     from femprep.model.transfer import TransferRecord
     from femprep.report.manifest import file_sha256
     from femprep.report.notices import lines
-    from femprep.report.pages import write_page
+    from femprep.report.page.shared import write_page
 
     one, other = read_mesh(source), read_mesh(target)
     moved = bring(one, other, field, there_and_back=there_and_back)

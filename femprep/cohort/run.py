@@ -22,7 +22,7 @@ from femprep.cohort.table import Table
 from femprep.errors import DiskFullError, OptionError, StageError
 from femprep.model import Progress
 from femprep.options import Options
-from femprep.report.cohort_page import cohort_page
+from femprep.report.page.cohort import cohort_page
 
 #: A subject whose worker is lost before it is even begun is handed out again so often.
 _HANDED_OUT: Final = 5

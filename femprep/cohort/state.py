@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Final
 
 from femprep.errors import FileError, cannot_write
-from femprep.report.swap import alone, held, recover
+from femprep.report.folder.swap import alone, held, recover
 
 STATE: Final = ".cohort"
 _REMEDY: Final = "choose another folder with -o"

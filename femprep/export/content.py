@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from femprep.errors import InputError
-from femprep.export.names import facet_names
+from femprep.export.deck.names import facet_names
 from femprep.export.table import require_formats
 from femprep.model import VolumeMesh, is_blood
 from femprep.options import ExportOptions

@@ -10,8 +10,8 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.export.names import Numbers
-from femprep.export.vtk_xml import record_of
+from femprep.export.deck.names import Numbers
+from femprep.export.vtk.xml import record_of
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, FACET_TYPES
 from femprep.model import VolumeMesh
 from femprep.model.verdict import VERDICT

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from femprep.errors import InputError, MissingDependencyError
-from femprep.export.names import facet_names, region_names
-from femprep.export.polydata import surface_polydata, wall_polydata
+from femprep.export.deck.names import facet_names, region_names
+from femprep.export.vtk.polydata import surface_polydata, wall_polydata
 from femprep.export.vtu.write import unstructured_grid
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import IntArray, Surface, VolumeMesh, Wall, tag_name

@@ -6,8 +6,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.export.names import facet_names
-from femprep.export.vtk_xml import add_arrays, vtk_cells, vtk_points
+from femprep.export.deck.names import facet_names
+from femprep.export.vtk.xml import add_arrays, vtk_cells, vtk_points
 from femprep.model import FloatArray, IntArray, PurkinjeNet, VolumeMesh
 
 #: Formats that hold Purkinje fibres.

@@ -14,11 +14,11 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import FemprepError, FileError, InputError, MissingDependencyError
+from femprep.export.deck.units import UNITS
 from femprep.export.foreign import from_meshio
 from femprep.export.hdf5 import require_hdf5
-from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_in
-from femprep.mesh.entities import refuse_entities
+from femprep.mesh.vtk.entities import refuse_entities
 from femprep.model import VolumeMesh
 from femprep.model.verdict import VERDICT
 

@@ -135,7 +135,7 @@ def write_facets(mesh: VolumeMesh, path: str | Path) -> Path:
     >>> fp.write_facets(mesh, "facets.vtp").name
     'facets.vtp'
     """
-    from femprep.export.polydata import facets_polydata
+    from femprep.export.vtk.polydata import facets_polydata
 
     return _save(facets_polydata(mesh), path)
 
@@ -179,7 +179,7 @@ def write_wall(wall: Wall, path: str | Path) -> Path:
     >>> fp.write_wall(wall, "wall.vtp").name
     'wall.vtp'
     """
-    from femprep.export.polydata import wall_polydata
+    from femprep.export.vtk.polydata import wall_polydata
 
     return _save(wall_polydata(wall), path)
 
@@ -199,13 +199,13 @@ def write_surface(surface: Surface, path: str | Path) -> Path:
     >>> fp.write_surface(endo, "lv.stl").name
     'lv.stl'
     """
-    from femprep.export.polydata import surface_polydata
+    from femprep.export.vtk.polydata import surface_polydata
 
     return _save(surface_polydata(surface), path)
 
 
 def _save(polygons: Any, path: str | Path) -> Path:
-    from femprep.export.vtk_xml import save
+    from femprep.export.vtk.xml import save
 
     path = Path(path).absolute()
     with whole_files(path.parent) as (partial, _):

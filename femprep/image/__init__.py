@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.grid import Grid
-from femprep.image.intensity import IntensityImage, read_image
-from femprep.image.masks import read_masks
 from femprep.image.object import LabelObject, make_object
-from femprep.image.reader import read_frames, read_segmentation, write_segmentation
+from femprep.image.reading.intensity import IntensityImage, read_image
+from femprep.image.reading.masks import read_masks
+from femprep.image.reading.reader import read_frames, read_segmentation, write_segmentation
 from femprep.image.resample import isotropic
 from femprep.image.segmentation import Segmentation
 from femprep.image.shifts import SliceShifts, align_slices, estimate_shifts

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError, OptionError
 from femprep.image.grid import Grid
-from femprep.image.intensity import IntensityImage, read_image
+from femprep.image.reading.intensity import IntensityImage, read_image
 from femprep.image.segmentation import Segmentation
 from femprep.image.shifts import scanned_places
 from femprep.model import FloatArray, Notice, noted

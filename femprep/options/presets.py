@@ -13,7 +13,7 @@ PRESETS: dict[str, dict[str, tuple[int, ...]]] = {
     "totalsegmentator": {"myo": (1,), "la": (2,), "lv": (3,), "ra": (4,), "rv": (5,)},
     # MM-WHS challenge (Zhuang et al. 2019, doi:10.1016/j.media.2019.101537).
     "mmwhs": {"lv": (500,), "myo": (205,), "rv": (600,), "la": (420,), "ra": (550,)},
-    # Segments of a .seg.nrrd by their usual names: femprep/image/segments.py.
+    # Segments of a .seg.nrrd by their usual names: femprep/image/reading/segments.py.
     "slicer": {},
     "rodero": {
         "lv": (1,),

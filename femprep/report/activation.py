@@ -1,6 +1,7 @@
 """A mesh with times of activation in, a picture of the map with the Purkinje fibres out, drawn in a child process.
 
-VTK ends the whole process where it finds no way to render, so it is kept out of ours, as in ``femprep.report.picture``.
+VTK ends the whole process where it finds no way to render, so it is kept out of ours, as in
+:mod:`femprep.report.pictures.mesh_picture`.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 
 from femprep.errors import InputError, cannot_write
 from femprep.model import VolumeMesh
-from femprep.report.picture import TIME_LIMIT
+from femprep.report.pictures.mesh_picture import TIME_LIMIT
 
 logger = logging.getLogger(__name__)
 

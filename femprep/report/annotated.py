@@ -13,8 +13,7 @@ from femprep.errors import FemprepError
 from femprep.export import write_facets, write_format, write_mesh, write_surface
 from femprep.export.losses import losses
 from femprep.model import Notice, Progress, noted, verdict_of
-from femprep.report.bullseyes import report_bulls_eyes
-from femprep.report.folder import whole_folder
+from femprep.report.folder.output_folder import whole_folder
 from femprep.report.manifest import (
     AnnotationManifest,
     AttemptRecord,
@@ -26,8 +25,9 @@ from femprep.report.manifest import (
     plain,
 )
 from femprep.report.notices import lines
-from femprep.report.page import table
-from femprep.report.quality_page import write_quality_page
+from femprep.report.page.quality import write_quality_page
+from femprep.report.page.subject import table
+from femprep.report.pictures.bullseyes import report_bulls_eyes
 from femprep.wall import cavity_surface
 
 

@@ -15,11 +15,7 @@ from femprep.export.losses import losses
 from femprep.image import IntensityImage, Segmentation
 from femprep.model import Notice, Progress, noted, verdict_of
 from femprep.report.beside_labels import beside
-from femprep.report.bullseyes import report_bulls_eyes, thickness_of_segments
-from femprep.report.colours import colour
-from femprep.report.data_pictures import DataPictures, data_pictures, image_notices, image_record, under_labels
-from femprep.report.fidelity_tables import fidelity_tables, given_table
-from femprep.report.folder import whole_folder
+from femprep.report.folder.output_folder import whole_folder
 from femprep.report.manifest import (
     InputRecord,
     RunManifest,
@@ -32,12 +28,16 @@ from femprep.report.manifest import (
 )
 from femprep.report.methods import FILES, Words, methods
 from femprep.report.notices import lines
-from femprep.report.page import report_page
-from femprep.report.picture import end_painter, finish_picture, start_painter, start_picture
-from femprep.report.quality_page import quality_charts
+from femprep.report.page.fidelity_tables import fidelity_tables, given_table
+from femprep.report.page.quality import quality_charts
+from femprep.report.page.subject import report_page
+from femprep.report.pictures.bullseyes import report_bulls_eyes, thickness_of_segments
+from femprep.report.pictures.colours import colour
+from femprep.report.pictures.data_pictures import DataPictures, data_pictures, image_notices, image_record, under_labels
+from femprep.report.pictures.mesh_picture import end_painter, finish_picture, start_painter, start_picture
+from femprep.report.pictures.scene import scene
+from femprep.report.pictures.shown import Shown, shown
 from femprep.report.run import Run, Surfaces
-from femprep.report.scene import scene
-from femprep.report.shown import Shown, shown
 from femprep.report.volumes import voxel_volume
 from femprep.wall import cavity_surface
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from femprep.errors import FileError, InputError
 from femprep.mesh.topology import is_closed, is_consistently_wound
-from femprep.mesh.vtk_reading import load
+from femprep.mesh.vtk.reading import load
 from femprep.model import FloatArray, IntArray, Surface
 
 _VTK = (".vtp", ".vtk")

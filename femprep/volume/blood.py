@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from femprep.errors import StageError
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.elements import boundary_faces, element_faces
 from femprep.mesh.measures.volume_elements import centroids, element_volumes
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import edge_table, euler_characteristic, pieces, volume
 from femprep.model import (
     FACET_TAGS,

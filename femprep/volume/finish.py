@@ -10,7 +10,7 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.mesh.measures.volume_elements import element_measures, element_volumes
-from femprep.mesh.tree import curve_order
+from femprep.mesh.search.tree import curve_order
 from femprep.model import FloatArray, IntArray, Progress, TagArray, VolumeMesh, endo_tags, tag_name
 from femprep.options import VolumeOptions
 from femprep.volume.blood import Filling, TaggedFacets, check_cavities, find_facets

@@ -17,8 +17,8 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from femprep.errors import FileError, InputError
-from femprep.mesh.closest import ClosestFinder
-from femprep.mesh.vtk_reading import load
+from femprep.mesh.search.closest import ClosestFinder
+from femprep.mesh.vtk.reading import load
 from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
 from femprep.volume.refine.plan import Thickness

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import StageError
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.triangles import areas, normals
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import edge_table, pieces
 from femprep.model import FACET_TAGS, BoolArray, FloatArray, IntArray, TagArray, Wall, tag_name
 

@@ -9,9 +9,9 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import InputError, OptionError, ResourceError
-from femprep.mesh.closest import ClosestFinder
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import areas, edge_lengths
+from femprep.mesh.search.closest import ClosestFinder
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table, pieces, pinched_vertices, volume
 from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions

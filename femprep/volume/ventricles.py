@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.elements import FACET_CORNERS, element_faces
 from femprep.mesh.measures.volume_elements import centroids
 from femprep.mesh.numbering import set_numbers
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import REGION_TAGS, FloatArray, IntArray, Surface, TagArray, VolumeMesh, is_blood
 from femprep.model.facets import facet_triangles
 

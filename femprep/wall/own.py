@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import is_closed, volume
 from femprep.model import FloatArray, Notice, Plane, Surface
 from femprep.model.notice import spot

@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 import femprep as fp
 from femprep.activation import growth
 from femprep.errors import MissingDependencyError
-from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FACET_TAGS, PurkinjeNet
 from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.facets import facet_triangles

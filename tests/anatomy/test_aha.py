@@ -9,9 +9,9 @@ import pytest
 from anatomy_meshes import clipped_ellipsoid, ellipsoid
 
 from femprep.anatomy.aha import SEGMENTS, add_aha, segment_means
-from femprep.anatomy.axes import VentricularAxes
+from femprep.anatomy.axes.mirror import flip
+from femprep.anatomy.axes.ventricular_axes import VentricularAxes
 from femprep.anatomy.bullseye import bulls_eye
-from femprep.anatomy.mirror import flip
 from femprep.errors import InputError
 
 # The septum is turned by 15 degrees so that no element face lies on the border of two segments.

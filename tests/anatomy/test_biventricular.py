@@ -13,13 +13,13 @@ from biventricular import LV_EPI, RV_EPI, biventricular, level
 from fibre_sites import at_cells
 
 from femprep.anatomy.aha import add_aha
-from femprep.anatomy.axes import VentricularAxes
+from femprep.anatomy.axes.find_axes import ventricular_axes
+from femprep.anatomy.axes.mirror import flip
+from femprep.anatomy.axes.ventricular_axes import VentricularAxes
 from femprep.anatomy.coordinates import add_coordinates
 from femprep.anatomy.fibres import add_fibres, helix_angle, quadrature_fibres
-from femprep.anatomy.find_axes import ventricular_axes
 from femprep.anatomy.frames import make_frames
 from femprep.anatomy.laplace.fields import WallFields
-from femprep.anatomy.mirror import flip
 from femprep.anatomy.rules import node_fields
 from femprep.mesh.elements import element_faces
 

@@ -11,7 +11,7 @@ from anatomy_meshes import clipped_ellipsoid, ellipsoid, slab
 from biventricular import biventricular
 
 from femprep.anatomy import add_aha, bulls_eye_svg, wall_thickness
-from femprep.anatomy.axes import VentricularAxes
+from femprep.anatomy.axes.ventricular_axes import VentricularAxes
 from femprep.errors import InputError
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import VolumeMesh

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from anatomy_meshes import ellipsoid, grown, slab
 
-from femprep.anatomy.axes import VentricularAxes
+from femprep.anatomy.axes.find_axes import ventricular_axes
+from femprep.anatomy.axes.mirror import flip
+from femprep.anatomy.axes.ventricular_axes import VentricularAxes
 from femprep.anatomy.coordinates import add_coordinates
-from femprep.anatomy.find_axes import ventricular_axes
 from femprep.anatomy.laplace.fields import WallFields
-from femprep.anatomy.mirror import flip
 from femprep.errors import InputError
 from femprep.model import FACET_TAGS
 

@@ -12,11 +12,11 @@ from fibre_sites import at_cells
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from femprep.anatomy.axes import VentricularAxes
+from femprep.anatomy.axes.mirror import flip
+from femprep.anatomy.axes.ventricular_axes import VentricularAxes
 from femprep.anatomy.fibres import add_fibres, default_points, helix_angle, quadrature_fibres
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.laplace.shapes import shape_functions
-from femprep.anatomy.mirror import flip
 from femprep.anatomy.rules import node_fields
 from femprep.errors import InputError, OptionError
 from femprep.options import FibreOptions

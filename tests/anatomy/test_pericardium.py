@@ -7,7 +7,7 @@ import pytest
 from meshes import APEX_HEIGHT, BASE_HEIGHT, truncated_ellipsoid
 
 import femprep as fp
-from femprep.export.names import facet_nodes
+from femprep.export.deck.names import facet_nodes
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.measures.triangles import areas
 from femprep.model import FACET_TAGS

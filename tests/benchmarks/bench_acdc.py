@@ -67,8 +67,8 @@ OBJECTS = {"lv": ("lv",), "epi": ("lv", "myo"), "heart": ("lv", "myo"), "rv": ("
 def one_surface(job: tuple[str, str, str, str, tuple[str, ...]]) -> dict[str, Any]:
     """Fit the LV cavity, LV + myocardium and the RV cavity of one map, or some of them; measure them."""
     import femprep as fp
-    from femprep.mesh.intersection import self_intersections
     from femprep.mesh.measures.triangles import triangle_quality
+    from femprep.mesh.search.intersection import self_intersections
     from femprep.report.notices import lines
     from femprep.surface import label_distance, surface_quality
 

@@ -24,7 +24,7 @@ import numpy as np
 from femprep.anatomy import VentricularAxes, orient, ventricular_axes
 from femprep.errors import FemprepError
 from femprep.image import read_segmentation
-from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, Surface
 from femprep.surface import fit_surface
 

@@ -18,7 +18,7 @@ import numpy as np
 from rows import keep, shown
 
 import femprep as fp
-from femprep.anatomy.correspondence import correspond
+from femprep.anatomy.transfer.correspondence import correspond
 from femprep.model import FloatArray
 
 

@@ -103,7 +103,7 @@ def test_an_image_that_grows_beyond_its_header(tmp_path: Path, capsys: pytest.Ca
 def test_an_image_larger_than_the_memory(tmp_path: Path, monkeypatch, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "large.nrrd"
     fp.write_segmentation(lv_ellipsoid().segmentation((3.0, 3.0, 10.0)), path)
-    monkeypatch.setattr("femprep.image.native.memory", lambda: 10_000)
+    monkeypatch.setattr("femprep.image.reading.native.memory", lambda: 10_000)
     assert main(["mesh", str(path), "-o", str(tmp_path / "out"), "--preset", "acdc"]) == 2
     said = capsys.readouterr().err
     assert "voxels need about" in said
@@ -134,8 +134,8 @@ def test_images_that_unpack_to_gigabytes(
     zeros = sitk.GetImageFromArray(np.zeros((side, side, side), dtype=np.uint8))
     sitk.WriteImage(zeros, str(path), useCompression=True)
     assert path.stat().st_size < side**3 / 900
-    monkeypatch.setattr("femprep.image.files.memory", lambda: side**3 - 1)
-    monkeypatch.setattr("femprep.image.files._decompresses", None)  # nothing is unpacked
+    monkeypatch.setattr("femprep.image.reading.files.memory", lambda: side**3 - 1)
+    monkeypatch.setattr("femprep.image.reading.files._decompresses", None)  # nothing is unpacked
     assert main(["mesh", str(path), "-o", str(tmp_path / "out"), "--preset", "acdc"]) == 2
     assert "of memory; crop or resample" in capsys.readouterr().err
     data = path.read_bytes()

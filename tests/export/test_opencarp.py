@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from femprep.anatomy import add_coordinates
 from femprep.export import read_mesh, write_mesh
-from femprep.export.names import facet_nodes, region_nodes
+from femprep.export.deck.names import facet_nodes, region_nodes
 from femprep.export.opencarp.uvc import OUTSIDE
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
 

@@ -14,7 +14,7 @@ from meshes import mixed, truncated_ellipsoid, with_fibres
 
 from femprep.errors import InputError
 from femprep.export import write_mesh
-from femprep.export.names import facet_nodes
+from femprep.export.deck.names import facet_nodes
 from femprep.mesh.elements import ELEMENTS, match_facets
 from femprep.model import REGION_TAGS, VolumeMesh
 

@@ -11,8 +11,8 @@ from meshes import truncated_ellipsoid, with_fibres
 
 import femprep as fp
 from femprep.export import FORMATS, read_mesh, write_mesh
+from femprep.export.deck.names import facet_nodes
 from femprep.export.losses import losses
-from femprep.export.names import facet_nodes
 from femprep.export.purkinje import HOLDS
 from femprep.model import FACET_TAGS, PurkinjeNet
 

@@ -11,10 +11,10 @@ from meshes import APEX_HEIGHT, BASE_HEIGHT, truncated_ellipsoid, with_fibres
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 import femprep as fp
-from femprep.export.vtk_xml import arrays_of
+from femprep.export.vtk.xml import arrays_of
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.topology import is_closed, is_consistently_wound, volume
-from femprep.mesh.vtk_reading import load
+from femprep.mesh.vtk.reading import load
 from femprep.model import FACET_TAGS
 from femprep.model.facets import facet_triangles
 

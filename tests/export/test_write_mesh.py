@@ -10,8 +10,8 @@ from meshes import truncated_ellipsoid
 
 from femprep.errors import FileError, InputError, OptionError
 from femprep.export import FORMATS, read_mesh, require_formats, write_format, write_mesh
+from femprep.export.deck.names import facet_names, region_names
 from femprep.export.files import whole_files
-from femprep.export.names import facet_names, region_names
 
 
 def test_unknown_format_names_the_known_ones(tmp_path: Path) -> None:

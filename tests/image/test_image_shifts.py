@@ -18,7 +18,7 @@ from femprep.image import (
     isotropic,
     write_segmentation,
 )
-from femprep.image.reader import read_segmentation
+from femprep.image.reading.reader import read_segmentation
 from femprep.phantoms import biventricular, lv_ellipsoid, rv_bent
 from femprep.surface.measure.sections import label_contours
 

@@ -13,7 +13,7 @@ from femprep.mesh.compiled import compiled
 _TWO_AT_ONCE = """
 import threading
 import numpy as np
-from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.search.closest import ClosestFinder
 points = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
 finder = ClosestFinder(points, np.array([(0, 1, 2)]))
 queries = np.random.default_rng(0).random((20000, 3))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from femprep.report.slices import plane_cut
+from femprep.report.pictures.slices import plane_cut
 from femprep.report.volumes import enclosed_volume
 
 

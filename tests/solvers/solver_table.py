@@ -25,7 +25,7 @@ from solver_tools import calculix_large, calculix_results, pressure_loads, run_c
 
 from femprep.errors import InputError
 from femprep.export import write_mesh
-from femprep.export.names import facet_nodes
+from femprep.export.deck.names import facet_nodes
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FACET_TAGS, VolumeMesh
 

@@ -11,7 +11,7 @@ from meshes import mixed, truncated_ellipsoid
 from solver_tools import calculix_results, pressure_loads, run_calculix
 
 from femprep.export import write_mesh
-from femprep.export.names import facet_nodes
+from femprep.export.deck.names import facet_nodes
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FACET_TAGS, VolumeMesh
 

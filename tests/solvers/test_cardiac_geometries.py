@@ -18,7 +18,7 @@ from meshes import truncated_ellipsoid, with_fibres
 from solver_tools import SYSTEM_PYTHON
 
 from femprep.export import write_format
-from femprep.export.split import to_tetrahedra
+from femprep.export.deck.split import to_tetrahedra
 from femprep.model import VolumeMesh
 
 SCRIPT = Path(__file__).parents[2] / "examples" / "cardiac_geometries_fibres.py"

@@ -16,7 +16,7 @@ from meshes import mixed, truncated_ellipsoid, with_fibres
 from solver_tools import calculix_large, pressure_loads
 
 from femprep.export import write_mesh
-from femprep.export.names import facet_nodes
+from femprep.export.deck.names import facet_nodes
 from femprep.model import FACET_TAGS, VolumeMesh
 
 pytestmark = pytest.mark.solver

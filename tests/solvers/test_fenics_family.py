@@ -13,7 +13,7 @@ from meshes import mixed, truncated_ellipsoid, with_fibres
 from solver_tools import calculix_results, require_system_module, run_calculix, run_system_python
 
 from femprep.export import write_mesh
-from femprep.export.split import to_tetrahedra
+from femprep.export.deck.split import to_tetrahedra
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
 

@@ -11,7 +11,7 @@ import pytest
 from meshes import mixed, truncated_ellipsoid, with_fibres
 
 from femprep.export import write_mesh
-from femprep.export.names import facet_nodes
+from femprep.export.deck.names import facet_nodes
 from femprep.export.opencarp.write import CARP_TYPES
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.measures.volume_elements import element_volumes

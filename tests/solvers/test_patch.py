@@ -14,7 +14,7 @@ from solver_tools import calculix_results, pressure_loads, run_calculix
 from wall_shapes import ellipsoids, plane_z
 
 from femprep.export import write_mesh
-from femprep.export.names import facet_nodes
+from femprep.export.deck.names import facet_nodes
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FACET_TAGS, VolumeMesh
 from femprep.volume import tetrahedralize

@@ -10,7 +10,7 @@ from solver_tools import calculix_results, pressure_loads, run_calculix
 
 from femprep import add_fibres, mesh_segmentation, read_segmentation
 from femprep.export import read_mesh, write_format, write_mesh
-from femprep.export.names import facet_nodes
+from femprep.export.deck.names import facet_nodes
 from femprep.model import FACET_TAGS, VolumeMesh
 
 pytestmark = [pytest.mark.data, pytest.mark.solver, pytest.mark.slow]

@@ -20,7 +20,7 @@ from solver_tools import (
 
 import femprep as fp
 from femprep.export.abaqus.calculix import inflate
-from femprep.export.names import facet_nodes
+from femprep.export.deck.names import facet_nodes
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FACET_TAGS
 

@@ -20,8 +20,8 @@ from femprep.errors import InputError, OptionError, ResourceError
 from femprep.image import LabelObject, boundary_points, read_segmentation
 from femprep.image.grid import Grid
 from femprep.image.object import make_object
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import is_closed, is_consistently_wound
 from femprep.surface import label_distance
 from femprep.surface.fit import TABLE_1, fit_surface, required_memory

@@ -7,8 +7,8 @@ import pytest
 from faults import faults
 
 from femprep.image import Segmentation, read_segmentation
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import is_manifold
 from femprep.model import FACET_TAGS, Plane
 from femprep.surface import fit_surface

@@ -21,10 +21,10 @@ from typing import Final
 import numpy as np
 import scipy.sparse as sp
 
-from femprep.anatomy.axes import BASE_FACETS, VentricularAxes
-from femprep.anatomy.find_axes import ventricular_axes
+from femprep.anatomy.axes.find_axes import ventricular_axes
+from femprep.anatomy.axes.insertions import with_insertions
+from femprep.anatomy.axes.ventricular_axes import BASE_FACETS, VentricularAxes
 from femprep.anatomy.frames import normalise
-from femprep.anatomy.insertions import with_insertions
 from femprep.anatomy.laplace.dirichlet import solve
 from femprep.anatomy.laplace.fem import LinearElements
 from femprep.anatomy.laplace.multilevel import Solved, solve_coarsest, solve_nested

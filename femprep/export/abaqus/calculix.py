@@ -21,8 +21,8 @@ from femprep.errors import DiskFullError, MissingDependencyError
 from femprep.export.abaqus.loads import pressure_loads
 from femprep.export.abaqus.step import endocardium
 from femprep.export.abaqus.write import write
-from femprep.export.names import facet_names, facet_nodes
-from femprep.export.springs import pericardial_springs
+from femprep.export.deck.names import facet_names, facet_nodes
+from femprep.export.deck.springs import pericardial_springs
 from femprep.mesh.topology import closed_by_fans, volume
 from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
 from femprep.model.blocks import chosen_rows

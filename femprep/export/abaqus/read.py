@@ -10,8 +10,8 @@ import numpy as np
 
 from femprep.errors import FileError, InputError
 from femprep.export.abaqus.deck import KINDS, Deck, parse
-from femprep.export.names import Numbers
-from femprep.export.units import UNITS
+from femprep.export.deck.names import Numbers
+from femprep.export.deck.units import UNITS
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.model import IntArray, VolumeMesh
 

@@ -12,9 +12,9 @@ from typing import Final
 
 import numpy as np
 
-from femprep.export.springs import pericardial_springs
-from femprep.export.text import rows
-from femprep.export.units import UNITS
+from femprep.export.deck.springs import pericardial_springs
+from femprep.export.deck.text import rows
+from femprep.export.deck.units import UNITS
 from femprep.model import VolumeMesh
 from femprep.options import ExportOptions
 

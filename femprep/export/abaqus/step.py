@@ -8,11 +8,11 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.export.content import Content
-from femprep.export.fibres import directions, orthotropic
-from femprep.export.material import shear_and_bulk
-from femprep.export.names import facet_names
-from femprep.export.text import lines
-from femprep.export.units import UNITS, Units
+from femprep.export.deck.fibres import directions, orthotropic
+from femprep.export.deck.material import shear_and_bulk
+from femprep.export.deck.names import facet_names
+from femprep.export.deck.text import lines
+from femprep.export.deck.units import UNITS, Units
 from femprep.model import VolumeMesh
 from femprep.options import ExportOptions
 

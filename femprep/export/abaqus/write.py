@@ -11,11 +11,11 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.export.abaqus.springs import springs
 from femprep.export.abaqus.step import orientation, step
-from femprep.export.fibres import segments
-from femprep.export.names import facet_names, facet_nodes, region_names, region_nodes
-from femprep.export.springs import RING, ring_nodes
-from femprep.export.text import lines, rows, wrapped
-from femprep.export.units import UNITS
+from femprep.export.deck.fibres import segments
+from femprep.export.deck.names import facet_names, facet_nodes, region_names, region_nodes
+from femprep.export.deck.springs import RING, ring_nodes
+from femprep.export.deck.text import lines, rows, wrapped
+from femprep.export.deck.units import UNITS
 from femprep.export.verdict import verdict_comments
 from femprep.mesh.elements import match_facets
 from femprep.model import IntArray, VolumeMesh

@@ -12,9 +12,9 @@ from xml.etree import ElementTree
 import numpy as np
 
 from femprep.errors import FileError, InputError
+from femprep.export.deck.parts import Parts
+from femprep.export.deck.units import UNITS
 from femprep.export.febio.write import FEBIO_FACETS, FEBIO_TYPES
-from femprep.export.parts import Parts
-from femprep.export.units import UNITS
 from femprep.model import FloatArray, IntArray, VolumeMesh
 
 log = logging.getLogger(__name__)

@@ -10,12 +10,12 @@ from typing import Final
 import numpy as np
 
 from femprep.export.abaqus.step import endocardium
-from femprep.export.fibres import directions, orthotropic, segments
-from femprep.export.material import shear_and_bulk
-from femprep.export.names import facet_names, facet_nodes, region_names
-from femprep.export.springs import RING, ring_nodes
-from femprep.export.text import wrapped
-from femprep.export.units import UNITS, Units
+from femprep.export.deck.fibres import directions, orthotropic, segments
+from femprep.export.deck.material import shear_and_bulk
+from femprep.export.deck.names import facet_names, facet_nodes, region_names
+from femprep.export.deck.springs import RING, ring_nodes
+from femprep.export.deck.text import wrapped
+from femprep.export.deck.units import UNITS, Units
 from femprep.export.verdict import verdict_lines
 from femprep.model import IntArray, VolumeMesh
 from femprep.model.blocks import block_rows, chosen_rows

@@ -9,9 +9,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.export.names import facet_names, region_names
-from femprep.export.text import lines
-from femprep.export.units import UNITS
+from femprep.export.deck.names import facet_names, region_names
+from femprep.export.deck.text import lines
+from femprep.export.deck.units import UNITS
 from femprep.export.verdict import verdict_lines
 from femprep.model import IntArray, VolumeMesh
 from femprep.model.blocks import block_rows

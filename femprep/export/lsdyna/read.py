@@ -12,10 +12,10 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FileError, InputError
+from femprep.export.deck.parts import Parts, with_mid_side_nodes
+from femprep.export.deck.units import UNITS
 from femprep.export.lsdyna.write import PLACES
-from femprep.export.parts import Parts, with_mid_side_nodes
 from femprep.export.purkinje import PURKINJE
-from femprep.export.units import UNITS
 from femprep.model import IntArray, PurkinjeNet, VolumeMesh
 
 log = logging.getLogger(__name__)

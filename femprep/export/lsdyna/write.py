@@ -10,11 +10,11 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.export.content import Content
-from femprep.export.fibres import directions, segments
-from femprep.export.names import facet_names, facet_nodes, region_names
+from femprep.export.deck.fibres import directions, segments
+from femprep.export.deck.names import facet_names, facet_nodes, region_names
+from femprep.export.deck.text import number
+from femprep.export.deck.units import UNITS
 from femprep.export.purkinje import PURKINJE, trees
-from femprep.export.text import number
-from femprep.export.units import UNITS
 from femprep.export.verdict import verdict_comments
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import IntArray, PurkinjeNet, VolumeMesh

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from femprep.errors import FileError
+from femprep.export.deck.units import UNITS
 from femprep.export.foreign import from_meshio
 from femprep.export.med.write import _VERDICT, MED_ORDER
-from femprep.export.units import UNITS
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import IntArray, VolumeMesh
 from femprep.model.verdict import VERDICT

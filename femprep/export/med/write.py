@@ -11,9 +11,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.export.fibres import segments
-from femprep.export.names import facet_names, facet_nodes, region_names
-from femprep.export.units import UNITS, Units
+from femprep.export.deck.fibres import segments
+from femprep.export.deck.names import facet_names, facet_nodes, region_names
+from femprep.export.deck.units import UNITS, Units
 from femprep.model import IntArray, VolumeMesh, verdict_of
 from femprep.options import ExportOptions
 

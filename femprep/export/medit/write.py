@@ -8,11 +8,11 @@ from typing import Final
 
 import numpy as np
 
-from femprep.export.fibres import directions
-from femprep.export.names import facet_names, region_names
-from femprep.export.split import linear
-from femprep.export.text import lines
-from femprep.export.units import UNITS
+from femprep.export.deck.fibres import directions
+from femprep.export.deck.names import facet_names, region_names
+from femprep.export.deck.split import linear
+from femprep.export.deck.text import lines
+from femprep.export.deck.units import UNITS
 from femprep.export.verdict import verdict_comments
 from femprep.model import VolumeMesh
 from femprep.model.blocks import block_rows

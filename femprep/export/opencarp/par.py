@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.export.names import facet_names, region_names
+from femprep.export.deck.names import facet_names, region_names
 from femprep.export.purkinje import PURKINJE
 from femprep.model import IntArray, PurkinjeNet, VolumeMesh, endo_tags, is_blood
 

@@ -10,9 +10,9 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FileError
+from femprep.export.deck.parts import Parts
 from femprep.export.opencarp.binary import read_directions, read_elements, read_points
 from femprep.export.opencarp.write import CARP_FACETS, CARP_TYPES, INWARD, MICROMETRES, NO_FIBRE
-from femprep.export.parts import Parts
 from femprep.export.purkinje import PURKINJE
 from femprep.model import IntArray, PurkinjeNet, VolumeMesh, is_blood
 

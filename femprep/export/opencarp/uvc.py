@@ -25,7 +25,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from femprep.export.names import facet_nodes, region_nodes
+from femprep.export.deck.names import facet_nodes, region_nodes
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh, is_blood
 
 #: A number that no coordinate has.

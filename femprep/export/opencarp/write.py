@@ -9,15 +9,15 @@ from typing import Final
 
 import numpy as np
 
-from femprep.export.fibres import directions
-from femprep.export.names import facet_names, facet_nodes, region_names
+from femprep.export.deck.fibres import directions
+from femprep.export.deck.names import facet_names, facet_nodes, region_names
+from femprep.export.deck.split import linear
+from femprep.export.deck.springs import RING, ring_nodes
+from femprep.export.deck.text import lines, rows
 from femprep.export.opencarp.binary import write_directions, write_elements, write_points
 from femprep.export.opencarp.par import parameters, waves
 from femprep.export.opencarp.uvc import universal
 from femprep.export.purkinje import PURKINJE, directions_of
-from femprep.export.split import linear
-from femprep.export.springs import RING, ring_nodes
-from femprep.export.text import lines, rows
 from femprep.mesh.elements import FACET_CORNERS
 from femprep.model import FloatArray, IntArray, PurkinjeNet, TagArray, VolumeMesh, is_blood
 from femprep.model.blocks import block_rows, chosen_rows

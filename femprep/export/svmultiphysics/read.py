@@ -9,12 +9,12 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FileError
+from femprep.export.deck.names import Numbers
 from femprep.export.foreign import from_meshio
-from femprep.export.names import Numbers
-from femprep.export.vtk_xml import arrays_of
+from femprep.export.vtk.xml import arrays_of
 from femprep.export.vtu.read import read_foreign
 from femprep.mesh.elements import FACET_TYPES
-from femprep.mesh.vtk_reading import load
+from femprep.mesh.vtk.reading import load
 from femprep.model import IntArray, VolumeMesh
 
 #: The file that makes a folder such a mesh.

@@ -13,8 +13,8 @@ from femprep.errors import InputError
 from femprep.export.abaqus.step import endocardium
 from femprep.export.abaqus.step import require as require_step
 from femprep.export.content import Content
-from femprep.export.names import facet_names
-from femprep.export.units import UNITS
+from femprep.export.deck.names import facet_names
+from femprep.export.deck.units import UNITS
 from femprep.model import VolumeMesh
 from femprep.options import ExportOptions
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from femprep.export.fibres import directions
-from femprep.export.names import facet_names
-from femprep.export.polydata import polydata
-from femprep.export.springs import per_millimetre
+from femprep.export.deck.fibres import directions
+from femprep.export.deck.names import facet_names
+from femprep.export.deck.springs import per_millimetre
+from femprep.export.deck.units import UNITS
 from femprep.export.svmultiphysics.step import PERICARDIUM, write_step
-from femprep.export.units import UNITS
-from femprep.export.vtk_xml import add_arrays, add_record, save
+from femprep.export.vtk.polydata import polydata
+from femprep.export.vtk.xml import add_arrays, add_record, save
 from femprep.export.vtu.write import bare_grid
 from femprep.mesh.elements import match_facets
 from femprep.mesh.measures.triangles import normals

@@ -9,12 +9,12 @@ import numpy as np
 
 from femprep.errors import FileError
 from femprep.export.foreign import Block, ForeignMesh
-from femprep.export.polydata import planes_from
 from femprep.export.purkinje import purkinje_from
-from femprep.export.vtk_xml import arrays_of, record_of
+from femprep.export.vtk.polydata import planes_from
+from femprep.export.vtk.xml import arrays_of, record_of
 from femprep.export.vtu.write import FACET_DATA, FACETS, VTK_TYPES
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
-from femprep.mesh.vtk_reading import load
+from femprep.mesh.vtk.reading import load
 from femprep.model import FloatArray, IntArray, VolumeMesh
 
 log = logging.getLogger(__name__)

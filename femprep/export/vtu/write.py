@@ -9,10 +9,10 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.export.names import facet_names, region_names
-from femprep.export.polydata import planes_record
+from femprep.export.deck.names import facet_names, region_names
 from femprep.export.purkinje import purkinje_fields
-from femprep.export.vtk_xml import add_arrays, add_record, save, vtk_cells, vtk_points
+from femprep.export.vtk.polydata import planes_record
+from femprep.export.vtk.xml import add_arrays, add_record, save, vtk_cells, vtk_points
 from femprep.model import VolumeMesh
 from femprep.options import ExportOptions
 

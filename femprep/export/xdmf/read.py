@@ -11,8 +11,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from femprep.errors import FileError
-from femprep.export.names import Numbers
-from femprep.export.units import UNITS
+from femprep.export.deck.names import Numbers
+from femprep.export.deck.units import UNITS
 from femprep.export.xdmf.write import CELL_TAGS, FACET_TAGS, MESH, TOPOLOGY
 from femprep.model import VolumeMesh
 from femprep.model.verdict import VERDICT

@@ -13,10 +13,10 @@ from xml.etree import ElementTree
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.export.fibres import directions
-from femprep.export.names import facet_names, region_names
-from femprep.export.split import linear, to_tetrahedra
-from femprep.export.units import UNITS
+from femprep.export.deck.fibres import directions
+from femprep.export.deck.names import facet_names, region_names
+from femprep.export.deck.split import linear, to_tetrahedra
+from femprep.export.deck.units import UNITS
 from femprep.model import VolumeMesh, verdict_of
 from femprep.model.verdict import VERDICT
 from femprep.options import ExportOptions

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.mesh.intersection import self_intersections
+from femprep.mesh.search.intersection import self_intersections
 from femprep.model import FloatArray, IntArray
 
 #: Tries, each by this share of the one before around what crosses, then by nothing there, and rings of vertices that

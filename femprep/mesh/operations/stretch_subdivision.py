@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray, SphereMap
 

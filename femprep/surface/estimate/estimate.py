@@ -9,13 +9,13 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from femprep.mesh.banded import Banded
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.curvature import Curvature
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.operations.midpoint_subdivision import quartered
 from femprep.mesh.operations.step_back import apart
 from femprep.mesh.operations.tangential_smoothing import spread
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.search.closest import ClosestFinder
+from femprep.mesh.search.intersection import self_intersections
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import exponential, logarithm
 from femprep.model.products import inner

@@ -8,9 +8,9 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.image.object import LabelObject
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import volume
 from femprep.model import FloatArray, IntArray, Surface, split_quads
 from femprep.surface.fitting.place import Chart, Connectivity, Placed, place_evenly

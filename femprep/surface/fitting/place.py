@@ -8,13 +8,13 @@ from typing import Final, Literal
 import numpy as np
 
 from femprep.errors import StageError
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.energies.distortion import Ideal
 from femprep.mesh.energies.lbfgs import OnPatches, Place, descend, on_sphere, smoother
 from femprep.mesh.measures.triangles import areas, triangle_quality
 from femprep.mesh.operations.decimation import coarser
 from femprep.mesh.operations.flips import flip_edges
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import euler_characteristic, is_closed, volume
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import exponential, logarithm

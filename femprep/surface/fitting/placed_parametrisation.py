@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import product
 

@@ -6,11 +6,11 @@ from typing import Final
 
 import numpy as np
 
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.operations.collapse import collapsed
 from femprep.mesh.operations.midpoint_subdivision import quartered
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.search.intersection import self_intersections
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import product
 from femprep.surface.fitting.place import Goal, Placed, Slid, slide_evenly, sphere_turned

@@ -10,10 +10,10 @@ from femprep.errors import StageError
 from femprep.image.boundary import BoundaryPoints
 from femprep.image.canonical_frame import AtRest
 from femprep.image.object import LabelObject
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.operations.step_back import apart
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray, Notice, records, split_quads
 from femprep.model.products import product

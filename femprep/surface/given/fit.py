@@ -9,13 +9,13 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from femprep.errors import OptionError, StageError
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.triangles import areas, triangle_quality, vertex_normals
 from femprep.mesh.operations.collapse import collapsed
 from femprep.mesh.operations.decimation import coarser
 from femprep.mesh.operations.midpoint_subdivision import quartered
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.sampling import sample_surface
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import is_closed
 from femprep.model import FloatArray, IntArray, Notice, Surface, records, split_quads
 from femprep.options import SurfaceOptions

@@ -14,8 +14,8 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import cKDTree
 
 from femprep.errors import InputError
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import areas
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import (
     EdgeTable,
     border_edges,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import area_vectors
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import volume
 from femprep.model import FloatArray, IntArray
 from femprep.surface.harmonic.field import Field

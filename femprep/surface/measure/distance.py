@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from femprep.errors import InputError
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.triangles import normals
 from femprep.mesh.sampling import sample_surface
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import BoolArray, FloatArray, Plane, Surface
 from femprep.model.record import Record
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field
 
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import (
     angles,
     areas,
@@ -15,6 +14,7 @@ from femprep.mesh.measures.triangles import (
     scaled_jacobian,
     triangle_quality,
 )
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import (
     euler_characteristic,
     fold_angles,

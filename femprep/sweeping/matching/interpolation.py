@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from femprep.errors import StageError
-from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray
 from femprep.model.functions import exponential
 from femprep.model.products import length

@@ -18,8 +18,8 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, Notice, Plane, Surface, records
 from femprep.options import SweepOptions, choose, takes
 from femprep.surface.fitting.patches import patches_of

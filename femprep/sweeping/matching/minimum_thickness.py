@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.triangles import vertex_normals
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, IntArray, Plane, Surface
 from femprep.model.products import product
 

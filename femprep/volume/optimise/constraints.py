@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.triangles import normals
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.tangents import tangents
 from femprep.mesh.topology import edge_table
 from femprep.model import FACET_TAGS, BoolArray, FloatArray, IntArray, Plane, TagArray, Wall

@@ -14,8 +14,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from femprep.image import Grid, LabelObject
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.plane_sections import plane_sections
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import BoolArray, FloatArray, IntArray, Plane, Surface, VolumeMesh
 from femprep.model.facets import facet_triangles
 from femprep.model.fidelity import FidelityRecord, SliceFidelity

@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.sampling import sample_surface
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import Surface, VolumeMesh
 from femprep.model.distance import SurfaceFidelity
 from femprep.model.facets import facet_triangles

@@ -18,9 +18,9 @@ import numpy.typing as npt
 from femprep.errors import InputError, StageError
 from femprep.image.grid import Grid
 from femprep.image.object import PADDING, LabelObject, make_object
-from femprep.mesh.closest import ClosestFinder
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import normals, vertex_normals
+from femprep.mesh.search.closest import ClosestFinder
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table, neighbour_mean
 from femprep.model import FloatArray, Notice, Surface, noted
 from femprep.model.notice import spot

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FACET_TAGS, FloatArray, Notice, Plane, Wall, noted
 from femprep.model.functions import sine_cosine
 from femprep.model.notice import spot

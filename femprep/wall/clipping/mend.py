@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from femprep.mesh.closest import ClosestFinder
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.search.closest import ClosestFinder
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table, fold_angles, neighbour_mean
 from femprep.model import BoolArray, Notice, noted
 from femprep.wall.clipping.clipped_surface import Sheet

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.triangles import vertex_normals
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray, Notice, noted
 from femprep.model.notice import spot

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from femprep.errors import InputError, StageError
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table, is_consistently_wound, pieces, pinched_vertices
 from femprep.model import FloatArray, Surface, Wall, tag_name
 from femprep.model.notice import spot

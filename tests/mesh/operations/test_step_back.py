@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.operations.step_back import apart
+from femprep.mesh.search.intersection import self_intersections
 from femprep.template import charge_template
 
 BALL = charge_template(1000)

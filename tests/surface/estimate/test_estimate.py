@@ -10,8 +10,8 @@ import pytest
 import trimesh
 
 from femprep.image import Grid, LabelObject, make_object
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.curvature import Curvature
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import volume
 from femprep.model import Surface
 from femprep.phantoms import Phantom, atrium, lv_ellipsoid, rv_bent

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from femprep.errors import StageError
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import areas, scaled_jacobian, triangle_quality
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import volume
 from femprep.model import FloatArray
 from femprep.surface.fitting.place import place_evenly

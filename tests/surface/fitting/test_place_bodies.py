@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from surface_shapes import BALL, body
 
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import is_manifold, volume
 from femprep.surface.fitting.place import place_evenly
 from femprep.template import charge_template

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.operations.collapse import collapsed
 from femprep.mesh.operations.midpoint_subdivision import quartered
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.polygons import isosurface
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import is_manifold, volume
 from femprep.surface.fitting.place import place_evenly
 from femprep.surface.fitting.remeshing import even_mesh, redraw

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from surface_shapes import BALL, body
 
 from femprep.image import Grid, LabelObject, make_object
-from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import volume
 from femprep.report.notices import lines
 from femprep.surface import fit_surface, surface_quality

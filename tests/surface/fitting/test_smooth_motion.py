@@ -13,7 +13,7 @@ from test_smooth_bodies import BODIES, sampled
 
 from femprep.anatomy import orient
 from femprep.image import Grid, LabelObject, Segmentation, make_object
-from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import volume
 from femprep.model import FloatArray, Surface
 from femprep.phantoms import biventricular

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from femprep.image import read_segmentation
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.operations.stretch_subdivision import Resolved
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import is_manifold, volume
 from femprep.surface.fit import fit_surface
 from femprep.surface.harmonic.even import even_out

@@ -9,7 +9,7 @@ import pytest
 
 from femprep.errors import StageError
 from femprep.image import read_segmentation
-from femprep.mesh.intersection import self_intersections
+from femprep.mesh.search.intersection import self_intersections
 from femprep.report.notices import lines
 from femprep.surface.fit import fit_surface
 from femprep.surface.harmonic.field import Field

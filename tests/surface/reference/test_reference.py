@@ -8,7 +8,7 @@ from surface_shapes import ball_object, sphere
 
 from femprep.errors import MissingDependencyError
 from femprep.image import boundary_points
-from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.surface.measure.distance import surface_distance
 from femprep.surface.measure.quality import surface_quality
 from femprep.surface.reference import METHODS, marching_cubes, remeshed, slice_interpolation

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from analytic_walls import ellipsoid_wall
 
-from femprep.mesh.closest import ClosestFinder
 from femprep.mesh.measures.volume_elements import element_measures
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FACET_TAGS, Plane, Wall
 from femprep.volume.optimise import POOR, REGULAR_SINE, optimise, tet_quality
 from femprep.volume.optimise.constraints import constrain

@@ -10,7 +10,7 @@ from wall_shapes import Ellipsoid, template_surface
 
 from femprep.errors import InputError
 from femprep.image import Grid
-from femprep.mesh.closest import ClosestFinder
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.options import WallOptions
 from femprep.surface.fitting.outlined import outline_surface
 from femprep.wall import Envelope, Part, thin_wall

@@ -7,8 +7,8 @@ import pytest
 from wall_shapes import Ellipsoid, template_surface
 
 from femprep.errors import InputError
-from femprep.mesh.closest import ClosestFinder
-from femprep.mesh.intersection import self_intersections
+from femprep.mesh.search.closest import ClosestFinder
+from femprep.mesh.search.intersection import self_intersections
 from femprep.wall import keep_apart
 
 

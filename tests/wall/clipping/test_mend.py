@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 from wall_shapes import Ellipsoid, plane_z, template_surface
 
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import fold_angles
 from femprep.model import Surface
 from femprep.wall.clipping.clip import clip

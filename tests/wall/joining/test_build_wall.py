@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from wall_shapes import Ellipsoid, cap_volume, ellipsoids, plane_z, template_surface, turned
 
 from femprep.errors import InputError, OptionError, StageError
-from femprep.mesh.intersection import self_intersections
 from femprep.mesh.measures.triangles import areas, triangle_quality
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import is_consistently_wound, is_manifold, pieces, volume
 from femprep.model import FACET_TAGS, Plane, Surface, Wall
 from femprep.options import WallOptions

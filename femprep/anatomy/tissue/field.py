@@ -1,0 +1,80 @@
+"""A mesh and a label map in; for any point of the mesh's wall, how far inside each label it lies, out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from femprep.anatomy.tissue.slice_maps import SliceMaps, voxels_in, wall_locator
+from femprep.anatomy.tissue.wall_slices import Feet, WallSlices
+from femprep.anatomy.wall_parts import WallPart, wall_parts
+from femprep.errors import InputError
+from femprep.image.segmentation import Segmentation
+from femprep.mesh.search.locate import Locator
+from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh, is_blood
+from femprep.model.blocks import chosen_rows
+
+
+class TissueField:
+    """Labels of an image along the wall of a mesh.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+        With ventricular coordinates.
+    image : Segmentation
+        Its structures are the tissues; ``healthy``, where it is one, the rest of the wall: other voxels then tell
+        nothing.
+    names : sequence of str
+        The tissues, in the order of the scores' columns.
+
+    Raises
+    ------
+    InputError
+        The image and the wall do not meet, or coordinates are missing.
+    """
+
+    def __init__(self, mesh: VolumeMesh, image: Segmentation, names: Sequence[str]) -> None:
+        self.mesh, self.image, self.grid = mesh, image, image.grid
+        self.parts: list[WallPart] = wall_parts(mesh)
+        tissue = chosen_rows(mesh.cells, ~is_blood(mesh.region))
+        self.locator: Locator = wall_locator(VolumeMesh(mesh.points, tissue, mesh.region[~is_blood(mesh.region)]))
+        self.labels = np.zeros(image.labels.shape, dtype=np.uint8)
+        for number, name in enumerate(names, start=1):
+            self.labels[image.mask(name)] = number
+        known = voxels_in(self.locator, self.grid)
+        if not known.any():
+            raise InputError(
+                "no voxel of the second image lies in the wall of the mesh; both have to be in the same world "
+                "coordinates (scanner, mm): compare their positions, or resample one onto the other"
+            )
+        if "healthy" in image.structures:
+            told: BoolArray = np.asarray((self.labels > 0) | image.mask("healthy"), dtype=np.bool_)
+            known = np.asarray(known & told, dtype=np.bool_)
+            if not known.any():
+                raise InputError("none of the labels of the second image lies in the wall of the mesh")
+        self.maps = SliceMaps(self.labels, known, self.grid)
+        self._slices = [WallSlices(part, self.grid) for part in self.parts]
+        self._labels = list(range(1, len(names) + 1))
+
+    def feet(self, part: int, nodes: IntArray, weights: FloatArray) -> Feet:
+        """Feet of points of a part in the slices of the image."""
+        return self._slices[part].feet(nodes, weights)
+
+    def scores(self, feet: Feet) -> FloatArray:
+        """How far inside each tissue points lie, mm, ``(q, tissues)``; far outside where nothing is known."""
+        found = self.maps.scores(feet, self._labels)
+        found[~feet.known] = -1e3
+        return found
+
+    def nearest(self, feet: Feet) -> IntArray:
+        """Number of the tissue, from 1, of the nearest pixel of the nearer slice; 0 for none."""
+        return np.where(feet.known, self.maps.nearest(feet).astype(np.int64), 0)
+
+    def nearest_voxels(self, points: FloatArray) -> IntArray:
+        """Number of the tissue of the voxel that points ``(n, 3)`` lie in; 0 outside the image."""
+        index = np.rint(self.grid.to_index(points)).astype(int)
+        inside = np.all((index >= 0) & (index < self.grid.shape), axis=1)
+        at = np.clip(index, 0, np.array(self.grid.shape) - 1)
+        return np.where(inside, self.labels[tuple(at.T)].astype(np.int64), 0)

@@ -1,0 +1,1 @@
+"""Fields from mesh to mesh by the coordinates of the wall."""

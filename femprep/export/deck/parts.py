@@ -1,0 +1,93 @@
+"""Elements and facets as a file lists them, in parts of one type each, in; a tagged volume mesh out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from femprep.errors import InputError
+from femprep.export.deck.names import Numbers
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, element_faces
+from femprep.model import FloatArray, IntArray, VolumeMesh
+
+
+@dataclass
+class Parts:
+    """What a reader found, in the order of the file.
+
+    Attributes
+    ----------
+    cells : list of (kind, nodes, region, data)
+        Elements of one type: nodes ``(n, p)``, region tags ``(n,)``, arrays ``(n, ...)`` by name.
+    facets : list of (kind, nodes, tag)
+        Facets of one type and tag.
+    numbers : Numbers
+        Tags of the names met.
+    left_out : set of str
+        Types of elements that femprep does not know.
+    """
+
+    cells: list[tuple[str, IntArray, IntArray, Mapping[str, np.ndarray]]] = field(default_factory=list)
+    facets: list[tuple[str, IntArray, int]] = field(default_factory=list)
+    numbers: Numbers = field(default_factory=Numbers)
+    left_out: set[str] = field(default_factory=set)
+
+    def mesh(self, points: FloatArray, region_from: str, facets_from: str) -> VolumeMesh:
+        """The mesh of these parts, elements of a type together; data that not all parts have are left out.
+
+        Raises
+        ------
+        InputError
+            There are no volume elements, or a node number is out of range.
+        """
+        if not any(len(nodes) for _, nodes, _, _ in self.cells):
+            raise InputError(f"holds no volume elements of types {', '.join(ELEMENTS)}")
+        kinds = list(dict.fromkeys(kind for kind, *_ in self.cells))
+        ordered = [part for kind in kinds for part in self.cells if part[0] == kind]
+        facet_kinds = list(dict.fromkeys(kind for kind, *_ in self.facets))
+        sides = [part for kind in facet_kinds for part in self.facets if part[0] == kind]
+        for nodes in [*(part[1] for part in ordered), *(part[1] for part in sides)]:
+            if nodes.size and (nodes.min() < 0 or nodes.max() >= len(points)):
+                wrong = int(nodes.max()) if nodes.max() >= len(points) else int(nodes.min())
+                raise InputError(f"node {wrong} (from 0) is used, but there are {len(points)} nodes")
+        shared = [name for name in ordered[0][3] if all(name in data for *_, data in ordered)]
+        none = np.empty(0, dtype=np.int32)
+        return VolumeMesh(
+            points=points,
+            cells={kind: np.concatenate([nodes for k, nodes, *_ in ordered if k == kind]) for kind in kinds},
+            region=np.concatenate([region for _, _, region, _ in ordered]).astype(np.int32),
+            facets={kind: np.concatenate([nodes for k, nodes, _ in sides if k == kind]) for kind in facet_kinds},
+            facet_tag=np.concatenate([none, *(np.full(len(nodes), tag, np.int32) for _, nodes, tag in sides)]),
+            cell_data={name: np.concatenate([data[name] for *_, data in ordered]) for name in shared},
+            info={
+                "source": {"region": region_from, "facet_tag": facets_from, "left_out": sorted(self.left_out)},
+                **self.numbers.info,
+            },
+        )
+
+
+def with_mid_side_nodes(kind: str, corners: IntArray, cells: Mapping[str, IntArray]) -> tuple[str, IntArray]:
+    """Facets of which a file gives the corners alone, with the mid-side nodes of the quadratic elements they lie on.
+
+    A facet that lies on no quadratic element stays as it is; where not all of them do, all stay.
+    """
+    grown = {"triangle": "triangle6", "quad": "quad8"}[kind]
+    faces = element_faces({name: block for name, block in cells.items() if ELEMENTS[name].quadratic}).get(grown)
+    if faces is None or not len(corners):
+        return kind, corners
+    count = FACET_CORNERS[kind]
+    where = {tuple(sorted(row)): i for i, row in enumerate(faces.nodes[:, :count].tolist())}
+    rows = [where.get(tuple(sorted(row)), -1) for row in corners.tolist()]
+    if min(rows) < 0:
+        return kind, corners
+    found = faces.nodes[rows]
+    # The face may begin at another corner, or be seen from its other side: each edge has its node all the same.
+    out = np.empty((len(corners), 2 * count), dtype=np.int64)
+    out[:, :count] = corners
+    for i, row in enumerate(found.tolist()):
+        middle = {frozenset((row[k], row[(k + 1) % count])): row[count + k] for k in range(count)}
+        own = corners[i].tolist()
+        out[i, count:] = [middle[frozenset((own[k], own[(k + 1) % count]))] for k in range(count)]
+    return grown, out

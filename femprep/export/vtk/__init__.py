@@ -1,0 +1,1 @@
+"""VTK files, legacy and XML: read within their sizes, and written."""

@@ -1,0 +1,1 @@
+"""Label maps and images from files: NIfTI, NRRD, MetaImage, DICOM SEG, Slicer segments, masks."""

@@ -1,0 +1,240 @@
+"""A path in; ITK's reader for it out where the file is whole, else one clear error.
+
+ITK takes NIfTI files that are cut short without complaint, the missing slices as zeros, and does not look at the
+checksums of compressed voxels in any format, so both are checked here before.
+"""
+
+from __future__ import annotations
+
+import gzip
+import math
+import os
+import re
+import struct
+import zlib
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from femprep.errors import FileError, ResourceError
+from femprep.image.reading.native import memory
+
+#: ITK's reader by file name ending.
+FORMATS = {
+    ".nii": "NiftiImageIO",
+    ".nii.gz": "NiftiImageIO",
+    ".nrrd": "NrrdImageIO",
+    ".nhdr": "NrrdImageIO",
+    ".mha": "MetaImageIO",
+    ".mhd": "MetaImageIO",
+}
+
+#: Bytes that may follow the voxels of a file: what is compressed can grow a thousandfold, and somewhat more.
+_BEHIND = 1 << 26
+_DENSEST = 1100
+#: Bytes of a voxel, at the most, in formats that tell of them by a word.
+_WIDEST = 16
+
+_REMEDY = "copy or convert the file again"
+
+
+def format_of(path: Path) -> str:
+    """ITK's reader for a file name.
+
+    Raises
+    ------
+    FileError
+        The ending is not a known one.
+    """
+    name = path.name.lower()
+    for ending in sorted(FORMATS, key=len, reverse=True):
+        if name.endswith(ending):
+            return FORMATS[ending]
+    raise FileError(f"{path}: unknown image format; expected {', '.join(sorted(FORMATS))}")
+
+
+def require_file(path: Path) -> None:
+    """Check that a path is that of a file that can be opened.
+
+    Raises
+    ------
+    FileError
+    """
+    if not path.exists():
+        raise FileError(f"{path}: no such file")
+    if path.is_dir():
+        raise FileError(f"{path}: is a folder, expected an image file (DICOM series have to be converted first)")
+    if not path.is_file():  # to open a pipe waits for whoever writes into it
+        raise FileError(f"{path}: is no regular file, expected an image file")
+
+
+def require_whole(path: Path) -> str:
+    """Check that a file is there, not empty, not cut short and, where compressed, has the right checksum.
+
+    Raises
+    ------
+    FileError
+    ResourceError
+        Its voxels do not fit into the memory.
+    """
+    require_file(path)
+    reader = format_of(path)
+    try:
+        if path.stat().st_size == 0:
+            raise FileError(f"{path}: file is empty")
+        if reader == "NiftiImageIO":
+            _require_whole_nifti(path)
+        elif reader == "NrrdImageIO":
+            _require_checksum(path, _nrrd_data(path))
+        else:
+            _require_checksum(path, _meta_data(path))
+    except PermissionError:
+        raise FileError(f"{path}: no permission to read it") from None
+    return reader
+
+
+def _require_whole_nifti(path: Path) -> None:
+    """Compare the number of bytes with what the header announces; decompressing also checks the checksum."""
+    with open(path, "rb") as file:
+        compressed = file.read(2) == b"\x1f\x8b"
+        size = os.fstat(file.fileno()).st_size
+    try:
+        with gzip.open(path, "rb") if compressed else open(path, "rb") as stream:
+            head = stream.read(352)
+            length, expected = len(head) if compressed else size, _nifti_bytes(head)
+            if expected is not None and expected > (_DENSEST if compressed else 1) * size:
+                raise FileError(f"{path}: cut short, {size} bytes cannot hold the {expected} of its header; {_REMEDY}")
+            _require_room(path, expected or 0)
+            while compressed and expected is not None and (block := stream.read(1 << 20)):
+                length += len(block)
+                if length > expected + _BEHIND:
+                    raise FileError(f"{path}: holds more than the {expected} bytes its header tells of; {_REMEDY}")
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        raise FileError(f"{path}: damaged or cut short ({error}); {_REMEDY}") from None
+    if expected is None:
+        raise FileError(f"{path}: not a NIfTI file, or its header is damaged")
+    if length < expected:
+        raise FileError(f"{path}: cut short, {length} of {expected} bytes; {_REMEDY}")
+
+
+def _require_room(path: Path, size: int) -> None:
+    """Refuse what does not fit into the memory of the machine, before it is unpacked."""
+    there = memory()
+    if there is not None and size > there:
+        raise ResourceError(
+            f"{path}: its voxels are {size / 1e9:.3g} GB, and there are {there / 1e9:.3g} GB of memory; crop or "
+            "resample the image"
+        )
+
+
+def _nifti_bytes(head: bytes) -> int | None:
+    """Number of bytes of the whole file by its header, NIfTI-1 or NIfTI-2 of either byte order."""
+    for order in "<>":
+        if len(head) >= 348 and struct.unpack_from(f"{order}i", head, 0)[0] == 348:
+            sizes = struct.unpack_from(f"{order}8h", head, 40)
+            bits = struct.unpack_from(f"{order}h", head, 72)[0]
+            offset = struct.unpack_from(f"{order}f", head, 108)[0]
+            break
+        if len(head) >= 176 and struct.unpack_from(f"{order}i", head, 0)[0] == 540:
+            sizes = struct.unpack_from(f"{order}8q", head, 16)
+            bits = struct.unpack_from(f"{order}h", head, 14)[0]
+            offset = struct.unpack_from(f"{order}q", head, 168)[0]
+            break
+    else:
+        return None
+    if not math.isfinite(offset) or not 1 <= sizes[0] <= 7 or any(n < 1 for n in sizes[1 : sizes[0] + 1]) or bits < 1:
+        return None
+    return int(offset) + math.prod(int(n) for n in sizes[1 : sizes[0] + 1]) * int(bits) // 8
+
+
+class _Voxels(NamedTuple):
+    """File that holds the voxels, where they begin, whether they are compressed, and how many the header tells of."""
+
+    path: Path
+    offset: int
+    compressed: bool
+    number: int | None
+
+
+def _nrrd_data(path: Path) -> _Voxels:
+    with open(path, "rb") as file:
+        fields = {}
+        while (line := file.readline(1 << 16)) and line.strip():
+            key, _, value = line.decode("latin-1").partition(":")
+            fields[key.strip().lower()] = value.strip()
+        offset = file.tell()
+    compressed = fields.get("encoding", "").lower() in ("gzip", "gz")
+    count = _product(fields.get("sizes", ""))
+    detached = fields.get("data file") or fields.get("datafile")
+    return (
+        _Voxels(path.parent / detached, 0, compressed, count) if detached else _Voxels(path, offset, compressed, count)
+    )
+
+
+def _meta_data(path: Path) -> _Voxels:
+    compressed, count, channels = False, None, 1
+    with open(path, "rb") as file:
+        while line := file.readline(1 << 16):
+            key, _, value = (part.strip() for part in line.decode("latin-1").partition("="))
+            if key == "NDims" and not re.fullmatch("[0-9]{1,2}", value):  # ITK ends the process
+                raise FileError(f"{path}: its header has NDims {value[:40]!r}, expected a number of axes; {_REMEDY}")
+            if key == "CompressedData":
+                compressed = value.lower() == "true"
+            elif key == "DimSize":
+                count = _product(value)
+            elif key == "ElementNumberOfChannels":
+                channels = _product(value) or 1
+            elif key == "ElementDataFile":
+                count = None if count is None else count * channels
+                if value.upper() == "LOCAL":
+                    return _Voxels(path, file.tell(), compressed, count)
+                return _Voxels(path.parent / value, 0, compressed, count)
+    return _Voxels(path, 0, False, None)
+
+
+def _product(text: str) -> int | None:
+    """The product of whole numbers; None where a text is something else."""
+    words = text.split()
+    return math.prod(map(int, words)) if words and all(re.fullmatch("[0-9]{1,18}", word) for word in words) else None
+
+
+def _require_checksum(path: Path, voxels: _Voxels) -> None:
+    """Decompress attached or detached voxels once; the stream's own checksum is compared on the way."""
+    # A list or a pattern of several files is left to ITK.
+    if re.search(r"%\d*d", voxels.path.name) or voxels.path.name.upper().startswith("LIST"):
+        return
+    if not voxels.path.is_file():
+        raise FileError(
+            f"{path}: its voxels should be in {voxels.path}, which does not exist; keep the two files together"
+        )
+    size = voxels.path.stat().st_size - voxels.offset
+    if voxels.number is not None and voxels.number > 8 * (_DENSEST if voxels.compressed else 1) * size:
+        raise FileError(
+            f"{path}: cut short, {size} bytes cannot hold the {voxels.number} voxels of its header; {_REMEDY}"
+        )
+    if not voxels.compressed:
+        return
+    _require_room(path, voxels.number or 0)
+    with open(voxels.path, "rb") as file:
+        file.seek(voxels.offset)
+        try:
+            whole = _decompresses(file, None if voxels.number is None else _WIDEST * voxels.number + _BEHIND)
+        except zlib.error as error:
+            raise FileError(f"{path}: damaged ({error}); {_REMEDY}") from None
+    if whole is None:
+        raise FileError(f"{path}: holds more than the {voxels.number} voxels its header tells of; {_REMEDY}")
+    if not whole:
+        raise FileError(f"{path}: cut short, its compressed voxels end too early; {_REMEDY}")
+
+
+def _decompresses(file: BinaryIO, most: int | None) -> bool | None:
+    """Whether a gzip or zlib stream comes to its end; None where it is longer than it may be."""
+    stream, length = zlib.decompressobj(wbits=zlib.MAX_WBITS | 32), 0
+    while block := file.read(1 << 20):
+        while block:
+            length += len(stream.decompress(block, 1 << 20))
+            if stream.eof:
+                return True
+            if most is not None and length > most:
+                return None
+            block = stream.unconsumed_tail
+    return False

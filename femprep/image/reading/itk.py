@@ -1,0 +1,235 @@
+"""An image file in, its array and geometry out, and back: through SimpleITK, which no other file imports."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import DiskFullError, FileError, InputError, cannot_write
+from femprep.image.grid import Grid
+from femprep.image.reading.affine import sform
+from femprep.image.reading.files import format_of, require_whole
+from femprep.image.reading.native import captured_stderr, require_memory
+from femprep.image.reading.rectangular import is_sheared, sharpest_angle
+from femprep.model import FloatArray
+
+#: A disk with less room than this is full, bytes.
+_FULL: Final = 2**16
+
+
+class ImageFile(NamedTuple):
+    """What a file holds.
+
+    Attributes
+    ----------
+    array : (i, j, k) or (layers, i, j, k) array
+    spacing, origin : (3,) array
+        mm.
+    direction : (3, 3) array
+    header : dict
+        Fields of NIfTI and of Slicer's segments.
+    notes : list of str
+        What was assumed.
+    """
+
+    array: npt.NDArray[Any]
+    spacing: FloatArray
+    origin: FloatArray
+    direction: FloatArray
+    header: dict[str, str]
+    notes: list[str]
+
+
+def read_image(file: Path, frame: int | None = None, *, sheared: bool = False) -> ImageFile:
+    """Read a file, one frame of it where it has several.
+
+    With ``sheared`` also one whose axes are not at right angles: its ``direction`` are then unit vectors that are not.
+    """
+    with _sheared_taken(sheared):
+        image = _read(file, frame)
+    matrix = sform(image.header)
+    if matrix is None or not is_sheared(matrix[:, :3]):
+        return image
+    if not sheared:
+        angle = sharpest_angle(matrix[:, :3])
+        words = f"the axes of its sform are at {angle:.1f} degrees to one another; its qform was taken, not the sform: "
+        return image._replace(notes=[*image.notes, words + "--resample takes the sform"])
+    lengths = np.linalg.norm(matrix[:, :3], axis=0)
+    return image._replace(spacing=lengths, origin=matrix[:, 3], direction=matrix[:, :3] / lengths)
+
+
+def count_frames(file: Path) -> int:
+    """How many frames a file holds; 1 of a 3-D image."""
+    import SimpleITK as sitk
+
+    reader = sitk.ImageFileReader()
+    reader.SetImageIO(require_whole(file))
+    reader.SetFileName(str(file))
+    try:
+        with _sheared_taken(True), _quiet():
+            reader.ReadImageInformation()
+            size = list(reader.GetSize())
+    except RuntimeError as error:
+        raise FileError(f"{file}: damaged or not readable ({_reason(error, [])})") from None
+    return int(size[3]) if len(size) > 3 else 1
+
+
+@contextmanager
+def _sheared_taken(wanted: bool) -> Iterator[None]:
+    """Let ITK read NIfTI files whose sform is sheared, which it asks the environment for."""
+    name = "ITK_NIFTI_SFORM_PERMISSIVE"
+    before = os.environ.get(name)
+    if wanted:
+        os.environ[name] = "1"
+    try:
+        yield
+    finally:
+        if wanted:
+            os.environ.pop(name)
+            if before is not None:
+                os.environ[name] = before
+
+
+def _read(file: Path, frame: int | None) -> ImageFile:
+    """Read a file as ITK understands it."""
+    import SimpleITK as sitk
+
+    reader = sitk.ImageFileReader()
+    reader.SetImageIO(require_whole(file))
+    reader.SetFileName(str(file))
+    notes: list[str] = []
+    said: list[str] = []
+    try:
+        with _quiet() as said:
+            reader.ReadImageInformation()
+            size = list(reader.GetSize())
+            keys = reader.GetMetaDataKeys()
+            slicer = format_of(file) == "NrrdImageIO" and any(key.endswith("_LabelValue") for key in keys)
+            components = 1 if slicer else reader.GetNumberOfComponents()
+            _require_volume(file, size, components, reader.GetPixelID() in _complex(sitk), frame)
+            require_memory(file, size[:3])
+            if len(size) > 3:
+                reader.SetExtractSize(size[:3] + [0] * (len(size) - 3))
+                if frame is not None:
+                    reader.SetExtractIndex([0] * 3 + [frame - 1] + [0] * (len(size) - 4))
+                else:
+                    notes.append(f"the image has {len(size)} dimensions with a single frame; that frame was taken")
+            image = reader.Execute()
+            # Other formats have no such fields, and ITK stumbles over keys that are no text.
+            keys = keys if slicer or format_of(file) == "NiftiImageIO" else ()
+            header = {key: reader.GetMetaData(key) for key in keys if key.isascii()}
+    except RuntimeError as error:
+        if "orthonormal" in str(error):
+            raise skewed(file) from None
+        raise FileError(f"{file}: damaged or not readable ({_reason(error, said)})") from None
+    array = sitk.GetArrayFromImage(image)
+    # Layers of segments come as components, the last axis; all others are turned round, to i, j, k.
+    array = np.moveaxis(array, -1, 0).transpose(0, 3, 2, 1) if array.ndim == 4 else array.T
+    return ImageFile(
+        array,
+        np.array(image.GetSpacing()),
+        np.array(image.GetOrigin()),
+        np.array(image.GetDirection()).reshape(3, 3),
+        header,
+        notes,
+    )
+
+
+def write_image(labels: npt.NDArray[Any], grid: Grid, file: Path) -> None:
+    """Write a label map, whole or not at all; see :func:`femprep.write_segmentation`."""
+    import SimpleITK as sitk
+
+    kind = format_of(file)
+    kept = np.min_scalar_type(int(labels.max(initial=0)))
+    image = sitk.GetImageFromArray(np.ascontiguousarray(labels.T, dtype=kept))
+    image.SetSpacing([float(s) for s in grid.spacing])
+    image.SetOrigin([float(x) for x in grid.origin])
+    image.SetDirection([float(x) for x in grid.direction.ravel()])
+    writer = sitk.ImageFileWriter()
+    writer.SetImageIO(kind)
+    writer.SetUseCompression(True)
+    try:
+        partial = Path(tempfile.mkdtemp(prefix=".femprep-", dir=file.absolute().parent))
+    except OSError as error:
+        raise cannot_write(str(file), error, "write elsewhere") from None
+    try:
+        writer.SetFileName(str(partial / file.name))
+        with _quiet() as said:
+            writer.Execute(image)
+            # On a full disk some of ITK's writers end early and say nothing.
+            written = sitk.GetArrayFromImage(sitk.ReadImage(str(partial / file.name), imageIO=kind))
+        if not np.array_equal(written, labels.T):
+            raise OSError("it is cut short")
+        for made in sorted(partial.iterdir()):
+            os.replace(made, file.absolute().parent / made.name)
+    except (RuntimeError, OSError) as error:
+        if shutil.disk_usage(partial).free < _FULL:
+            raise DiskFullError(f"{file}: cannot be written whole, no room is left; free some space") from None
+        reason = error.strerror or str(error) if isinstance(error, OSError) else _reason(error, said)
+        raise FileError(f"{file}: cannot be written ({reason})") from None
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def skewed(file: Path) -> InputError:
+    """What is said of axes that are not at right angles."""
+    return InputError(
+        f"{file}: the axes of its affine are not at right angles, or not finite; add --resample to have it drawn anew "
+        "on a rectangular grid, or mend the header"
+    )
+
+
+def _require_volume(
+    file: Path, size: list[int], components: int, complex_values: bool, frame: int | None = None
+) -> None:
+    """Refuse what is no single 3-D image of scalars."""
+    shown = " x ".join(map(str, size))
+    if components > 1 or complex_values:
+        raise InputError(f"{file}: has {max(components, 2)} values per voxel, expected one label")
+    if len(size) < 3 or min(size[:3]) < 2:
+        raise InputError(f"{file}: is a 2-D image ({shown}), expected a stack of at least two slices")
+    if frame is not None and frame > (size[3] if len(size) > 3 else 1):
+        raise InputError(f"{file}: has no frame {frame}, it holds {size[3] if len(size) > 3 else 1} ({shown})")
+    if any(n > 1 for n in (size[3:] if frame is None else size[4:])):
+        raise InputError(
+            f"{file}: is a {len(size)}-D image ({shown}), expected 3-D; write one frame to a file of its own, or "
+            "choose one by frame (--frame N, of --image FILE:N, counted from 1)"
+        )
+
+
+def _complex(sitk: Any) -> tuple[int, ...]:
+    return (sitk.sitkComplexFloat32, sitk.sitkComplexFloat64)
+
+
+@contextmanager
+def _quiet() -> Iterator[list[str]]:
+    """Keep ITK from writing to standard error; what the libraries below it (MetaIO, HDF5) write is handed over."""
+    import SimpleITK as sitk
+
+    shown = sitk.ProcessObject.GetGlobalWarningDisplay()
+    sitk.ProcessObject.SetGlobalWarningDisplay(False)
+    try:
+        with captured_stderr() as said:
+            yield said
+    finally:
+        sitk.ProcessObject.SetGlobalWarningDisplay(shown)
+
+
+def _reason(error: Exception, said: list[str]) -> str:
+    """The telling line of ITK's message, without the places in its source.
+
+    MetaImage's own reason is whatever ``errno`` happened to be; what it wrote to standard error is to the point.
+    """
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    if not lines or lines[-1].startswith("Reason:"):
+        lines = said or ["no reason given"]
+        return lines[0].split("Read: ", 1)[-1].rstrip(".")
+    return lines[-1].split("ERROR:", 1)[-1].strip()

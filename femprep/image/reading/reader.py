@@ -1,0 +1,282 @@
+"""A label map file in, a Segmentation out, and back: NIfTI, NRRD, MetaImage, DICOM SEG (in only); world LPS in mm."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import InputError, OptionError
+from femprep.image.grid import Grid
+from femprep.image.reading.affine import choose_spacing, spacing_warning
+from femprep.image.reading.dicom import is_dicom, read_dicom
+from femprep.image.reading.files import format_of
+from femprep.image.reading.itk import ImageFile, count_frames, read_image, skewed, write_image
+from femprep.image.reading.rectangular import is_sheared, rectangular_labels
+from femprep.image.reading.segments import chosen_segments, merged_layers, require_layers, segments_of
+from femprep.image.segmentation import Segmentation, count_labels
+from femprep.model import FloatArray, Notice, noted, records
+from femprep.options import PRESETS, ImageOptions, choose, takes
+
+log = logging.getLogger(__name__)
+
+
+class NoLabelError(InputError):
+    """A label map whose voxels are all 0."""
+
+
+@takes(ImageOptions)
+def read_segmentation(
+    path: str | os.PathLike[str],
+    structures: Mapping[str, int | str | Sequence[int | str]] | None = None,
+    preset: str | None = None,
+    options: ImageOptions | None = None,
+    **changes: Any,
+) -> Segmentation:
+    """Read a label map.
+
+    Parameters
+    ----------
+    path : path
+        ``.nii``, ``.nii.gz``, ``.nrrd``, ``.seg.nrrd`` (3D Slicer), ``.mha``, ``.mhd``, or a DICOM SEG, ``.dcm`` or
+        without ending (``pip install "femprep[dicom]"``).
+    structures : mapping of str to int or several ints, optional
+        Label numbers by structure: ``{"lv": 3, "myo": 2, "rv": 1}``. Those of the preset are replaced name by name. Of
+        a ``.seg.nrrd`` and a DICOM SEG also the names of segments.
+    preset : str, optional
+        A known data set, see ``femprep.options.PRESETS``.
+    options : ImageOptions, optional
+        ``spacing`` replaces the file's voxel sizes; ``resample`` takes axes that are not at right angles.
+    **changes
+        Options by name.
+
+    Returns
+    -------
+    Segmentation
+        Its ``info`` holds ``file``, ``format``, ``shape``, ``spacing``, ``spacing_source``, ``origin``, ``direction``,
+        ``labels`` (voxels by label), ``absent`` (labels asked for that do not occur), ``right_handed`` and ``notices``
+        (what was guessed).
+
+    Raises
+    ------
+    FileError
+        The file is missing, damaged or of an unknown format.
+    InputError
+        It holds no 3-D label map: 2-D, several frames, several components, fractional, negative or no labels.
+    OptionError
+        The preset is unknown, or there is neither preset nor structures.
+    MissingDependencyError
+        A DICOM SEG, and highdicom is not installed.
+
+    Examples
+    --------
+    >>> path = fp.write_segmentation(seg, "heart.nii.gz")
+    >>> fp.read_segmentation("heart.nii.gz", structures=dict(seg.structures))
+    Segmentation(... voxels of 1.4 x 1.4 x 8 mm: ...)
+    """
+    chosen = choose(ImageOptions, options, changes)
+    file = Path(path)
+    array, spacing, origin, direction, header, notes = _read(file, chosen.frame, chosen.resample)
+    try:
+        segments = segments_of(header)
+        require_layers(segments, array.shape[0] if array.ndim == 4 else 1)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+    names = _names(structures, preset, by_name=bool(segments))
+    if segments:
+        wanted = {name: (own,) if isinstance(own, int | str) else own for name, own in names.items()}
+        own = chosen_segments(segments, wanted, known=preset == "slicer" or not names)
+        layers = array if array.ndim == 4 else array[None]
+        others = [
+            one
+            for one in segments
+            if not any(one in parts for parts in own.values()) and np.any(layers[one.layer] == one.label)
+        ]
+        array, names, said = merged_layers(layers, own, others)
+        notes += said
+    labels = _labels(array, file)
+    spacing, source, found, doubts = _spacing(spacing, header, labels.shape, chosen.spacing)
+    notes += found
+    if chosen.resample and is_sheared(direction * spacing):
+        labels, resampled, line = rectangular_labels(labels, direction * spacing, origin, file)
+        spacing, origin, direction = resampled.spacing, resampled.origin, resampled.direction
+        notes.append(line)
+    for level, lines in ((logging.INFO, notes), (logging.WARNING, doubts)):
+        for line in lines:
+            log.log(level, "%s: %s", file.name, line)
+    try:
+        grid = Grid(labels.shape, spacing, origin, direction)
+    except InputError as error:
+        raise (skewed(file) if "orthonormal" in str(error) else InputError(f"{file}: {error}")) from None
+    count = count_labels(labels)
+    if set(count) <= {0}:
+        raise NoLabelError(f"{file}: holds no label, all {labels.size} voxels are 0; is it a label map?")
+    named = {str(k + 1): one for k, one in enumerate([*own, *(one.name for one in others)])} if segments else {}
+    info = {
+        **({"segments": named} if named else {}),
+        "file": str(file),
+        "format": "DICOM SEG" if is_dicom(file) else format_of(file),
+        "shape": list(labels.shape),
+        "spacing": [float(s) for s in spacing],
+        "spacing_source": source,
+        "origin": [float(x) for x in origin],
+        "direction": [[float(x) for x in row] for row in direction],
+        "labels": {str(n): c for n, c in count.items()},
+        "absent": {n: gone for n, v in names.items() if (gone := [i for i in v if i not in count])},
+        "right_handed": grid.right_handed,
+        "notices": records(*(Notice.of("assumed", line) for line in notes + doubts)),
+    }
+    return Segmentation(labels, grid, names, info)
+
+
+def read_frames(
+    path: str | os.PathLike[str],
+    structures: Mapping[str, int | str | Sequence[int | str]] | None = None,
+    preset: str | None = None,
+    options: ImageOptions | None = None,
+) -> dict[int, Segmentation]:
+    """Read all frames of a label map over time that hold labels, as many have them of two phases alone.
+
+    Parameters
+    ----------
+    path, structures, preset, options
+        As for :func:`read_segmentation`.
+
+    Returns
+    -------
+    dict of int to Segmentation
+        By the number of the frame, from 1; each one's ``notices`` tell the frames that are left out.
+
+    Raises
+    ------
+    FileError, InputError, OptionError
+        As for :func:`read_segmentation`; no frame holds a label.
+
+    Examples
+    --------
+    >>> fp.mesh_sequence(list(fp.read_frames("cine.nii.gz", preset="ukb").values()))  # doctest: +SKIP
+    """
+    chosen = choose(ImageOptions, options, {})
+    file = Path(path)
+    found: dict[int, Segmentation] = {}
+    empty = []
+    count = 1 if is_dicom(file) else count_frames(file)
+    for number in range(1, count + 1):
+        try:
+            found[number] = read_segmentation(file, structures, preset, choose(ImageOptions, chosen, {"frame": number}))
+        except NoLabelError:
+            empty.append(number)
+    if not found:
+        raise NoLabelError(f"{file}: holds no label in any of its {count} frames; is it a label map?")
+    if not empty:
+        return found
+    line = f"{len(empty)} of {count} frames hold no label and are left out: " + ", ".join(map(str, empty))
+    log.info("%s: %s", file.name, line)
+    return {n: replace(seg, info=noted(seg.info, Notice.of("left out", line))) for n, seg in found.items()}
+
+
+def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
+    """Write the label map of a segmentation; the format follows from the ending of the file name.
+
+    Parameters
+    ----------
+    seg : Segmentation
+    path : path
+        ``.nii``, ``.nii.gz``, ``.nrrd``, ``.mha`` or ``.mhd``. NIfTI holds origin and directions in single precision.
+        Offsets of single slices (of less than a pixel, see :func:`align_slices`) have no place in these formats.
+
+    Raises
+    ------
+    FileError
+        The ending is unknown, or the file cannot be written.
+    DiskFullError
+        There is no room; an earlier file stays.
+
+    Examples
+    --------
+    >>> path = fp.write_segmentation(seg, "heart.nrrd")
+    """
+    write_image(seg.labels, seg.grid, Path(path))
+
+
+def _read(file: Path, frame: int | None, sheared: bool) -> ImageFile:
+    """The file by the library that reads its format."""
+    if not is_dicom(file):
+        return read_image(file, frame, sheared=sheared)
+    if frame not in (None, 1):
+        raise InputError(f"{file}: has no frame {frame}, a DICOM SEG holds one; leave --frame out")
+    return read_dicom(file)
+
+
+def _names(
+    structures: Mapping[str, int | str | Sequence[int | str]] | None, preset: str | None, *, by_name: bool = False
+) -> dict[str, Any]:
+    """Labels by structure: the preset's, those given by hand in their place; or names of segments."""
+    if preset is not None and preset not in PRESETS:
+        raise OptionError(f"unknown preset {preset!r}; expected one of {', '.join(sorted(PRESETS))}")
+    names: dict[str, Any] = dict(PRESETS[preset]) if preset else {}
+    for name, numbers in (structures or {}).items():
+        own = (numbers,) if isinstance(numbers, int | str) else tuple(numbers)
+        if not by_name and (text := [n for n in own if isinstance(n, str)]):
+            raise OptionError(
+                f"structure {name!r} is {text[0]!r}, a name, which segments of a .seg.nrrd or DICOM SEG have; give the "
+                "label's number"
+            )
+        names[name] = tuple(n if isinstance(n, str) else int(n) for n in own)
+    if not names and not by_name:
+        raise OptionError(
+            f"no structures: give a preset ({', '.join(sorted(PRESETS))}) or labels by name, as in lv=3 and myo=2"
+        )
+    return names
+
+
+def _spacing(
+    read: FloatArray, header: Mapping[str, str], shape: tuple[int, ...], given: tuple[float, float, float] | None
+) -> tuple[FloatArray, str, list[str], list[str]]:
+    """Voxel sizes, where they come from, notes and doubts about them."""
+    notes: list[str] = []
+    doubts: list[str] = []
+    found = choose_spacing(read, header)
+    if header.get("qform_code") == header.get("sform_code") == "0":
+        notes.append("the header has no affine; the axes are taken as they are stored, the origin as 0")
+    if given is not None:
+        spacing = np.array(given, dtype=np.float64)
+        notes.append(f"voxel sizes {sizes(found.spacing)} mm of the file replaced by {sizes(spacing)} mm as given")
+        return spacing, "given", notes, doubts
+    if found.note:
+        (doubts if found.doubtful else notes).append(found.note)
+    if unlikely := spacing_warning(found.spacing, shape):
+        doubts.append(unlikely)
+    return found.spacing, found.source, notes, doubts
+
+
+def _labels(array: npt.NDArray[Any], file: Path) -> npt.NDArray[np.integer[Any]]:
+    """Label numbers in the smallest unsigned type, read-only; refuses fractions and negative numbers."""
+    if np.issubdtype(array.dtype, np.floating):
+        whole = np.isfinite(array) & (array == np.rint(array))
+        if not whole.all():
+            value = float(array[~whole][0])
+            wrong = int(array.size - np.count_nonzero(whole))
+            raise InputError(
+                f"{file}: {wrong} voxels are no integers (the first is {value:.6g}), so that it is no label map; "
+                "threshold it, or resample with nearest neighbour"
+            )
+    low, high = array.min(), array.max()
+    if low < 0:
+        raise InputError(f"{file}: has negative labels (the lowest is {int(low)}); labels are 0 and above")
+    if high > np.iinfo(np.uint32).max:
+        raise InputError(f"{file}: has label {high:.6g}, which is too large; is it a label map?")
+    labels = array.astype(np.min_scalar_type(int(high)), order="K", copy=False)
+    labels.setflags(write=False)
+    return labels
+
+
+def sizes(values: npt.ArrayLike) -> str:
+    """Lengths along the axes in words."""
+    return " x ".join(f"{float(v):.4g}" for v in np.asarray(values).ravel())

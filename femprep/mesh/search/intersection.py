@@ -1,0 +1,124 @@
+"""A triangle surface to the pairs of its triangles that intersect.
+
+Exact on the coordinates as given: every sign is that of the true determinant (``predicates``), so that touching,
+overlap within one plane and folds of neighbours are found, and rounding invents none.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.mesh.compiled import compiled
+from femprep.mesh.search.crossing import meet_beyond_edge, meet_beyond_vertex, triangles_meet
+from femprep.mesh.search.tree import LEAF, build_tree, check_mesh
+from femprep.model import FloatArray, IntArray
+
+
+def self_intersections(points: npt.ArrayLike, triangles: npt.ArrayLike) -> IntArray:
+    """Find all pairs of triangles of one surface that have more in common than their shared corners and side.
+
+    Pairs without a shared corner count as soon as they touch; pairs that share one corner where they meet elsewhere
+    too; pairs that share a side where they lie folded onto each other in one plane; doubled triangles always.
+    Corners are shared by number: merge equal points first. A triangle without area is tested as the segment it is,
+    and its neighbours are reported where they touch it.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        Vertices, mm.
+    triangles : (m, 3) array
+        Corner numbers, in any winding.
+
+    Returns
+    -------
+    (k, 2) array
+        Numbers of the two triangles, the smaller first; rows are sorted. Empty for a sound surface.
+
+    Raises
+    ------
+    InputError
+        A wrong shape, a point that is not finite, or a corner number out of range.
+    """
+    p, t = check_mesh(points, triangles)
+    if len(t) < 2:
+        return np.empty((0, 2), dtype=np.int64)
+    pairs = _search(p, t, *build_tree(p, t))
+    return np.asarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
+
+
+@compiled(part=True)
+def _beside(low: FloatArray, high: FloatArray, other_low: FloatArray, other_high: FloatArray) -> bool:
+    """Whether two boxes have nothing in common."""
+    beside = False
+    for k in range(3):
+        beside |= low[k] > other_high[k] or high[k] < other_low[k]
+    return beside
+
+
+@compiled()
+def _search(points: FloatArray, cells: IntArray, low: FloatArray, high: FloatArray, order: IntArray) -> IntArray:
+    """Look each triangle up in the tree over all of them; every pair once."""
+    found = np.empty((64, 2), dtype=np.int64)
+    count = 0
+    leaves = len(low) // 2
+    stack = np.empty(64, dtype=np.int64)
+    least, most = np.empty((len(cells), 3)), np.empty((len(cells), 3))
+    for i in range(len(cells)):
+        for k in range(3):
+            a, b, c = points[cells[i, 0], k], points[cells[i, 1], k], points[cells[i, 2], k]
+            least[i, k], most[i, k] = min(a, b, c), max(a, b, c)
+    for i in range(len(cells)):
+        stack[0] = 1
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            node = stack[depth]
+            if _beside(low[node], high[node], least[i], most[i]):
+                continue
+            if node < leaves:
+                stack[depth] = 2 * node
+                stack[depth + 1] = 2 * node + 1
+                depth += 2
+                continue
+            first = (node - leaves) * LEAF
+            for k in range(first, min(first + LEAF, len(order))):
+                j = order[k]
+                if j <= i or _beside(least[j], most[j], least[i], most[i]):
+                    continue
+                if _neighbours_meet(points, cells[i], cells[j]):
+                    if count == len(found):
+                        found = np.concatenate((found, np.empty_like(found)))
+                    found[count, 0], found[count, 1] = i, j
+                    count += 1
+    return found[:count].copy()
+
+
+@compiled()
+def _neighbours_meet(points: FloatArray, one: IntArray, two: IntArray) -> bool:
+    """Whether two triangles of one surface meet beyond the corners they share."""
+    shared = 0
+    i0 = i1 = j0 = j1 = 0
+    for i in range(3):
+        for j in range(3):
+            if one[i] == two[j]:
+                if shared == 0:
+                    i0, j0 = i, j
+                elif shared == 1:
+                    i1, j1 = i, j
+                shared += 1
+    if shared == 0:
+        return triangles_meet(
+            points[one[0]], points[one[1]], points[one[2]], points[two[0]], points[two[1]], points[two[2]]
+        )
+    if shared == 1:
+        return meet_beyond_vertex(
+            points[one[i0]],
+            points[one[(i0 + 1) % 3]],
+            points[one[(i0 + 2) % 3]],
+            points[two[(j0 + 1) % 3]],
+            points[two[(j0 + 2) % 3]],
+        )
+    if shared == 2:
+        return meet_beyond_edge(points[one[i0]], points[one[i1]], points[one[3 - i0 - i1]], points[two[3 - j0 - j1]])
+    return True

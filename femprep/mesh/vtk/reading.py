@@ -1,0 +1,91 @@
+"""A file of VTK's in, its data set out, or one line that says what is wrong with it. The only file with VTK's readers.
+
+VTK reports a damaged file to its output window alone, and returns what it has read so far, or nothing. It believes
+what a file says of the numbers of points and ends the process where a filter meets one that is not there.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from femprep.errors import FileError
+from femprep.mesh.vtk.entities import refuse_entities
+from femprep.mesh.vtk.sizes import require_sizes
+
+#: Where the cells of the two kinds of data sets are.
+_CELLS: Final = {"vtkPolyData": ("GetVerts", "GetLines", "GetPolys", "GetStrips"), "vtkUnstructuredGrid": ("GetCells",)}
+
+
+def load(path: Path) -> Any:
+    """Read a VTK data set from a ``.vtu``, ``.vtp``, ``.vti`` or legacy ``.vtk`` file.
+
+    Raises
+    ------
+    FileError
+        The file is damaged, declares XML entities, tells of more than its bytes can hold, or its cells name points
+        that it does not hold.
+    """
+    from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
+    from vtkmodules.vtkIOLegacy import vtkDataSetReader
+    from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
+
+    kinds: dict[str, Any] = {
+        ".vtu": vtkXMLUnstructuredGridReader,
+        ".vtp": vtkXMLPolyDataReader,
+        ".vti": vtkXMLImageDataReader,
+        ".vtk": vtkDataSetReader,
+    }
+    if path.suffix.lower() != ".vtk":
+        refuse_entities(path)
+    require_sizes(path)
+    reader = kinds[path.suffix.lower()]()
+    if path.suffix.lower() == ".vtk":
+        reader.ReadAllScalarsOn()
+        reader.ReadAllVectorsOn()
+        reader.ReadAllFieldsOn()
+    window, before = vtkStringOutputWindow(), vtkOutputWindow.GetInstance()
+    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkOutputWindow.SetInstance(window)
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    try:
+        reader.SetFileName(str(path))
+        reader.Update()
+        dataset = reader.GetOutput()
+    finally:
+        vtkLogger.SetStderrVerbosity(verbosity)
+        vtkOutputWindow.SetInstance(before)
+    if (reason := _damage(window.GetOutput())) or dataset is None:
+        raise FileError(f"{str(path)!r} is damaged: {reason or 'unreadable'}")
+    _require_cells(dataset, path)
+    return dataset
+
+
+def _damage(said: str) -> str | None:
+    """The first line that tells of a damaged file, without its place in VTK's source; None where none does."""
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    if not any("ERR" in line or line.startswith("Error") for line in lines):
+        return None
+    told = (line.split("):", 1)[1].strip() for line in lines if "):" in line)
+    return next((line for line in told if line), next((line for line in lines if line.startswith("Error")), lines[-1]))
+
+
+def _require_cells(dataset: Any, path: Path) -> None:
+    """Every cell's corners are points of the data set."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    count = dataset.GetNumberOfPoints()
+    for name in _CELLS.get(dataset.GetClassName(), ()):
+        cells = getattr(dataset, name)()
+        if cells is None or not cells.GetNumberOfCells():
+            continue
+        first, corner = (vtk_to_numpy(array()) for array in (cells.GetOffsetsArray, cells.GetConnectivityArray))
+        if first[0] != 0 or first[-1] > len(corner) or np.any(np.diff(first) < 0):
+            raise FileError(f"{str(path)!r} is damaged: its list of cells contradicts itself")
+        wrong = np.flatnonzero((corner < 0) | (corner >= count))
+        if wrong.size:
+            raise FileError(
+                f"{str(path)!r} is damaged: a cell names point {corner[wrong[0]]}, and it holds {count} points"
+            )

@@ -1,0 +1,1 @@
+"""The folder that is there whole or not at all."""

@@ -1,0 +1,130 @@
+"""A label map with the mesh over it, cut along the long axis, as SVG: what no slice of a short-axis stack shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.image import Segmentation
+from femprep.image.underlay import Underlay, greys
+from femprep.model import FloatArray, IntArray
+from femprep.report.pictures.colours import structure_colour
+from femprep.report.pictures.overlay import Drawing
+from femprep.report.pictures.slices import plane_cut
+
+#: Room around the labels, mm; pixels of a picture at most along a side.
+_ROOM: Final = 12.0
+_MOST: Final = 320
+#: Titles of the two cuts.
+TITLES: Final = ("along the long axis", "along the long axis, across the first")
+
+
+def long_axis_pictures(
+    seg: Segmentation,
+    surfaces: Mapping[str, tuple[FloatArray, IntArray]],
+    width: int = 300,
+    *,
+    off: Sequence[FloatArray] = (),
+    under: Underlay | None = None,
+    limits: tuple[float, float] = (0.0, 1.0),
+) -> list[str]:
+    """Two cuts through the middle of the left ventricle (or all that is labelled), at right angles, base up.
+
+    Parameters
+    ----------
+    seg : Segmentation
+        The first cut goes to the right ventricle where its axes tell it, else along the stack's own axes.
+    surfaces : mapping of str to (points, triangles)
+        mm LPS.
+    width : int
+        Width of a picture, pixels of the screen.
+    off : sequence of (n, 3) arrays
+        Points that lie off the labels, mm LPS: those within half a slice of the cut are drawn as dots.
+    under : Underlay, optional
+        The image to lay under them.
+    limits : (float, float)
+        Its values that are black and white.
+
+    Returns
+    -------
+    list of str
+        SVG elements; none where nothing is labelled.
+    """
+    labels = [number for numbers in seg.structures.values() for number in numbers]
+    marked = np.argwhere(np.isin(seg.labels, labels))
+    if not len(marked):
+        return []
+    places = seg.grid.to_world(marked.astype(np.float64))
+    left = [number for name in ("lv", "myo") for number in seg.structures.get(name, ())]
+    own = np.isin(seg.labels[tuple(marked.T)], left)
+    middle = places[own if own.any() else slice(None)].mean(axis=0)
+    axes = _axes(seg)
+    pictures = []
+    for title, across in zip(TITLES, (axes[:, 0], axes[:, 1])):
+        view = np.stack([across, axes[:, 2]])
+        pictures.append(
+            _picture(seg, surfaces, title, middle, view, places, width, off=off, under=under, limits=limits)
+        )
+    return pictures
+
+
+def _axes(seg: Segmentation) -> FloatArray:
+    """Axes of the heart as columns, the long one last; of the stack where they are not known."""
+    if seg.frame is not None:
+        return np.asarray(seg.frame, dtype=np.float64)
+    stack = seg.stack_axis
+    return np.asarray(seg.grid.direction[:, [a for a in range(3) if a != stack] + [stack]], dtype=np.float64)
+
+
+def _picture(
+    seg: Segmentation,
+    surfaces: Mapping[str, tuple[FloatArray, IntArray]],
+    title: str,
+    middle: FloatArray,
+    view: FloatArray,
+    places: FloatArray,
+    width: int,
+    *,
+    off: Sequence[FloatArray],
+    under: Underlay | None,
+    limits: tuple[float, float],
+) -> str:
+    normal = np.cross(view[0], view[1])
+    # Columns go across and rows down from the base, which is the way pictures are written.
+    flat = view * np.array([[1.0], [-1.0]])
+    seen = np.concatenate([places, *(points for points, _ in surfaces.values())])
+    at = (seen - middle) @ flat.T
+    low, high = at.min(axis=0) - _ROOM, at.max(axis=0) + _ROOM
+    step = max(0.5 * float(seg.grid.spacing.min()), float((high - low).max()) / _MOST)
+    count = np.ceil((high - low) / step).astype(int)
+    steps = [low[a] + step * (np.arange(count[a]) + 0.5) for a in range(2)]
+    columns, rows = np.meshgrid(*steps)
+    points = middle + np.stack([columns.ravel(), rows.ravel()], axis=1) @ flat
+    index = seg.grid.to_index(points)
+    drawing = Drawing(low, count * step)
+    if under is not None:
+        drawing.raster("image", greys(under.values(index), limits).reshape(columns.shape))
+    drawing.raster("labels", _labels(seg, index).reshape(*columns.shape, 4))
+    for name, (corners, triangles) in surfaces.items():
+        cut = plane_cut(corners, triangles, (corners - middle) @ normal - 1e-9)
+        drawing.outline(name, (cut - middle) @ flat.T)
+    near = 0.5 * float(seg.grid.spacing.max())
+    for one in off:
+        drawing.dots((one[np.abs((one - middle) @ normal) < near] - middle) @ flat.T)
+    return drawing.svg(width, title)
+
+
+def _labels(seg: Segmentation, index: FloatArray) -> npt.NDArray[np.uint8]:
+    """Colours of the voxels that (fractional) indices ``(n, 3)`` lie in, ``(n, 4)``; none where there is no label."""
+    nearest = np.rint(index).astype(int)
+    inside = ((nearest >= 0) & (nearest < np.array(seg.labels.shape))).all(axis=1)
+    number = np.zeros(len(index), dtype=np.int64)
+    number[inside] = seg.labels[tuple(nearest[inside].T)]
+    shades = np.zeros((len(index), 4), dtype=np.uint8)
+    for name, numbers in seg.structures.items():
+        shade = bytes.fromhex(structure_colour(name).removeprefix("#"))
+        shades[np.isin(number, numbers)] = (*shade, 255)
+    return shades

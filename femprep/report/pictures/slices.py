@@ -1,0 +1,137 @@
+"""Slices of a label map, or of the image it was drawn on, with the mesh drawn over them, as SVG."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.image import Segmentation
+from femprep.image.underlay import Underlay, greys
+from femprep.model import FloatArray, IntArray
+from femprep.report.pictures.colours import structure_colour
+from femprep.report.pictures.overlay import Drawing
+
+#: Slices that are drawn at most: a page of more would not open from a mail.
+MOST: Final = 40
+#: Room around the labels within a slice: pixels, and mm where an image lies under them.
+MARGIN: Final = 3
+ROOM: Final = 12.0
+
+
+def plane_cut(points: FloatArray, triangles: IntArray, height: FloatArray) -> FloatArray:
+    """Segments in which a triangle surface meets the zero level of a height given per point.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+    triangles : (m, 3) array
+    height : (n,) array
+        Signed distance from the plane; zero counts as above.
+
+    Returns
+    -------
+    (k, 2, 3) array
+        End points of the segments.
+    """
+    above = height[triangles] >= 0.0
+    crossed = triangles[(above.sum(axis=1) % 3) != 0]
+    above = height[crossed] >= 0.0
+    # The one corner that lies alone on its side of the plane comes first; the cut runs through its two edges.
+    alone = np.argmax(above == (above.sum(axis=1) == 1)[:, None], axis=1)
+    order = (alone[:, None] + np.arange(3)) % 3
+    corner = np.take_along_axis(crossed, order, axis=1)
+    ends = []
+    for other in (1, 2):
+        a, b = corner[:, 0], corner[:, other]
+        t = height[a] / (height[a] - height[b])
+        ends.append(points[a] + t[:, None] * (points[b] - points[a]))
+    return np.stack(ends, axis=1)
+
+
+def slice_pictures(
+    seg: Segmentation,
+    surfaces: Mapping[str, tuple[FloatArray, IntArray]],
+    width: int = 220,
+    *,
+    off: Sequence[FloatArray] = (),
+    under: Underlay | None = None,
+    limits: tuple[float, float] = (0.0, 1.0),
+) -> list[str]:
+    """One SVG a slice: the image, where there is one, the structures filled, the cut of each surface drawn over them.
+
+    Parameters
+    ----------
+    seg : Segmentation
+    surfaces : mapping of str to (points, triangles)
+        mm LPS.
+    width : int
+        Width of a picture, pixels of the screen.
+    off : sequence of (n, 3) arrays
+        Points that lie off the labels, mm LPS: drawn as dots in the slice they lie in.
+    under : Underlay, optional
+        The image to lay under them.
+    limits : (float, float)
+        Its values that are black and white.
+
+    Returns
+    -------
+    list of str
+        SVG elements from the first slice that holds a label to the last; of more than ``MOST`` slices so many, evenly
+        spread.
+    """
+    axis = seg.stack_axis
+    across = [a for a in range(3) if a != axis]
+    # A preset may name structures that this map does not hold; their masks are empty.
+    masks = {name: np.moveaxis(np.isin(seg.labels, labels), axis, 2) for name, labels in seg.structures.items()}
+    spacing = np.asarray(seg.grid.spacing, dtype=np.float64)[across]
+    everything = np.any(np.stack(list(masks.values())), axis=0)
+    if not everything.any():
+        return []
+    low, high = _box(everything, np.full(2, MARGIN) if under is None else np.ceil(ROOM / spacing))
+    indices = {name: seg.grid.to_index(points) for name, (points, _) in surfaces.items()}
+    dots = seg.grid.to_index(np.concatenate(off)) if sum(map(len, off)) else np.empty((0, 3))
+    pictures = []
+    for k in shown_slices(low[2], high[2]):
+        drawing = Drawing(np.asarray(low[:2] - 0.5, dtype=np.float64), (high - low)[:2].astype(np.float64), spacing)
+        if under is not None:
+            columns, rows = np.meshgrid(*(np.arange(low[a], high[a], dtype=float) for a in range(2)))
+            places = np.full((columns.size, 3), float(k))
+            places[:, across] = np.stack([columns.ravel(), rows.ravel()], axis=1)
+            drawing.raster("image", greys(under.values(places), limits).reshape(columns.shape))
+        for name, mask in masks.items():
+            path = _runs(mask[low[0] : high[0], low[1] : high[1], k])
+            if path:
+                drawing.fill("labels", path, structure_colour(name))
+        for name, (_, triangles) in surfaces.items():
+            index = indices[name]
+            drawing.outline(name, plane_cut(index, triangles, index[:, axis] - (k + 1e-9))[:, :, across])
+        drawing.dots(dots[np.rint(dots[:, axis]) == k][:, across])
+        pictures.append(drawing.svg(width, f"slice {k}", str(k)))
+    return pictures
+
+
+def shown_slices(first: int, end: int) -> list[int]:
+    """Numbers of the slices that are drawn, from the first to before the end: all, or ``MOST`` evenly spread."""
+    if end - first <= MOST:
+        return list(range(first, end))
+    return [int(k) for k in np.unique(np.rint(np.linspace(first, end - 1, MOST)))]
+
+
+def _box(mask: npt.NDArray[np.bool_], margin: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """First and last (exclusive) index of what is set, with a margin of so many pixels within a slice."""
+    room = np.array([*margin, 0]).astype(np.int64)
+    found = np.argwhere(mask)
+    low = np.maximum(found.min(axis=0) - room, 0)
+    high = np.minimum(found.max(axis=0) + 1 + room, mask.shape)
+    return low, high
+
+
+def _runs(mask: npt.NDArray[np.bool_]) -> str:
+    """SVG path of a 2-D mask: one rectangle for each run of pixels."""
+    padded = np.pad(mask.T.astype(np.int8), ((0, 0), (1, 1)))
+    column, edge = np.nonzero(np.diff(padded, axis=1))  # the first pixel of a run and the first behind it, by turns
+    runs = zip(column[::2].tolist(), edge[::2].tolist(), edge[1::2].tolist())
+    return "".join(f"M{a} {j}h{b - a}v1h{a - b}z" for j, a, b in runs)

@@ -1,0 +1,102 @@
+"""Damaged files of VTK's and XML with entities are refused in one line, by every reader that meets them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista
+from meshes import truncated_ellipsoid
+
+import femprep as fp
+from femprep.mesh.vtk.reading import load
+from femprep.volume.sizing import read_sizing
+
+LAUGHS = '<!DOCTYPE x [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]>'
+OUTSIDE = '<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/hostname">]>'
+
+
+@pytest.fixture
+def ball(tmp_path: Path) -> Path:
+    path = tmp_path / "ball.vtk"
+    surface = pyvista.Icosphere(radius=30.0, nsub=2)
+    surface.point_data["place"] = np.asarray(surface.points)
+    surface.save(path)
+    return path
+
+
+def test_cells_that_name_points_which_are_not_there(ball: Path) -> None:
+    """VTK's own filters end the process on such a file."""
+    data = bytearray(ball.read_bytes())
+    place = data.index(b"CONNECTIVITY") + len(b"CONNECTIVITY vtktypeint64\n")
+    data[place : place + 8] = (2**40).to_bytes(8, "big")
+    ball.write_bytes(bytes(data))
+    with pytest.raises(fp.FileError, match="a cell names point 1099511627776, and it holds 162 points"):
+        fp.read_surface(ball)
+
+
+def test_a_list_of_cells_that_contradicts_itself(ball: Path) -> None:
+    data = bytearray(ball.read_bytes())
+    place = data.index(b"OFFSETS") + len(b"OFFSETS vtktypeint64\n") + 8
+    data[place : place + 8] = (2**40).to_bytes(8, "big")
+    ball.write_bytes(bytes(data))
+    with pytest.raises(fp.FileError, match="contradicts itself"):
+        load(ball)
+
+
+def test_file_cut_off_in_its_last_array(ball: Path) -> None:
+    """VTK says so in a warning, and gives what it has read."""
+    data = ball.read_bytes()
+    ball.write_bytes(data[: data.index(b"POINT_DATA") + 500])
+    with pytest.raises(fp.FileError, match="damaged: Error reading binary data"):
+        fp.read_surface(ball)
+
+
+@pytest.mark.parametrize(("ending", "damage"), [(".vtp", b"</Points>"), (".vtp", b"eNo"), (".vtk", b"POLYGONS")])
+def test_nothing_of_vtk_is_on_the_screen(tmp_path: Path, ending: str, damage: bytes) -> None:
+    path = tmp_path / f"ball{ending}"
+    pyvista.Icosphere(radius=30.0, nsub=2).save(path)
+    data = path.read_bytes()
+    assert damage in data or damage == b"eNo"
+    path.write_bytes(data.replace(damage, b"####") if damage in data else data[:2000])
+    command = [sys.executable, "-m", "femprep", "compare", str(path), str(path)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 2, ended.stderr
+    assert ended.stderr.count("\n") == 1, ended.stderr
+    assert ended.stderr.startswith("femprep: error: ")
+
+
+@pytest.mark.parametrize("prolog", [LAUGHS, OUTSIDE])
+@pytest.mark.parametrize("name", ["mesh.vtu", "mesh.feb", "mesh.xdmf", "surface.vtp", "sizing.vtu", "mesh.xml"])
+def test_entities_are_refused(tmp_path: Path, prolog: str, name: str) -> None:
+    path = tmp_path / name
+    mesh = truncated_ellipsoid(heights=2, around=6, layers=1)
+    if name == "surface.vtp":
+        pyvista.Icosphere(nsub=1).save(path)
+    else:
+        written = path.with_suffix(".vtu") if name == "mesh.xml" else path
+        fp.write_mesh(mesh, written, format="dolfinx" if name == "mesh.xdmf" else None)
+        if name == "mesh.xml":
+            path.with_suffix(".vtu").rename(path)
+    text = path.read_text()
+    lines = text.splitlines(keepends=True)
+    first = 1 if lines[0].startswith("<?xml") else 0
+    lines = [line for line in lines if not line.startswith("<!DOCTYPE")]
+    path.write_text("".join([*lines[:first], prolog, "\n", *lines[first:]]))
+    read = {"surface.vtp": fp.read_surface, "sizing.vtu": read_sizing}.get(name, fp.read_mesh)
+    with pytest.raises(fp.FileError, match="entity 'a'"):
+        read(path)
+
+
+def test_a_document_type_without_entities_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "mesh.xdmf"
+    mesh = truncated_ellipsoid(heights=2, around=6, layers=1)
+    fp.write_mesh(mesh, path, format="dolfinx")
+    text = path.read_text()
+    if "<!DOCTYPE" not in text:
+        path.write_text(text.replace("<Xdmf", '<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>\n<Xdmf', 1))
+    assert "<!DOCTYPE" in path.read_text()
+    assert np.array_equal(fp.read_mesh(path).points, mesh.points)
