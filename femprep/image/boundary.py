@@ -67,7 +67,7 @@ class BoundaryPoints:
 
 
 def faces_to(boundary: BoundaryPoints, grid: Grid) -> FloatArray:
-    """Whether the faces of boundary points look to larger indices of their axis, 1, or to smaller ones, -1: ``(N,)``."""
+    """1 where the face of a boundary point looks to larger indices of its axis, -1 to smaller ones, ``(N,)``."""
     return np.asarray(np.sign(np.einsum("nk,kn->n", boundary.normal, grid.direction[:, boundary.axis])))
 
 

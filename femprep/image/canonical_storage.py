@@ -24,7 +24,7 @@ _Storage = tuple[tuple[int, ...], tuple[int, ...]]
 def stored_by_content(obj: LabelObject, boundary: BoundaryPoints | None = None) -> tuple[LabelObject, BoundaryPoints]:
     """Bring an object and its boundary points into the storage that the object's shape tells.
 
-    The stack's axis becomes the last one, the others go by the spread of the voxels along them; along each of them the
+    The stack's axis becomes the last one, the others are ordered by the spread of the voxels along them; along each the
     voxels are skew to the same side. Both are told from sums of whole numbers, which no rounding changes. Where they
     are equal the voxels are compared one by one; of a mask that is symmetric, so that these are equal as well, the
     storage next to the heart's own axes is taken, or the one it has where these are not known.
@@ -58,7 +58,7 @@ def stored_by_content(obj: LabelObject, boundary: BoundaryPoints | None = None) 
     if grid.offsets is not None:
         offsets = grid.offsets[:: -1 if grid.stack_axis in turned else 1, order] * signs
     direction = grid.direction[:, order] * signs
-    own = Grid(mask.shape, grid.spacing[list(order)], grid.regular.to_world(corner), direction, offsets)
+    own = Grid(mask.shape, grid.spacing[list(order)], grid.regular.to_world(corner), direction, offsets, 2)
     found = LabelObject(mask, own, obj.name, obj.report, obj.frame)
     if boundary is None:
         return found, boundary_points(found)
@@ -72,11 +72,11 @@ def stored_by_content(obj: LabelObject, boundary: BoundaryPoints | None = None) 
 
 def _storage(obj: LabelObject) -> _Storage:
     """The storage an object's shape tells."""
-    spread = [_moments(obj.mask, axis) for axis in range(3)]
-    size = obj.grid.spacing
-    # Slices that were moved against each other are those of the grid's own stack.
-    thick = size >= size.max() * (1.0 - 1e-3) if obj.grid.offsets is None else np.arange(3) == obj.stack_axis
-    key = [(bool(thick[axis]), second, abs(third)) for axis, (second, third) in enumerate(spread)]
+    spread = [moments(obj.mask, axis) for axis in range(3)]
+    grid = obj.grid
+    told = grid.stack is not None or grid.offsets is not None
+    thick = [grid.stack_axis] if told else grid.thick_axes
+    key = [(axis in thick, second, abs(third)) for axis, (second, third) in enumerate(spread)]
     orders = [order for order in permutations(range(3)) if [key[a] for a in order] == sorted(key)]
     ways = [
         (order, tuple(signs))
@@ -94,7 +94,7 @@ def _storage(obj: LabelObject) -> _Storage:
     return ways[along.index(max(along))]
 
 
-def _moments(mask: BoolArray, axis: int) -> tuple[int, int]:
+def moments(mask: BoolArray, axis: int) -> tuple[int, int]:
     """Second and third central moment of the voxels along an axis, in whole numbers."""
     counts = [int(n) for n in np.count_nonzero(mask, axis=tuple(a for a in range(3) if a != axis))]
     total, first = sum(counts), sum(k * n for k, n in enumerate(counts))
