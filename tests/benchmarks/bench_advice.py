@@ -5,9 +5,10 @@
     python tests/benchmarks/bench_advice.py --sum rows.jsonl more.jsonl --table table.md
 
 ``--cohort`` takes the subjects of an earlier run of ``femprep cohort`` over the ACDC maps that did not pass, with the
-options it had; ``--fuzz`` the damaged label maps of ``tests/fuzz``. Each is run again with the first option that its
-line names and that has not been followed, until it passes or names no more. Options it names without a figure are
-taken as: ``--edge-length`` six tenths of what it was, ``--vertices`` twice.
+options it had; where ``--then "OTHER/cohort.tsv --correct-shifts"`` names a run in which advice of theirs was followed
+already, what came of it is taken from there. ``--fuzz`` takes the damaged label maps of ``tests/fuzz``. Each is run
+again with the first option that its line names and that has not been followed, until it passes or names no more.
+Options it names without a figure are taken as: ``--edge-length`` six tenths of what it was, ``--vertices`` twice.
 """
 
 from __future__ import annotations
@@ -97,6 +98,20 @@ def follow(source: Path, options: Options, first: tuple[str, str, int] | None = 
     return {**row, "followed": followed, "then": code, "then_status": status, "then_line": line if followed else ""}
 
 
+def followed_before(first: tuple[str, str, int], subject: str, runs: list[str]) -> dict[str, Any] | None:
+    """A row of a subject from the first of other cohorts that it is in, if its line names that option."""
+    for table, words in (one.split(" ", 1) for one in runs):
+        if words.split()[0] not in first[1] and first[0] != "edge-too-long":
+            continue
+        with open(table, newline="") as stream:
+            for row in csv.DictReader(stream, delimiter="\t"):
+                if row["subject"] == subject:
+                    then = {"then": row["reason"], "then_status": int(row["exit_status"]), "then_line": row["message"]}
+                    start = {"reason": first[0], "status": first[2], "line": first[1]}
+                    return {**start, "followed": [words], **then}
+    return None
+
+
 def of_cohort(table: Path, options: Options) -> Iterator[tuple[str, Path, Options, tuple[str, str, int] | None]]:
     """The subjects of a table that did not pass."""
     maps = {p.name.removesuffix("_gt.nii.gz"): p for p in Path(os.environ["FEMPREP_DATA"]).glob("acdc/training/*/*gz")}
@@ -147,6 +162,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--cohort", type=Path, help="table of a cohort over the ACDC maps")
     parser.add_argument("--options", default="", help="options of that cohort beside --preset acdc")
+    parser.add_argument("--then", action="append", default=[], metavar="'TABLE OPTIONS'")
+    parser.add_argument("--known", action="store_true", help="leave out subjects that would have to be run")
     parser.add_argument("--fuzz", type=int, default=0, help="damaged maps of each kind")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", nargs="*", help="subjects of the cohort")
@@ -168,7 +185,10 @@ def main() -> None:
         for subject, source, options, first in cases:
             if subject in done or (given.only and subject not in given.only):
                 continue
-            rows.append({"map": subject, **follow(source, options, first)})
+            before = followed_before(first, subject, given.then) if first else None
+            if given.known and before is None:
+                continue
+            rows.append({"map": subject, **(before or follow(source, options, first))})
             print(rows[-1], flush=True)
             if given.out:
                 with given.out.open("a") as stream:
