@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from femprep.image import LabelObject
-from femprep.mesh.measures.volume_elements import element_volumes
+from femprep.mesh.measures.volume_elements import all_volumes
 from femprep.model import FloatArray, Plane, VolumeMesh, is_blood
 from femprep.report.manifest import VolumeRecord
 from femprep.report.volumes import cavity_volume, voxel_volume
@@ -97,7 +97,7 @@ def _end(objects: Mapping[str, LabelObject], planes: Mapping[str, Plane]) -> Pla
 
 def _regions(mesh: VolumeMesh, beyond: Plane | None) -> dict[str, float]:
     """Volume of each region of the wall, mm3; that beyond a plane alone where one is given."""
-    volume = np.concatenate([element_volumes(mesh.points, block, name) for name, block in mesh.cells.items()])
+    volume = all_volumes(mesh.points, mesh.cells)
     if beyond is not None:
         height = beyond.signed_distance(mesh.points)
         volume = volume * np.concatenate([_share(height[block]) for block in mesh.cells.values()])

@@ -203,7 +203,7 @@ def _target(
     tell("surface", 0.3)
     field = fit_strength(Field(centre, radius, centre + product(sources, axes.T), np.ones(1)), boundary.points)
     level = field.potential(boundary.points)
-    steps = chosen.steps or field.enough_steps(boundary.points, level, 0.0, _FLOW_ERROR)
+    steps = chosen.steps or field.enough_steps(boundary.points, level, _FLOW_ERROR)
     feet = field.directions(field.flow(boundary.points, level, 0.0, steps))
     tell("surface", 0.7)
     target = Target(

@@ -15,6 +15,7 @@ from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import border_edges, edge_table, loops_of
 from femprep.model import FloatArray, IntArray, Plane, Surface
 from femprep.model.notice import spot
+from femprep.model.products import unit_vectors
 from femprep.wall.clipping.clipped_surface import Sheet, reach
 from femprep.wall.clipping.sampled import SampledMap
 
@@ -130,8 +131,7 @@ def _split(sheet: Sheet, number: int, plane: Plane, away: FloatArray) -> FloatAr
         raise InputError(f"two planes meet on surface {sheet.name!r} at {spot(where)}; move one of them")
     share = (np.abs(away[crossing[:, 0]]) / np.abs(away[crossing]).sum(axis=1))[:, None]
     ends = sheet.directions[crossing]
-    start = (1.0 - share) * ends[:, 0] + share * ends[:, 1]
-    start /= np.linalg.norm(start, axis=1, keepdims=True)
+    start = unit_vectors((1.0 - share) * ends[:, 0] + share * ends[:, 1])
     found, points, directions = reach(sheet.smooth, plane, start)
     # Where the smooth surface runs along the plane, the point of the edge itself serves.
     chord = (1.0 - share) * sheet.points[crossing[:, 0]] + share * sheet.points[crossing[:, 1]]

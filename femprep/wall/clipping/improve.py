@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from femprep.mesh.measures.triangles import area_vectors, areas, normals, triangle_quality
+from femprep.mesh.measures.triangles import area_vectors, areas, normals, triangle_quality, vertex_sums
 from femprep.mesh.topology import border_edges, edge_table
 from femprep.model import BoolArray, FloatArray, IntArray, SphereMap
 from femprep.wall.clipping.clipped_surface import Sheet, reach
@@ -122,19 +122,9 @@ def _middle(sheet: Sheet) -> FloatArray:
     """Where each vertex would like to be: the centre of area around it; on the rim midway between its neighbours."""
     size = areas(sheet.points, sheet.triangles)
     centre = sheet.points[sheet.triangles].mean(axis=1)
-    total = np.bincount(sheet.triangles.ravel(), weights=np.repeat(size, 3), minlength=len(sheet.points))
-    middle = (
-        np.stack(
-            [
-                np.bincount(
-                    sheet.triangles.ravel(), weights=np.repeat(size * centre[:, k], 3), minlength=len(sheet.points)
-                )
-                for k in range(3)
-            ],
-            axis=1,
-        )
-        / np.maximum(total, 1e-300)[:, None]
-    )
+    own, count = sheet.triangles, len(sheet.points)
+    middle = np.stack([vertex_sums(size * centre[:, k], own, count) for k in range(3)], axis=1)
+    middle /= np.maximum(vertex_sums(size, own, count), 1e-300)[:, None]
     rim = border_edges(sheet.triangles)
     total_rim = np.zeros_like(middle)
     np.add.at(total_rim, rim[:, 0], 0.5 * sheet.points[rim[:, 1]])

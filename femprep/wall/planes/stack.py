@@ -1,4 +1,4 @@
-"""Label map in, the slices of one ventricle seen along the stack out: areas, closed rings, and which end is basal."""
+"""Label map in, the slices of the left ventricle out: areas, closed rings, and which end is basal."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Stack:
-    """The slices of one ventricle, seen along the stack.
+    """The slices of the left ventricle, seen along the stack.
 
     Attributes
     ----------
     axis : int
         Grid axis of the stack.
-    cavity, muscle : (s,) array
-        Voxels of cavity and of myocardium in each slice of the grid.
+    cavity : (s,) array
+        Voxels of the cavity in each slice of the grid.
     bare : (s,) array
         Share of the cavity in each slice that the next slice towards the base does not cover.
     open : (s,) array
@@ -38,7 +38,6 @@ class Stack:
 
     axis: int
     cavity: npt.NDArray[np.int64]
-    muscle: npt.NDArray[np.int64]
     bare: FloatArray
     open: FloatArray
     basal: int
@@ -64,17 +63,13 @@ class Stack:
         return best
 
 
-def read_stack(
-    seg: Segmentation, cavity: str = "lv", muscle: str = "myo", basal_end: str = "auto", what: str = "the base"
-) -> Stack:
-    """Look at the slices of a ventricle: areas, closed rings, basal end.
+def read_stack(seg: Segmentation, basal_end: str = "auto", what: str = "the base") -> Stack:
+    """Look at the slices of the left ventricle: areas, closed rings, basal end.
 
     Parameters
     ----------
     seg : Segmentation
         The label map.
-    cavity, muscle : str
-        Names of the structures.
     basal_end : {"auto", "first", "last"}
         Which end of the stack is basal, where it is known.
     what : str
@@ -86,18 +81,18 @@ def read_stack(
         A structure is empty, lies in one slice only, or both ends look alike.
     """
     axis = int(seg.stack_axis)
-    inside = np.moveaxis(np.asarray(seg.mask(cavity), dtype=bool), axis, 0)
-    tissue = np.moveaxis(np.asarray(seg.mask(muscle), dtype=bool), axis, 0)
+    inside = np.moveaxis(np.asarray(seg.mask("lv"), dtype=bool), axis, 0)
+    tissue = np.moveaxis(np.asarray(seg.mask("myo"), dtype=bool), axis, 0)
     both = inside | tissue
-    for name, mask in ((cavity, inside), (muscle, tissue)):
+    for name, mask in (("lv", inside), ("myo", tissue)):
         if not mask.any():
             raise InputError(f"structure {name!r} has no voxel, so {what} cannot be found; check the label numbers")
     open_ = np.array([_open(c, b) for c, b in zip(inside, both)])
     cavity_area, muscle_area = (m.sum(axis=(1, 2)).astype(np.int64) for m in (inside, tissue))
     slices = np.flatnonzero(cavity_area + muscle_area)
     if len(slices) < 2:
-        raise InputError(f"{cavity!r} and {muscle!r} lie in slice {slices[0]} alone; {what} needs at least 2 slices")
-    other = cavity == "lv" and "rv" in seg.structures and set(seg.structures["rv"]) <= set(seg.present)
+        raise InputError(f"'lv' and 'myo' lie in slice {slices[0]} alone; {what} needs at least 2 slices")
+    other = "rv" in seg.structures and set(seg.structures["rv"]) <= set(seg.present)
     right = np.moveaxis(seg.mask("rv"), axis, 0).sum(axis=(1, 2)) if other else np.zeros_like(cavity_area)
     trend, evidence = _trend(cavity_area, muscle_area, right, open_ == 0.0, slices)
     if basal_end == "auto":
@@ -112,7 +107,7 @@ def read_stack(
     covering = np.roll(both, -basal, axis=0)
     bare = (inside & ~covering).sum(axis=(1, 2)) / np.maximum(cavity_area, 1)
     evidence["basal_end"] = "last" if basal > 0 else "first"
-    return Stack(axis, cavity_area, muscle_area, bare, open_, basal, evidence)
+    return Stack(axis, cavity_area, bare, open_, basal, evidence)
 
 
 def _open(cavity: BoolArray, both: BoolArray) -> float:

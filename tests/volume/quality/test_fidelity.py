@@ -133,7 +133,8 @@ def test_beyond_a_limit_the_report_fails_with_what_and_where_and_what_helps():
     mesh = tube(seg, 24.5, -0.5, 5.5)
     found = mesh_fidelity(mesh, [Outline("endo", seg.object("lv"))], seg.grid)
     options = CheckOptions()
-    verdicts, failures = judge_fidelity(found.records, options)
+    held = judge_fidelity(found.records, options)
+    verdicts, failures = held.limits, held.failures
     assert [v.passed for v in verdicts] == [False, False]
     assert "endo against the labels of lv: 3." in failures[1]
     assert "in slice" in failures[1]
@@ -144,7 +145,6 @@ def test_beyond_a_limit_the_report_fails_with_what_and_where_and_what_helps():
     assert not report.passed
     assert report.fidelity == found.records
     # Limits can be left out, and help is for those who need it.
-    assert judge_fidelity(found.records, CheckOptions(mean_label_distance=None, maximum_label_distance=4.0)) == (
-        (verdicts[1].model_copy(update={"limit": 4.0, "passed": True}),),
-        (),
-    )
+    wide = judge_fidelity(found.records, CheckOptions(mean_label_distance=None, maximum_label_distance=4.0))
+    assert wide.limits == [verdicts[1].model_copy(update={"limit": 4.0, "passed": True})]
+    assert wide.failures == []
