@@ -66,7 +66,8 @@ def fit_surface(
 
     The template is turned with the heart where the object knows its ``frame``
     (:func:`femprep.orient`), so that vertex i lies at the same place in other phases and in other hearts; else with the
-    image's axes. The smooth surface itself does not depend on it.
+    image's axes, in the order and sense that the object's own shape tells. Along which axes the image is stored matters
+    in neither case.
 
     No surface is returned whose triangles cross or are folded: the stopping function is smoothed until none do.
 

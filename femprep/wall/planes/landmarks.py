@@ -227,4 +227,4 @@ def _nearly_closed(seg: Segmentation, stack: Stack) -> str:
     number = int(near[-1] if stack.basal > 0 else near[0])
     plane = slice_plane(seg, stack, number, stack.basal, 0.0, "")
     told = ",".join(f"{x + 0.0:.6g}" for x in (*np.round(plane.point, 3), *np.round(plane.normal, 6)))
-    return f", or cut at slice {number}, where {share[number]:.0%} of the outline is open, by --base={told}"
+    return f", or cut at slice {number}, where {100.0 * share[number]:.0f} % of the outline is open, by --base={told}"
