@@ -1,12 +1,12 @@
 """What refusals and failed checks advise, followed where it is an option: how often a mesh comes of it, by reason.
 
     FEMPREP_DATA=... python tests/benchmarks/bench_advice.py --cohort OUT/cohort.tsv --options "--edge-length 5"
-    FEMPREP_DATA=... python tests/benchmarks/bench_advice.py --fuzz 300 --seed 7 --table table.md --out rows.jsonl
+    FEMPREP_DATA=... python tests/benchmarks/bench_advice.py --fuzz cases.jsonl --table table.md --out rows.jsonl
     python tests/benchmarks/bench_advice.py --sum rows.jsonl more.jsonl --table table.md
 
 ``--cohort`` takes the subjects of an earlier run of ``femprep cohort`` over the ACDC maps that did not pass, with the
 options it had; where ``--then "OTHER/cohort.tsv --correct-shifts"`` names a run in which advice of theirs was followed
-already, what came of it is taken from there. ``--fuzz`` takes the damaged label maps of ``tests/fuzz``. Each is run
+already, what came of it is taken from there. ``--fuzz`` takes the label maps among the records of ``tests/fuzz/run.py``. Each is run
 again with the first option that its line names and that has not been followed, until it passes or names no more.
 Options it names without a figure are taken as: ``--edge-length`` six tenths of what it was, ``--vertices`` twice.
 """
@@ -122,25 +122,27 @@ def of_cohort(table: Path, options: Options) -> Iterator[tuple[str, Path, Option
                 yield row["subject"], maps[row["subject"]], options, first
 
 
-def of_fuzz(count: int, seed: int, folder: Path) -> Iterator[tuple[str, Path, Options, None]]:
-    """Damaged label maps that are to be meshed."""
+def of_fuzz(records: Path, folder: Path) -> Iterator[tuple[str, Path, Options, None]]:
+    """Damaged label maps among the records of ``tests/fuzz/run.py`` that were to be meshed, and did not pass."""
     sources = Sources(folder / "sources")
-    for number in range(count):
-        for kind in ("labels", REAL):
-            place = folder / f"{kind.split()[0]}-{number}"
-            place.mkdir()
-            case = make_case(kind, seed, number, sources, place)
-            if case.arguments[0] != "mesh":
-                continue
-            options: Options = {}
-            for word in case.arguments[4:]:
-                if word.startswith("--"):
-                    name, _, value = word.partition("=")
-                    options[name] = value or None
-                else:
-                    options[name] = word
-            options.pop("--quiet", None)
-            yield f"{kind} {seed}-{number}: {case.what}", Path(case.arguments[1]), options, None
+    rows = [json.loads(line) for line in records.read_text().splitlines()]
+    wanted = [row for row in rows if row["kind"] in ("labels", REAL) and row["status"]]
+    for row in sorted(wanted, key=lambda row: -row["status"]):  # those that take long come last
+        kind, seed, number = row["kind"], row["seed"], row["number"]
+        place = folder / f"{kind.split()[0]}-{seed}-{number}"
+        place.mkdir()
+        case = make_case(kind, seed, number, sources, place)
+        if case.arguments[0] != "mesh":
+            continue
+        options: Options = {}
+        for word in case.arguments[4:]:
+            if word.startswith("--"):
+                name, _, value = word.partition("=")
+                options[name] = value or None
+            else:
+                options[name] = word
+        options.pop("--quiet", None)
+        yield f"{kind} {seed}-{number}: {case.what}", Path(case.arguments[1]), options, None
 
 
 def table(rows: list[dict[str, Any]]) -> str:
@@ -164,8 +166,7 @@ def main() -> None:
     parser.add_argument("--options", default="", help="options of that cohort beside --preset acdc")
     parser.add_argument("--then", action="append", default=[], metavar="'TABLE OPTIONS'")
     parser.add_argument("--known", action="store_true", help="leave out subjects that would have to be run")
-    parser.add_argument("--fuzz", type=int, default=0, help="damaged maps of each kind")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--fuzz", type=Path, help="records of tests/fuzz/run.py")
     parser.add_argument("--only", nargs="*", help="subjects of the cohort")
     parser.add_argument("--out", type=Path, help="rows, added to this file; those in it are not run again")
     parser.add_argument("--sum", type=Path, nargs="*", help="no run: the table over rows of these files")
@@ -181,7 +182,7 @@ def main() -> None:
         if given.cohort:
             cases = of_cohort(given.cohort, {"--preset": "acdc", **{n: v or None for n, v in words}})
         elif given.fuzz:
-            cases = of_fuzz(given.fuzz, given.seed, Path(name))
+            cases = of_fuzz(given.fuzz, Path(name))
         for subject, source, options, first in cases:
             if subject in done or (given.only and subject not in given.only):
                 continue
