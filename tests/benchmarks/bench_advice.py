@@ -6,9 +6,10 @@
 
 ``--cohort`` takes the subjects of an earlier run of ``femprep cohort`` over the ACDC maps that did not pass, with the
 options it had; where ``--then "OTHER/cohort.tsv --correct-shifts"`` names a run in which advice of theirs was followed
-already, what came of it is taken from there. ``--fuzz`` takes the label maps among the records of ``tests/fuzz/run.py``. Each is run
-again with the first option that its line names and that has not been followed, until it passes or names no more.
-Options it names without a figure are taken as: ``--edge-length`` six tenths of what it was, ``--vertices`` twice.
+already, what came of it is taken from there. ``--fuzz`` takes the label maps that did not pass among the records of
+``tests/fuzz/run.py``. Each is run again with the first option that its line names and that has not been followed, until
+it passes or names no more. Options it names without a figure are taken as: ``--edge-length`` six tenths of what it was,
+``--vertices`` twice.
 """
 
 from __future__ import annotations
