@@ -128,13 +128,15 @@ def of_fuzz(records: Path, folder: Path) -> Iterator[tuple[str, Path, Options, N
     sources = Sources(folder / "sources")
     rows = [json.loads(line) for line in records.read_text().splitlines()]
     wanted = [row for row in rows if row["kind"] in ("labels", REAL) and row["status"]]
-    for row in sorted(wanted, key=lambda row: -row["status"]):  # those that take long come last
+    cases = []
+    for row in wanted:
         kind, seed, number = row["kind"], row["seed"], row["number"]
         place = folder / f"{kind.split()[0]}-{seed}-{number}"
         place.mkdir()
         case = make_case(kind, seed, number, sources, place)
-        if case.arguments[0] != "mesh":
-            continue
+        if case.arguments[0] == "mesh":
+            cases.append((row["status"] == 1, "sweep" not in case.arguments, seed, case))
+    for _, _, seed, case in sorted(cases, key=lambda one: one[:2]):  # those that take long come last
         options: Options = {}
         for word in case.arguments[4:]:
             if word.startswith("--"):
@@ -143,7 +145,7 @@ def of_fuzz(records: Path, folder: Path) -> Iterator[tuple[str, Path, Options, N
             else:
                 options[name] = word
         options.pop("--quiet", None)
-        yield f"{kind} {seed}-{number}: {case.what}", Path(case.arguments[1]), options, None
+        yield f"{case.kind} {seed}-{case.number}: {case.what}", Path(case.arguments[1]), options, None
 
 
 def table(rows: list[dict[str, Any]]) -> str:
