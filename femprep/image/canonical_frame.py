@@ -55,7 +55,7 @@ class AtRest:
         """Put an object at rest."""
         axes = image_axes(obj)[1]
         hand = np.diag(np.sign(np.diag(product(axes.T, obj.grid.direction))))
-        grid = Grid(obj.grid.shape, obj.grid.spacing, np.zeros(3), hand, obj.grid.offsets)
+        grid = Grid(obj.grid.shape, obj.grid.spacing, np.zeros(3), hand, obj.grid.offsets, obj.grid.stack)
         return cls(LabelObject(obj.mask, grid, obj.name, obj.report), axes, obj)
 
     def boundary(self, boundary: BoundaryPoints) -> BoundaryPoints:

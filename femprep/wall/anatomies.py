@@ -281,7 +281,7 @@ def _enclose(
 ) -> Surface:
     """Template surface of the body that encloses some surfaces; what it took is added to ``repaired``."""
     body = Envelope(parts)
-    obj = body.object(seg.grid, "epi")
+    obj = replace(body.object(seg.grid, "epi"), frame=seg.frame)
     vertices = min(int(_EPI_SHARE[options.anatomy] * options.surface.vertices), 20000)
     # Its vertices are moved onto the body afterwards, so that it only has to be near.
     rough = outline_surface(obj, vertices)

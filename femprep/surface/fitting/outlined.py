@@ -6,6 +6,7 @@ from typing import Final
 
 from femprep.errors import StageError
 from femprep.image.canonical_frame import AtRest
+from femprep.image.canonical_storage import stored_by_content
 from femprep.image.object import LabelObject
 from femprep.mesh.patches import PatchSurface
 from femprep.model import Surface
@@ -38,7 +39,7 @@ def outline_surface(obj: LabelObject, vertices: int) -> Surface:
     StageError
         The outline is not a ball's, or the template folds on it.
     """
-    rest = AtRest.of(obj)
+    rest = AtRest.of(stored_by_content(obj)[0])
     template = charge_template(vertices)
     directions = rest.directions(product(template.directions, (rest.axes if obj.frame is None else obj.frame).T))
     rough = PatchSurface(*outlines(rest.obj, _OUTLINE)[1])

@@ -189,7 +189,8 @@ def section(surface: Surface, plane: Plane) -> tuple[FloatArray, float]:
     if not len(cut):
         raise InputError(
             f"the plane through {np.round(plane.point, 1).tolist()} with normal {np.round(plane.normal, 3).tolist()} "
-            f"does not cut surface {surface.name!r}, which lies {height.min():.1f} to {height.max():.1f} mm from it"
+            f"does not cut surface {surface.name!r}, which lies {height.min():.1f} to {height.max():.1f} mm from it; "
+            "move it by --base-offset, or give another by --base X,Y,Z,NX,NY,NZ"
         )
     ends = []
     for i, j in ((0, 1), (1, 2), (2, 0)):

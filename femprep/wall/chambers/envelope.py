@@ -152,9 +152,11 @@ class Envelope:
         room = max(part.thickness for part in self.parts) + max(part.blend for part in self.parts)
         low, high = corners.min(axis=0) - room, corners.max(axis=0) + room
         voxel = max(_FINEST, float((high - low).max()) / _ALONG)
-        count = np.ceil((high - low) / voxel).astype(int) + 2 * PADDING
+        # As far from one end as from the other, so that it does not matter along which axes the image is stored.
+        count = np.ceil((high - low) / voxel - 1e-9).astype(int) + 2 * PADDING
         i, j, k = (int(n) for n in count)
-        grid = Grid((i, j, k), np.full(3, voxel), product(low - PADDING * voxel, axes.T), axes)
+        first = 0.5 * (low + high - (count - 1) * voxel)
+        grid = Grid((i, j, k), np.full(3, voxel), product(first, axes.T), axes)
         return make_object(self._inside(grid), grid, name)
 
     def _inside(self, grid: Grid) -> npt.NDArray[np.bool_]:

@@ -68,7 +68,7 @@ def _cut(sheet: Sheet, number: int, name: str, plane: Plane) -> None:
         side = "cuts all of it away" if not inside else "cuts nothing away"
         raise InputError(
             f"the {name} plane misses surface {sheet.name!r} and {side} (the surface lies {away.min():.2f} to "
-            f"{away.max():.2f} mm from it along its normal); move the plane"
+            f"{away.max():.2f} mm from it along its normal); move the plane, the base by --base-offset or --base"
         )
     away = _snap(sheet, number, plane, away)
     away = _split(sheet, number, plane, away)
