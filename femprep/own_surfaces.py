@@ -14,7 +14,7 @@ from femprep.errors import OptionError
 from femprep.image import IntensityImage, Segmentation
 from femprep.mesh.measures.triangles import areas
 from femprep.mesh.topology import volume
-from femprep.model import Plane, Progress, Surface, VolumeMesh, Wall, verdict_of
+from femprep.model import Plane, Progress, Surface, VolumeMesh, Wall
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
 from femprep.preflight import check_options, check_second_images
@@ -22,12 +22,11 @@ from femprep.report.manifest import VolumeRecord
 from femprep.report.run import Run
 from femprep.report.volumes import cavity_volume
 from femprep.stages.fill import fill
-from femprep.stages.furnish import furnish, solved
+from femprep.stages.furnish import concluded, furnish
 from femprep.surface import fit_surface
 from femprep.surface.given.beyond import closed_beyond
 from femprep.volume import check
 from femprep.volume.quality.given_fidelity import given_fidelity, with_given_fidelity
-from femprep.volume.quality.judged import carry
 from femprep.volume.refine.plan import levels_for
 from femprep.volume.validate import check_amount
 from femprep.wall import given_openings, keep_apart
@@ -109,15 +108,13 @@ def mesh_surfaces(
         quality = check(mesh, options=options.check)
         given = {_facets(name, own): surface for name, surface in own.surfaces.items()}
         judged = with_given_fidelity(quality, given_fidelity(mesh, given))
-        mesher = str(verdict_of(mesh).get("mesher", options.volume.mesher))
-        mesh = carry(mesh, quality.options, mesher, judged.failures[len(quality.failures) :])
-    judged, solution = solved(mesh, judged, options, stages)
-    told: dict[str, Any] = {
+    mesh, judged, solution = concluded(mesh, quality, judged, options, stages)
+    more: dict[str, Any] = {
         "volumes": tuple(_volumes(mesh, wall, own)),
         "seconds": stages.seconds,
         "solution": solution,
     }
-    return Run(None, options, {}, parts.surfaces, wall, mesh, judged, **told, given=own)
+    return Run(None, options, {}, parts.surfaces, wall, mesh, judged, **more, given=own)
 
 
 def _facets(name: str, own: OwnSurfaces) -> str:

@@ -14,20 +14,19 @@ from femprep.anatomy import (
 )
 from femprep.image import IntensityImage, Segmentation, align_slices
 from femprep.image.size import require_heart_size
-from femprep.model import Progress, verdict_of
+from femprep.model import Progress
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
 from femprep.preflight import check_labels, check_options, check_second_images
 from femprep.report.beside_labels import volumes_beside_labels, wall_difference
 from femprep.report.run import Run, Surfaces
 from femprep.stages.fill import fill
-from femprep.stages.furnish import furnish, solved
+from femprep.stages.furnish import concluded, furnish
 from femprep.surface import fit_surface
 from femprep.surface.fit import check_fit
 from femprep.volume import check
 from femprep.volume.quality.advice import advised, what_helps
 from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, with_fidelity
-from femprep.volume.quality.judged import carry
 from femprep.volume.quality.limits import judge_wall_volume
 from femprep.wall.anatomies import ANATOMIES, Layout, lay_out, structures_of
 
@@ -96,9 +95,7 @@ def mesh_segmentation(
         fidelity = mesh_fidelity(mesh, parts.outlines, seg.grid, quality.options.maximum_label_distance)
         judged = judge_wall_volume(quality, wall_difference(volumes))
         judged = with_fidelity(judged, fidelity, what_helps(seg, fidelity, parts, options))
-        mesher = str(verdict_of(mesh).get("mesher", options.volume.mesher))
-        mesh = carry(mesh, quality.options, mesher, judged.failures[len(quality.failures) :])
-    judged, solution = solved(mesh, judged, options, stages)
+    mesh, judged, solution = concluded(mesh, quality, judged, options, stages)
     made = (parts.objects, parts.surfaces, wall, mesh, judged, fidelity, tuple(volumes), stages.seconds, solution)
     return Run(seg, options, *made)
 

@@ -5,6 +5,7 @@ The checks are those of the stages themselves, asked of what the labels say the 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from importlib.util import find_spec
 from typing import Final
@@ -225,9 +226,11 @@ def _check_planes(layout: Layout) -> None:
         reach = float(np.abs(planes[name].normal @ cavity.grid.direction) @ cavity.grid.spacing)
         if distance.min() >= 0.0 or distance.max() <= -reach:
             side = "cuts all of it away" if distance.min() >= 0.0 else "cuts nothing away"
+            taken = re.search("(first|last) end basal", planes[name].source)
+            other = f"give --basal-end {'first' if taken[1] == 'last' else 'last'} or another" if taken else "change"
             raise InputError(
                 f"the {name} plane misses the cavity and {side} (its voxels lie {distance.min():.1f} to "
-                f"{distance.max():.1f} mm from it along its normal); change base_offset or basal_end"
+                f"{distance.max():.1f} mm from it along its normal); {other} --base-offset"
             )
     if not np.all([distance < 0.0 for distance in away.values()], axis=0).any():
         raise InputError("nothing of the cavity lies between base and apex plane; change base_offset")

@@ -132,6 +132,8 @@ def mesh_sequence(
     if options.anatomy != "lv":
         raise OptionError(f"option 'anatomy' is {options.anatomy!r}; a sequence is swept, which meshes lv alone")
     options = _with(options, volume={"mesher": "sweep"})
+    # Cubic voxels do not tell the stack: all phases are cut across the one of the reference.
+    phases = [replace(seg, grid=replace(seg.grid, stack=phases[reference].grid.stack)) for seg in phases]
     stages = Stages(None)
     with stages("preflight of all phases"):
         offsets = phase_base_offsets(phases, options=options.wall)

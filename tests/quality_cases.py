@@ -24,8 +24,8 @@ from femprep.mesh.measures.volume_elements import element_measures
 from femprep.model import Plane, Surface, VolumeMesh
 from femprep.phantoms import biventricular, lv_ellipsoid
 from femprep.sweeping import sweep
+from femprep.sweeping.cup.matched import MatchedSurfaces
 from femprep.sweeping.matching.match import match_surfaces
-from femprep.sweeping.matching.matched import MatchedSurfaces
 
 BASELINE = Path(__file__).with_name("baselines") / "quality.json"
 

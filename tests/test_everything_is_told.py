@@ -37,12 +37,11 @@ from femprep.wall.planes.phase_bases import base_moved_with_phases
 PACKAGE = Path(fp.__file__).parent
 GRID = Grid((40, 40, 40), np.ones(3), np.zeros(3), np.eye(3))
 #: Files that warn of what is no part of a mesh, or whose caller tells it, and why.
-FOREIGN = ("vtu", "febio", "opencarp", "lsdyna", "abaqus")
+FOREIGN = ("vtu", "opencarp", "abaqus")
 TOLD_ELSEWHERE = {
     "wall/anatomies.py": "of what it tries next; what it took is told by wall/chambers/envelope.py",
     "surface/harmonic/leastsquares.py": "surface/fit.py tells it",
     "report/pictures/mesh_picture.py": "report/output.py tells it",
-    "report/activation.py": "of a picture of a mesh that is written; the screen shows the log",
     "report/folder/swap.py": "of the user's own files, after the run's record is written",
     "mesh/compiled.py": "of the cache of compiled code: no result",
     "sweeping/matching/minimum_thickness.py": "sweeping/matching/match.py tells it",
@@ -51,6 +50,7 @@ TOLD_ELSEWHERE = {
     "export/xdmf/write.py": "export/losses.py tells it",
     "template/store.py": "a template that is made anew is the same",
     "export/foreign.py": "of a foreign mesh that is read: no run",
+    "export/deck/parts.py": "of a foreign mesh that is read: no run",
     **{f"export/{name}/read.py": "of a foreign mesh: no run" for name in FOREIGN},
 }
 
@@ -289,7 +289,7 @@ def test_a_missing_picture_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     seg = lv_ellipsoid().segmentation(spacing=(1.4, 1.4, 8.0), apex="uncapped")
     changes = {"surface": {"vertices": 500}, "volume": {"mesher": "sweep", "edge_length": 6.0}}
     run = fp.mesh_segmentation(seg, **changes)
-    for name in ("start_painter", "start_picture", "finish_picture", "end_painter"):
+    for name in ("start_picture", "is_painted", "end_picture"):
         monkeypatch.setattr(femprep.report.output, name, lambda *_: None)
     manifest = fp.write_run(run, tmp_path / "out")
     assert any("no picture of the mesh" in line for line in manifest.notices)

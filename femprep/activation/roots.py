@@ -12,10 +12,10 @@ from typing import Final
 import numpy as np
 
 from femprep.anatomy import VentricularAxes
-from femprep.anatomy.frames import normalise
 from femprep.errors import InputError
 from femprep.mesh.measures.triangles import vertex_normals
 from femprep.model import FloatArray, IntArray
+from femprep.model.products import unit_vectors
 
 #: Height of the root between the lowest and the highest point of the septal side.
 _HEIGHT: Final = 0.85
@@ -92,7 +92,7 @@ def find_root(
         across = (np.radians(turn[side]) * axes.radius(points[side])) ** 2
         at = int(side[np.argmin(off + across)])
     down = -axes.long_axis
-    direction = normalise(down - (down @ normal[at]) * normal[at])
+    direction = unit_vectors(down - (down @ normal[at]) * normal[at])
     length = float(high - low)
     fascicles = tuple((float(np.radians(angle)), share * length) for angle, share in _FASCICLES[ventricle])
     return Root(points[at], direction, _TRUNK[ventricle] * length, fascicles)

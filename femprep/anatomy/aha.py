@@ -32,8 +32,9 @@ from femprep.anatomy.axes.ventricular_axes import BASE_FACETS, VentricularAxes, 
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.part import refuse_blood
 from femprep.errors import InputError
-from femprep.mesh.elements import ELEMENTS, match_facets
-from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh, noted
+from femprep.mesh.elements import match_facets
+from femprep.mesh.measures.volume_elements import all_centroids, all_volumes
+from femprep.model import FACET_TAGS, FloatArray, VolumeMesh, noted
 from femprep.model.blocks import chosen_rows, nodes_of
 
 #: Names of the segments: 1-17 of the left ventricle, 21-29 of the right ventricular free wall.
@@ -56,8 +57,6 @@ SEGMENTS: Final = MappingProxyType(
     }
 )
 
-#: Elements that are measured at once.
-_CHUNK: Final = 50_000
 _SIXTHS: Final = np.array([2, 1, 6, 5, 4, 3])
 _QUARTERS: Final = np.array([14, 13, 16, 15])
 
@@ -106,7 +105,7 @@ def add_aha(mesh: VolumeMesh, *, axes: VentricularAxes | None = None, fields: Wa
     if not top - bottom > 1e-6:
         raise InputError(f"the LV cavity ends {bottom:.1f} mm and the base lies {top:.1f} mm above the apex: no room")
 
-    centre, volume = _elements(mesh)
+    centre, volume = all_centroids(mesh.points, mesh.cells), all_volumes(mesh.points, mesh.cells)
     facet = _facet_centres(mesh)
     cell_rv, facet_rv = np.zeros(len(centre), dtype=bool), np.zeros(len(facet), dtype=bool)
     if len(rv_endo):
@@ -154,7 +153,7 @@ def segment_means(mesh: VolumeMesh, values: npt.ArrayLike, *, largest: int = 17)
     values = np.asarray(values, dtype=float)
     if values.shape != (mesh.n_cells,):
         raise InputError(f"values have shape {values.shape}, expected one per element, ({mesh.n_cells},)")
-    _, volume = _elements(mesh)
+    volume = all_volumes(mesh.points, mesh.cells)
     segment = np.minimum(mesh.cell_data["aha"], largest + 1)
     weight = np.bincount(segment, weights=volume, minlength=largest + 2)[1 : largest + 1]
     total = np.bincount(segment, weights=volume * values, minlength=largest + 2)[1 : largest + 1]
@@ -208,31 +207,6 @@ def rv_free_wall(fields: WallFields) -> npt.NDArray[np.bool_]:
     """Elements of the right ventricle outside the septum, where tissue lies nearer to the epicardium than to the LV."""
     across, outside = fields.space.to_cells(fields.across), fields.space.to_cells(fields.outside)
     return np.asarray((fields.space.to_cells(fields.side) < 0) & (outside >= 0.5 * (1 - np.abs(across))))
-
-
-def _elements(mesh: VolumeMesh) -> tuple[FloatArray, FloatArray]:
-    """Centres ``(n_cells, 3)`` and volumes of the elements, from their corners, by the divergence theorem."""
-    centres, volumes = [np.empty((0, 3))], [np.empty(0)]
-    for name, block in mesh.cells.items():
-        parts = [_centres(mesh.points, block[i : i + _CHUNK], name) for i in range(0, len(block), _CHUNK)]
-        centres += [centre for centre, _ in parts]
-        volumes += [volume for _, volume in parts]
-    return np.concatenate(centres), np.concatenate(volumes)
-
-
-def _centres(points: FloatArray, block: IntArray, name: str) -> tuple[FloatArray, FloatArray]:
-    """Those of elements of one type."""
-    kind = ELEMENTS[name]
-    x = points[block[:, : kind.corners]]
-    centre = x.mean(axis=1)
-    volume = np.zeros(len(block))
-    for face in kind.faces:
-        ring = x[:, face]
-        middle = ring.mean(axis=1)
-        for i in range(len(face)):
-            a, b = ring[:, i] - centre, ring[:, (i + 1) % len(face)] - centre
-            volume += np.einsum("ni,ni->n", np.cross(a, b), middle - centre) / 6
-    return centre, volume
 
 
 def _facet_centres(mesh: VolumeMesh) -> FloatArray:

@@ -12,16 +12,10 @@ import numpy as np
 
 from femprep.mesh.tangents import tangents
 from femprep.model import BoolArray, FloatArray
+from femprep.model.products import unit_vectors
 
 #: Below this fraction of its length, what is left of a vector after a projection has no direction.
 _DEGENERATE: Final = 1e-6
-
-
-def normalise(vectors: FloatArray) -> FloatArray:
-    """Unit vectors; a zero vector stays zero."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    out: FloatArray = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
-    return out
 
 
 def make_frames(
@@ -44,14 +38,14 @@ def make_frames(
         Where the two were parallel or zero (as on the axis at the apex), so that a direction was chosen.
     """
     first, second = (transmural, longitudinal) if keep == "transmural" else (longitudinal, transmural)
-    first, second = normalise(first), normalise(second)
+    first, second = unit_vectors(first), unit_vectors(second)
     lost = np.linalg.norm(first, axis=1) == 0
     first = np.where(lost[:, None], _any_normal(second), first)
     rest = second - np.sum(first * second, axis=1, keepdims=True) * first
     weak = np.linalg.norm(rest, axis=1) < _DEGENERATE
     rest = np.where(weak[:, None], _any_normal(first), rest)
-    rest = normalise(rest)
-    rest = normalise(rest - np.sum(first * rest, axis=1, keepdims=True) * first)  # once more: orthogonal to rounding
+    rest = unit_vectors(rest)
+    rest = unit_vectors(rest - np.sum(first * rest, axis=1, keepdims=True) * first)  # once more: orthogonal to rounding
     transmural, longitudinal = (first, rest) if keep == "transmural" else (rest, first)
     frames = np.stack([np.cross(longitudinal, transmural), longitudinal, transmural], axis=2)
     return frames, lost | weak
@@ -112,7 +106,7 @@ def bislerp(a: FloatArray, b: FloatArray, t: FloatArray) -> tuple[FloatArray, Fl
     left = np.where(near, 1 - t, np.sin((1 - t) * angle) / safe)
     right = np.where(near, t, np.sin(t * angle) / safe)
     signs = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
-    return _matrices(normalise(left[:, None] * q + right[:, None] * qb)), signs[choice]
+    return _matrices(unit_vectors(left[:, None] * q + right[:, None] * qb)), signs[choice]
 
 
 def _quaternions(frames: FloatArray) -> FloatArray:
@@ -132,7 +126,7 @@ def _quaternions(frames: FloatArray) -> FloatArray:
             np.column_stack([minus[:, 2], plus[:, 1], plus[:, 2], diagonal[:, 2]]),
         ]
     )
-    return normalise(table[pick, np.arange(len(m))])
+    return unit_vectors(table[pick, np.arange(len(m))])
 
 
 def _matrices(q: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.mesh.elements import match_facets
 from femprep.model import IntArray, VolumeMesh, is_blood
-from femprep.model.blocks import chosen_rows, nodes_of
+from femprep.model.blocks import chosen_rows, nodes_of, numbers_among
 
 #: Directions in blood, where none mean anything: solvers want unit vectors at right angles in every element.
 _FRAME: Final = {"fiber": (1.0, 0.0, 0.0), "sheet": (0.0, 1.0, 0.0), "sheet_normal": (0.0, 0.0, 1.0)}
@@ -70,8 +70,7 @@ def part_of(mesh: VolumeMesh, tissue: np.ndarray) -> tuple[VolumeMesh, IntArray,
     face = (owner >= 0) & tissue[owner]
     cells, facets = chosen_rows(mesh.cells, tissue), chosen_rows(mesh.facets, face)
     nodes = nodes_of(cells)
-    number = np.full(len(mesh.points), -1)
-    number[nodes] = np.arange(len(nodes))
+    number = numbers_among(nodes, len(mesh.points))
     part = VolumeMesh(
         mesh.points[nodes],
         {kind: number[block] for kind, block in cells.items()},

@@ -21,12 +21,13 @@ from typing import Final, Literal
 
 import numpy as np
 
-from femprep.anatomy.frames import bislerp, make_frames, normalise, rotate
+from femprep.anatomy.frames import bislerp, make_frames, rotate
 from femprep.anatomy.laplace.fem import LinearElements
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.laplace.shapes import shape_functions
 from femprep.anatomy.laplace.valves import valve_fields
 from femprep.model import BoolArray, FloatArray, IntArray
+from femprep.model.products import unit_vectors
 from femprep.options import FibreOptions
 
 #: Helix angles at the RV's endocardium and epicardium by Doste et al. 2019, degrees.
@@ -97,9 +98,9 @@ def _toward_valves(fields: WallFields) -> tuple[FloatArray, FloatArray]:
     space, found = fields.space, {}
     for ventricle in ("lv", "rv") if fields.biventricular else ("lv",):
         inflow, outflow, share = valve_fields(fields, ventricle)
-        ways = [normalise(space.to_nodes(space.gradient(field))) for field in (inflow, outflow)]
+        ways = [unit_vectors(space.to_nodes(space.gradient(field))) for field in (inflow, outflow)]
         share = np.clip(share, 0.0, 1.0)
-        found[ventricle] = normalise((1 - share)[:, None] * ways[0] + share[:, None] * ways[1]), share
+        found[ventricle] = unit_vectors((1 - share)[:, None] * ways[0] + share[:, None] * ways[1]), share
     if not fields.biventricular:
         return found["lv"]
     # Right of the middle of the septum the right ventricle's, and on the epicardium that of the side it is on.

@@ -21,7 +21,7 @@ from femprep.errors import FemprepError, InputError
 from femprep.export.deck.names import FOREIGN
 from femprep.mesh.measures.tetrahedra import tetra_volumes
 from femprep.model import FACET_TAGS, REGION_TAGS, Notice, Plane, Progress, TagArray, VolumeMesh, noted, with_verdict
-from femprep.model.blocks import chosen_rows, nodes_of
+from femprep.model.blocks import chosen_rows, nodes_of, numbers_among
 from femprep.model.stages import Stages
 from femprep.model.units import MILLIMETRES, guess_unit
 from femprep.options import AnnotateOptions, choose, takes
@@ -134,8 +134,7 @@ def _used(mesh: VolumeMesh) -> VolumeMesh:
     left = len(mesh.points) - len(used)
     if not left:
         return mesh
-    number = np.full(len(mesh.points), -1)
-    number[used] = np.arange(len(used))
+    number = numbers_among(used, len(mesh.points))
     facets = {kind: number[block] for kind, block in mesh.facets.items()}
     whole = [np.empty(0, dtype=bool), *((block >= 0).all(axis=1) for block in facets.values())]
     keep = np.concatenate(whole)

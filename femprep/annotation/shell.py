@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from femprep.errors import InputError
 from femprep.mesh.elements import FACET_CORNERS, boundary_faces
 from femprep.mesh.numbering import set_numbers
-from femprep.mesh.topology import border_loops, closed_by_fans, volume
+from femprep.mesh.topology import border_loops, closed_by_fans, components, volume
 from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh
 from femprep.model.blocks import block_rows
 from femprep.model.facets import split_facets
@@ -74,9 +74,7 @@ class Shell:
         keep = np.ones(len(self.pairs), dtype=bool) if across is None else across
         chosen = np.ones(len(self), dtype=bool) if chosen is None else chosen
         pairs = self.pairs[keep & chosen[self.pairs].all(axis=1)]
-        ones = np.ones(len(pairs), dtype=np.int8)
-        graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(self), len(self)))
-        label = connected_components(graph, directed=False)[1]
+        label = components(pairs[:, 0], pairs[:, 1], len(self))
         size = np.bincount(label[chosen], weights=self.area[chosen], minlength=int(label.max(initial=0)) + 1)
         rank = np.empty(len(size), dtype=np.int64)
         rank[np.argsort(-size, kind="stable")] = np.arange(len(size))

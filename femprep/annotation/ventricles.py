@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from femprep.anatomy import WallFields, add_aha, add_atrial_fibres, add_coordinates, add_fibres, ventricular_axes
 from femprep.anatomy.part import part_of, spread_over
@@ -15,6 +13,7 @@ from femprep.annotation.reading import Opening
 from femprep.annotation.shell import shell_of
 from femprep.mesh.elements import FACET_CORNERS
 from femprep.mesh.numbering import set_numbers
+from femprep.mesh.topology import components
 from femprep.model import FACET_TAGS, REGION_TAGS, BoolArray, VolumeMesh
 from femprep.model.blocks import block_rows
 from femprep.options import FibreOptions
@@ -76,9 +75,7 @@ def _largest(mesh: VolumeMesh, chosen: BoolArray) -> BoolArray:
         first += len(block)
     cell, node = np.concatenate(ends).T
     count = int(chosen.sum())
-    size = count + len(mesh.points)
-    graph = coo_array((np.ones(len(cell), dtype=np.int8), (cell, count + node)), shape=(size, size))
-    piece = connected_components(graph, directed=False)[1][:count]
+    piece = components(cell, count + node, count + len(mesh.points))[:count]
     out = np.zeros(len(chosen), dtype=bool)
     out[np.flatnonzero(chosen)[piece == np.bincount(piece).argmax()]] = True
     return out

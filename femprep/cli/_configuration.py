@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -64,18 +65,36 @@ def _read_toml(path: Path) -> dict[str, Any]:
         raise FileError(f"configuration {str(path)!r} is not valid TOML: it is nested too deeply") from None
 
 
+@dataclass(frozen=True)
+class _Named:
+    """How an option of named values is written: its name, the form of its value, and an example."""
+
+    option: str
+    form: str
+    example: str
+
+    def pairs(self, items: Sequence[str] | None) -> Iterator[tuple[str, str, str]]:
+        """Name, value and text of each item."""
+        for item in items or ():
+            name, _, value = (part.strip() for part in item.partition("="))
+            if not (name and value):
+                raise self.wrong(item)
+            yield name, value, item
+
+    def wrong(self, item: str) -> OptionError:
+        """What is said of a text of another form."""
+        return OptionError(f"--{self.option} {item!r} is not {self.form}; write for example {self.example}")
+
+
 def parse_structures(items: Sequence[str] | None) -> dict[str, tuple[int | str, ...]] | None:
     """``["lv=3", "myo=2,4", "rv=RV blood"]`` as label numbers, or names of segments, by structure name."""
-    if not items:
-        return None
+    way = _Named("structure", "NAME=LABEL[,LABEL...]", "--structure lv=3")
     found: dict[str, tuple[int | str, ...]] = {}
-    for item in items:
-        name, equals, labels = item.partition("=")
-        numbers = tuple(_number_or_name(label.strip()) for label in labels.split(","))
-        if not (name.strip() and equals and "" not in numbers):
-            raise OptionError(f"--structure {item!r} is not NAME=LABEL[,LABEL...]; write for example --structure lv=3")
-        found[name.strip()] = numbers
-    return found
+    for name, labels, item in way.pairs(items):
+        found[name] = tuple(_number_or_name(label.strip()) for label in labels.split(","))
+        if "" in found[name]:
+            raise way.wrong(item)
+    return found or None
 
 
 def _number_or_name(text: str) -> int | str:
@@ -91,11 +110,8 @@ def parse_masks(items: Sequence[str] | None) -> dict[str, list[Path]]:
         A text of another form.
     """
     found: dict[str, list[Path]] = {}
-    for item in items or ():
-        name, equals, file = item.partition("=")
-        if not (name.strip() and equals and file.strip()):
-            raise OptionError(f"--mask {item!r} is not NAME=FILE; write for example --mask lv=left_ventricle.nii.gz")
-        found.setdefault(name.strip(), []).append(Path(file.strip()))
+    for name, file, _ in _Named("mask", "NAME=FILE", "--mask lv=left_ventricle.nii.gz").pairs(items):
+        found.setdefault(name, []).append(Path(file))
     return found
 
 
@@ -147,13 +163,10 @@ def parse_surfaces(items: Sequence[str] | None) -> dict[str, Path]:
         A text of another form, or a name given twice.
     """
     found: dict[str, Path] = {}
-    for item in items or ():
-        name, equals, file = item.partition("=")
-        if not (name.strip() and equals and file.strip()):
-            raise OptionError(f"--surface {item!r} is not NAME=FILE; write for example --surface lv=endo.stl")
-        if name.strip() in found:
-            raise OptionError(f"--surface {name.strip()} is given twice; one file per name")
-        found[name.strip()] = Path(file.strip())
+    for name, file, _ in _Named("surface", "NAME=FILE", "--surface lv=endo.stl").pairs(items):
+        if name in found:
+            raise OptionError(f"--surface {name} is given twice; one file per name")
+        found[name] = Path(file)
     return found
 
 
@@ -165,21 +178,43 @@ def parse_valves(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | 
     OptionError
         A text of another form, or a name given twice.
     """
+    way = _Named("valve", "NAME=X,Y,Z,NX,NY,NZ,R", "--valve mitral=10,20,30,0,0,1,12")
+    return _numbers_by_name(way, items, 7) or None
+
+
+def parse_places(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | None:
+    """Places given as ``endo_lv=X,Y,Z``; None where there are none, so that a file's stand.
+
+    Raises
+    ------
+    OptionError
+        A text of another form, or a name given twice.
+    """
+    return _numbers_by_name(_Named("at", "NAME=X,Y,Z", "--at endo_lv=10,20,30"), items, 3) or None
+
+
+def _numbers_by_name(way: _Named, items: Sequence[str] | None, count: int) -> dict[str, tuple[float, ...]]:
+    """So many finite numbers by name."""
     found: dict[str, tuple[float, ...]] = {}
-    for item in items or ():
-        name, equals, numbers = item.partition("=")
-        try:
-            values = tuple(float(number) for number in numbers.split(","))
-        except ValueError:
-            values = ()
-        if not equals or len(values) != 7 or not all(map(math.isfinite, values)):
-            raise OptionError(
-                f"--valve {item!r} is not NAME=X,Y,Z,NX,NY,NZ,R; write for example --valve mitral=10,20,30,0,0,1,12"
-            )
+    for name, numbers, item in way.pairs(items):
+        values = parse_numbers(numbers)
+        if len(values) != count:
+            raise way.wrong(item)
         if name in found:
-            raise OptionError(f"--valve {name} is given twice; one plane per name")
+            raise OptionError(f"--{way.option} {name} is given twice; one for each name")
         found[name] = values
-    return found or None
+    return found
+
+
+def parse_names(items: Sequence[str] | None) -> dict[str, str] | None:
+    """Names given as ``4=epi``; None where there are none.
+
+    Raises
+    ------
+    OptionError
+        A text of another form.
+    """
+    return {theirs: ours for theirs, ours, _ in _Named("name", "THEIRS=OURS", "--name 4=epi").pairs(items)} or None
 
 
 def parse_point(text: str, name: str) -> tuple[float, float, float]:
@@ -194,41 +229,6 @@ def parse_point(text: str, name: str) -> tuple[float, float, float]:
     if len(values) != 3:
         raise OptionError(f"--{name.replace('_', '-')} {text!r} is not X,Y,Z; write for example 10.5,-20,31")
     return values[0], values[1], values[2]
-
-
-def parse_places(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | None:
-    """Places given as ``endo_lv=X,Y,Z``; None where there are none, so that a file's stand.
-
-    Raises
-    ------
-    OptionError
-        A text of another form.
-    """
-    found: dict[str, tuple[float, ...]] = {}
-    for item in items or ():
-        name, equals, numbers = item.partition("=")
-        values = parse_numbers(numbers)
-        if not equals or len(values) != 3:
-            raise OptionError(f"--at {item!r} is not NAME=X,Y,Z; write for example --at endo_lv=10,20,30")
-        found[name.strip()] = values
-    return found or None
-
-
-def parse_names(items: Sequence[str] | None) -> dict[str, str] | None:
-    """Names given as ``4=epi``; None where there are none.
-
-    Raises
-    ------
-    OptionError
-        A text of another form.
-    """
-    found = {}
-    for item in items or ():
-        theirs, equals, ours = item.partition("=")
-        if not (theirs.strip() and equals and ours.strip()):
-            raise OptionError(f"--name {item!r} is not THEIRS=OURS; write for example --name 4=epi")
-        found[theirs.strip()] = ours.strip()
-    return found or None
 
 
 def parse_plane(text: str | None) -> tuple[float, ...] | None:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Literal, TypeVar, get_args, get_origin
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 import typer
 
-from femprep.options import StageOptions
+from femprep.options import Options, StageOptions
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -33,13 +33,28 @@ def option(
     # Choices stand in the help: beside the name they leave no room for either at 80 columns.
     notes = "; ".join(filter(None, [", ".join(choices), f"default: {shown}" if shown else ""]))
     text = (info.description or "") + (f" [dim]\\[{notes}][/dim]" if notes else "")
-    return typer.Option(
+    made = typer.Option(
         *(names or (f"--{field.replace('_', '-')}",)),
         help=text,
         metavar=metavar or ("CHOICE" if choices else None),
         autocompletion=one_of(choices) if choices else None,
         rich_help_panel=panel,
     )
+    made.path = f"{_place(group)}{field}"
+    return made
+
+
+def _place(group: type[StageOptions]) -> str:
+    """Where the options of a run hold a group, as ``volume__``."""
+    fields = Options.model_fields.items()
+    return next((f"{name}__" for name, info in fields if group in (info.annotation, *get_args(info.annotation))), "")
+
+
+def by_path(command: Callable[..., Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of a command's arguments that are options of a run, by ``name`` or ``group__name``."""
+    hints = get_type_hints(command, include_extras=True).items()
+    notes = [(name, note) for name, hint in hints for note in getattr(hint, "__metadata__", ())]
+    return {note.path: values[name] for name, note in notes if hasattr(note, "path")}
 
 
 def _choices(annotation: Any) -> list[str]:

@@ -174,13 +174,9 @@ def _bars(counts: Any) -> str:
 def _print_worst(report: Any, console: Console, count: int) -> None:
     """The worst elements by each measure, with their places."""
     rows = []
-    shown: dict[str, int] = {}
-    for item in report.worst:
-        shown[item.measure] = shown.get(item.measure, 0) + 1
-        if shown[item.measure] <= count:
-            place = " ".join(f"{x:.1f}" for x in item.centroid)
-            name = item.measure.replace("_", " ")
-            rows.append([name, _number(item.value), str(item.element), item.type, item.region, place])
+    for item in report.worst_few(count):
+        place, name = " ".join(f"{x:.1f}" for x in item.centroid), item.measure.replace("_", " ")
+        rows.append([name, _number(item.value), str(item.element), item.type, item.region, place])
     columns = ("", "value", "element", "type", "region", "centroid x y z, mm LPS")
     print_table(console, "Worst elements", columns, rows)
 

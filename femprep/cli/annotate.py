@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from femprep.cli import _arguments as shared
 from femprep.cli._arguments import FIBRES, INPUT, OUTPUT
 from femprep.cli._configuration import merged, parse_names, parse_places, parse_plane
-from femprep.cli._fields import option
+from femprep.cli._fields import by_path, option
 from femprep.cli._names import annotation_names
 from femprep.options import AnnotateOptions, choose
 
@@ -67,17 +67,11 @@ def annotate(
     Facets are named by the file's own names, by --name, and by geometry. Where two readings are possible nothing is
     guessed: the message says which line of --config decides. The exit status is 1 where the mesh fails its check.
     """
-    changes: dict[str, Any] = {
-        "unit": unit,
+    changes = by_path(annotate, locals()) | {
         "names": parse_names(name),
         "at": parse_places(at),
         "base": parse_plane(base),
         "formats": tuple(format) if format else None,
-        "fibres__endo_angle": endo_angle,
-        "fibres__epi_angle": epi_angle,
-        "fibres__mirrored": mirrored,
-        "check__purpose": purpose,
-        "export__length_unit": length_unit,
     }
     values = merged(config, **changes)
     if fibres is False:

@@ -20,7 +20,7 @@ from femprep.cli._configuration import (
     read_options,
     split_tissues,
 )
-from femprep.cli._fields import option, takes_options_of
+from femprep.cli._fields import by_path, option, takes_options_of
 from femprep.cli._mesh_runs import mesh_file, mesh_own, mesh_phases
 from femprep.errors import OptionError
 from femprep.options import (
@@ -146,55 +146,23 @@ def mesh_options(
         if mesher not in (None, "sweep"):
             raise OptionError(f"--mesher {mesher} keeps no connectivity; --sequence and --template need the sweep")
         mesher = "sweep"
-    return read_options(
-        config,
-        anatomy=anatomy,
-        preset=preset,
-        unit=unit,
-        structures=parse_structures(structure),
-        formats=tuple(format) if format else None,
-        flip=flip,
-        blood_pool=blood_pool or None,
-        image__policy=policy,
-        image__spacing=spacing,
-        image__resample=resample,
-        image__frame=frame,
-        image__correct_shifts=correct_shifts,
-        surface__method=method,
-        surface__vertices=vertices,
-        surface__singularities=singularities,
-        surface__control_points=control_points,
-        wall__policy=policy,
-        wall__apex=apex,
-        wall__basal_end=basal_end,
-        wall__base=parse_plane(base),
-        wall__base_offset=base_offset,
-        wall__minimum_thickness=minimum_thickness,
-        wall__rv_wall_thickness=rv_wall_thickness,
-        wall__atrial_wall_thickness=atrial_wall_thickness,
-        wall__openings=openings,
-        wall__valves=parse_valves(valve),
-        volume__mesher=mesher,
-        volume__quality=quality,
-        volume__edge_length=edge_length,
-        volume__refinement=refinement,
-        volume__elements_through_wall=elements_through_wall,
-        volume__sizing=sizing,
-        **({f"sweep__{name}": same.get(name) for name in same} or {"sweep__element": element, "sweep__layers": layers}),
-        volume__order=int(order) if order in ("1", "2") else order,
-        volume__time_limit=time_limit,
-        fibres={} if fibres else None,
-        fibres__endo_angle=endo_angle,
-        fibres__epi_angle=epi_angle,
-        fibres__mirrored=mirrored,
-        pericardium__stiffness=pericardium,
-        purkinje={} if purkinje else None,
-        activation={} if activation else None,
-        check__purpose=purpose,
-        export__length_unit=length_unit,
-        export__step=step,
-        solve=solve,
-    )
+    changes = by_path(mesh_options, locals())
+    changes |= {
+        "structures": parse_structures(structure),
+        "formats": tuple(format) if format else None,
+        "blood_pool": blood_pool or None,
+        "wall__policy": policy,
+        "wall__base": parse_plane(base),
+        "wall__valves": parse_valves(valve),
+        "volume__order": int(order) if order in ("1", "2") else order,
+        **{
+            name: {}
+            for name, asked in {"fibres": fibres, "purkinje": purkinje, "activation": activation}.items()
+            if asked
+        },
+        **{f"sweep__{name}": value for name, value in same.items()},
+    }
+    return read_options(config, **changes)
 
 
 def _read_template(path: Path | None) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import typer
 from femprep.cli import _arguments as shared
 from femprep.cli._arguments import INPUT, OUTPUT, SURFACES
 from femprep.cli._configuration import parse_objects, parse_structures, read_options
-from femprep.cli._fields import option
+from femprep.cli._fields import by_path, option
 from femprep.options import SurfaceOptions
 
 
@@ -51,23 +51,8 @@ def surface(
     Makes the folder OUT: surfaces/NAME.vtp, one for each object, run.json, and methods.md with methods.bib. The exit
     status is 1 where a surface lies farther from its labels than the limits say.
     """
-    options = read_options(
-        config,
-        preset=preset,
-        structures=parse_structures(structure),
-        image__policy=policy,
-        image__spacing=spacing,
-        image__resample=resample,
-        image__frame=frame,
-        image__correct_shifts=correct_shifts,
-        surface__vertices=vertices,
-        surface__cells=cells,
-        surface__method=method,
-        surface__connectivity=connectivity,
-        surface__curvature_sizing=curvature_sizing,
-        surface__singularities=singularities,
-        surface__control_points=control_points,
-    )
+    changes = by_path(surface, locals())
+    options = read_options(config, structures=parse_structures(structure), **changes)
     from femprep.cli._names import surface_names
     from femprep.cli._progress import bars
     from femprep.report.folder.output_folder import require_writable

@@ -47,10 +47,6 @@ def _hashes(record: dict[str, Any]) -> list[str]:
     return [phase["sha256"] for phase in record["phases"]] if "phases" in record else [record["input"]["sha256"]]
 
 
-def _asked_to_show(subject: Subject) -> list[tuple[str, int | None]]:
-    return [(file_sha256(one.path), one.frame) for one in subject.shown]
-
-
 def _shown(record: dict[str, Any]) -> list[tuple[str, int | None]]:
     """Hash and frame of the images that its pages show."""
     found = [own.get("image") for own in record.get("phases", [record])]

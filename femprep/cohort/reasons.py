@@ -73,7 +73,7 @@ REASONS: Final[tuple[Reason, ...]] = (
     ),
     Reason(
         *("image-geometry", "refused", "Voxel sizes or axes cannot be those of a heart, or are not told."),
-        "Correct the header, or give `--spacing`.",
+        "Correct the header, or give `--spacing`: the line names sizes where a unit explains it.",
         (
             "InputError preflight:check_second_images",
             "InputError image.size",
@@ -100,7 +100,7 @@ REASONS: Final[tuple[Reason, ...]] = (
     ),
     Reason(
         *("rings-open", "refused", "Too few slices have a closed ring of myocardium, so that no base can be found."),
-        "Close the rings in the labels, or give `--basal-end` and `--base-offset`.",
+        "Close the rings in the labels, or give the plane by `--base`: the line names one where a slice comes near.",
         ("InputError wall.planes.landmarks:_rings", "InputError wall.planes.landmarks:find_apex"),
     ),
     Reason(

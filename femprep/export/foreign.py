@@ -12,7 +12,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.export.deck.names import Numbers
 from femprep.export.vtk.xml import record_of
-from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, FACET_TYPES
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import VolumeMesh
 from femprep.model.verdict import VERDICT
 
@@ -26,7 +26,6 @@ TAG_ARRAYS: Final = (
 )
 #: Arrays that say nothing about the mesh, only about the file.
 _BOOKKEEPING: Final = ("gmsh:geometrical", "gmsh:dim_tags")
-_SIZES: Final = {name: size for size, name in FACET_TYPES.items()}
 
 
 @dataclass(frozen=True)

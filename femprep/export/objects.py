@@ -13,7 +13,7 @@ from femprep.errors import InputError, MissingDependencyError
 from femprep.export.deck.names import facet_names, region_names
 from femprep.export.vtk.polydata import surface_polydata, wall_polydata
 from femprep.export.vtu.write import unstructured_grid
-from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, first_row
 from femprep.model import IntArray, Surface, VolumeMesh, Wall, tag_name
 
 #: Data that colour a picture, by what is drawn.
@@ -95,7 +95,7 @@ def to_skfem(mesh: VolumeMesh) -> Any:
     own = [block[:, : FACET_CORNERS[kind]] for kind, block in mesh.facets.items()]
     if corners is not None:
         own = [np.searchsorted(corners, block) for block in own]
-    number = _find([_padded(block) for block in own], _padded(out.facets.T))
+    number = first_row(_padded(out.facets.T), np.concatenate([np.empty((0, 4), np.int64), *map(_padded, own)]))
     return out.with_subdomains(
         {name: np.flatnonzero(mesh.region == tag) for name, tag in region_names(mesh).items()}
     ).with_boundaries({name: number[mesh.facet_tag == tag] for name, tag in facet_names(mesh).items()})
@@ -125,13 +125,3 @@ def _padded(facets: IntArray) -> IntArray:
     out[:, 1:][out[:, 1:] == out[:, :-1]] = -1
     out.sort(axis=1)
     return out
-
-
-def _find(wanted: list[IntArray], rows: IntArray) -> IntArray:
-    """Number of the equal row for each row of several arrays, each of which is there."""
-    every = np.concatenate([rows, *wanted])
-    _, inverse = np.unique(every, axis=0, return_inverse=True)
-    inverse = inverse.reshape(-1)
-    at = np.full(int(inverse.max(initial=-1)) + 1, -1, dtype=np.int64)
-    at[inverse[: len(rows)]] = np.arange(len(rows))
-    return np.asarray(at[inverse[len(rows) :]])

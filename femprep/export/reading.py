@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import FemprepError, FileError, InputError, MissingDependencyError
-from femprep.export.deck.units import UNITS
+from femprep.export.deck.units import units_of
 from femprep.export.foreign import from_meshio
 from femprep.export.hdf5 import require_hdf5
 from femprep.export.verdict import verdict_in
@@ -152,11 +152,8 @@ def _meshio(path: Path) -> VolumeMesh:
 
 def _with_unit(path: Path) -> VolumeMesh:
     """A text file of ours names its unit near its top; of anyone else's the lengths stay as they are."""
-    mesh = _meshio(path)
-    with path.open("rb") as file:
-        match = re.search(rb"femprep volume mesh; length (\w+),", file.read(1000))
-    unit = UNITS.get(match[1].decode()) if match else None
-    return mesh if unit is None or unit.per_mm == 1.0 else replace(mesh, points=mesh.points / unit.per_mm)
+    mesh, scale = _meshio(path), units_of(path).per_mm
+    return mesh if scale == 1.0 else replace(mesh, points=mesh.points / scale)
 
 
 def meshio_mesh(path: Path) -> Any:

@@ -66,9 +66,14 @@ class BoundaryPoints:
         return len(self.points)
 
 
+def faces_to(boundary: BoundaryPoints, grid: Grid) -> FloatArray:
+    """1 where the face of a boundary point looks to larger indices of its axis, -1 to smaller ones, ``(N,)``."""
+    return np.asarray(np.sign(np.einsum("nk,kn->n", boundary.normal, grid.direction[:, boundary.axis])))
+
+
 def face_indices(boundary: BoundaryPoints, grid: Grid) -> FloatArray:
     """Middles of the voxel faces that boundary points belong to, ``(N, 3)`` as fractional indices on their grid."""
-    side = np.sign(np.einsum("nk,kn->n", boundary.normal, grid.direction[:, boundary.axis]))
+    side = faces_to(boundary, grid)
     index = boundary.voxel.astype(np.float64)
     index[np.arange(len(boundary)), boundary.axis] += 0.5 * side
     return index

@@ -15,7 +15,7 @@ from femprep.image.boundary import BoundaryPoints, face_indices
 from femprep.image.grid import Grid
 from femprep.image.object import LabelObject
 from femprep.model import FloatArray
-from femprep.model.products import nearest_orthogonal, product
+from femprep.model.products import nearest_orthogonal, product, unit_vectors
 
 #: Decimals kept of how far boundary points are from the middles of their voxels' faces, mm, and of unit vectors: those
 #: beyond depend on how the image is turned.
@@ -55,7 +55,7 @@ class AtRest:
         """Put an object at rest."""
         axes = image_axes(obj)[1]
         hand = np.diag(np.sign(np.diag(product(axes.T, obj.grid.direction))))
-        grid = Grid(obj.grid.shape, obj.grid.spacing, np.zeros(3), hand, obj.grid.offsets)
+        grid = Grid(obj.grid.shape, obj.grid.spacing, np.zeros(3), hand, obj.grid.offsets, obj.grid.stack)
         return cls(LabelObject(obj.mask, grid, obj.name, obj.report), axes, obj)
 
     def boundary(self, boundary: BoundaryPoints) -> BoundaryPoints:
@@ -75,5 +75,4 @@ class AtRest:
 
     def directions(self, directions: FloatArray) -> FloatArray:
         """Unit vectors ``(n, 3)`` of the world in these coordinates."""
-        here = np.round(product(directions, self.axes), _DECIMALS[1])
-        return np.asarray(here / np.linalg.norm(here, axis=1, keepdims=True))
+        return unit_vectors(np.round(product(directions, self.axes), _DECIMALS[1]))

@@ -36,6 +36,8 @@ class Grid:
     offsets : (n, 3) array, optional
         How far each slice of the stack is moved along the three axes, mm, zero along the stack: slices that were put
         right against each other by broken pixels. Between slices the offset is interpolated.
+    stack : int, optional
+        Axis across the slices where voxel sizes do not tell: it counts among the axes with the largest size alone.
 
     Examples
     --------
@@ -49,6 +51,7 @@ class Grid:
     origin: FloatArray
     direction: FloatArray
     offsets: FloatArray | None = None
+    stack: int | None = None
 
     def __post_init__(self) -> None:
         shape = tuple(int(n) for n in self.shape)
@@ -85,9 +88,14 @@ class Grid:
 
     @property
     def stack_axis(self) -> int:
-        """Axis across the slices: the one with the largest voxel size; the last one where sizes are equal."""
-        largest = self.spacing.max()
-        return int(np.flatnonzero(self.spacing >= largest * (1.0 - 1e-3))[-1])
+        """Axis across the slices: the one with the largest voxel size; where sizes are equal ``stack``, or the last."""
+        thick = self.thick_axes
+        return self.stack if self.stack in thick else thick[-1]
+
+    @property
+    def thick_axes(self) -> list[int]:
+        """The axes with the largest voxel size: one, or several of equal size."""
+        return [int(axis) for axis in np.flatnonzero(self.spacing >= self.spacing.max() * (1.0 - 1e-3))]
 
     @property
     def right_handed(self) -> bool:
@@ -129,4 +137,4 @@ class Grid:
         origin = self.regular.to_world(np.asarray(first, dtype=float))
         axis = self.stack_axis
         offsets = None if self.offsets is None else self.offset_at(first[axis] + np.arange(shape[axis]))
-        return Grid(shape, self.spacing, origin, self.direction, offsets)
+        return Grid(shape, self.spacing, origin, self.direction, offsets, self.stack)

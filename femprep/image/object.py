@@ -15,6 +15,7 @@ from femprep.errors import InputError
 from femprep.image.grid import Grid
 from femprep.image.topology import euler_characteristic, label_pieces, label_voids, used_box
 from femprep.model import BoolArray, FloatArray, Notice, readonly, records
+from femprep.model.notice import Kind
 from femprep.model.products import product, weighted
 from femprep.options import ImageOptions, choose, takes
 
@@ -179,7 +180,9 @@ def make_object(
         )
     if len(sizes) > 1:
         largest = pieces == 1
-        notices.append(_left_out(solid & ~largest, grid, first, name, len(sizes) - 1))
+        left = "a smaller piece was" if len(sizes) == 2 else f"{len(sizes) - 1} smaller pieces were"
+        words = f"object {name}: {left} left out, {{amount}}"
+        notices.append(_changed("left out", words, solid & ~largest, grid, first))
         solid = largest
         log.warning("object %r: kept the largest of %d pieces, %d of %d voxels", name, len(sizes), sizes[0], found)
     del pieces
@@ -196,7 +199,9 @@ def make_object(
             inner = tuple(slice(PADDING, n - PADDING) for n in solid.shape)
             numbers, counts = np.unique(labels[box][voids[inner] > 0], return_counts=True)
             filled = {str(int(n)): int(c) for n, c in zip(numbers, counts)}
-        notices.append(_filled(voids > 0, grid, first, name, len(void_sizes)))
+        found_voids = "a void was" if len(void_sizes) == 1 else f"{len(void_sizes)} voids were"
+        words = f"object {name}: {found_voids} filled, {{amount}}"
+        notices.append(_changed("repaired", words, voids > 0, grid, first))
         solid |= voids > 0
         log.warning("object %r: filled %d voids, %d voxels", name, len(void_sizes), int(void_sizes.sum()))
     del voids
@@ -281,33 +286,12 @@ def _cut_off(mask: BoolArray, grid: Grid, name: str) -> list[Notice]:
     return found
 
 
-def _left_out(gone: BoolArray, grid: Grid, first: tuple[int, int, int], name: str, pieces: int) -> Notice:
-    what = "a smaller piece was" if pieces == 1 else f"{pieces} smaller pieces were"
-    return Notice.of(
-        "left out",
-        f"object {name}: {what} left out, {{amount}}",
-        amount=np.count_nonzero(gone),
-        unit="voxels",
-        place=_middle(gone, grid, first),
-    )
-
-
-def _filled(voids: BoolArray, grid: Grid, first: tuple[int, int, int], name: str, count: int) -> Notice:
-    what = "a void was" if count == 1 else f"{count} voids were"
-    return Notice.of(
-        "repaired",
-        f"object {name}: {what} filled, {{amount}}",
-        amount=np.count_nonzero(voids),
-        unit="voxels",
-        place=_middle(voids, grid, first),
-    )
-
-
-def _middle(mask: BoolArray, grid: Grid, first: tuple[int, int, int]) -> FloatArray:
-    """A voxel of a padded mask in the middle of all of them, mm LPS."""
+def _changed(kind: Kind, words: str, mask: BoolArray, grid: Grid, first: tuple[int, int, int]) -> Notice:
+    """What was done to the voxels of a padded mask, at the one in the middle of all of them."""
     index = np.argwhere(mask)
     nearest = index[np.argmin(((index - index.mean(axis=0)) ** 2).sum(axis=1))]
-    return np.asarray(grid.to_world((nearest + np.array(first) - PADDING).astype(np.float64)))
+    place = grid.to_world((nearest + np.array(first) - PADDING).astype(np.float64))
+    return Notice.of(kind, words, amount=len(index), unit="voxels", place=place)
 
 
 def _list(sizes: npt.NDArray[np.int64], most: int = 5) -> str:

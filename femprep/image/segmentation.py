@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError
+from femprep.image.canonical_storage import moments
 from femprep.image.grid import Grid
 from femprep.image.object import LabelObject, make_object, rotation
 from femprep.image.slices import SliceTable, slice_table
@@ -74,6 +75,15 @@ class Segmentation:
         object.__setattr__(self, "structures", MappingProxyType(structures))
         object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
         object.__setattr__(self, "frame", rotation(self.frame))
+        if self.grid.stack is None and len(self.grid.thick_axes) > 1:
+            object.__setattr__(self, "grid", replace(self.grid, stack=self._longest(self.grid.thick_axes)))
+
+    def _longest(self, axes: list[int]) -> int:
+        """Which of some axes the left ventricle, or what there is, lies along most; the last of several alike."""
+        known = [name for name in ("lv", "myo") if name in self.structures] or list(self.structures)
+        wanted = tuple(number for name in known for number in self.structures[name])
+        mask = _is_any(self.labels, wanted) if wanted else self.labels > 0
+        return max(axes, key=lambda axis: (moments(mask, axis)[0], axis))
 
     def __repr__(self) -> str:
         size, sides = " x ".join(map(str, self.grid.shape)), " x ".join(f"{x:.3g}" for x in self.grid.spacing)
@@ -81,7 +91,7 @@ class Segmentation:
 
     @property
     def stack_axis(self) -> int:
-        """Axis across the thick slices (usually 2)."""
+        """Axis across the thick slices (usually 2); of cubic voxels the one that the left ventricle lies along most."""
         return self.grid.stack_axis
 
     @cached_property

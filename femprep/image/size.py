@@ -14,7 +14,7 @@ from femprep.errors import InputError
 from femprep.image.grid import Grid
 from femprep.image.segmentation import Segmentation
 from femprep.image.topology import used_box
-from femprep.model import BoolArray
+from femprep.model import BoolArray, IntArray
 
 #: Least and greatest volume of a cavity or an object, mL: a newborn mouse's ventricle has some microlitres, an
 #: elephant's a few litres. Metres or micrometres taken for millimetres are 10^9 off.
@@ -47,18 +47,35 @@ def require_heart_size(seg: Segmentation, structures: Iterable[Iterable[str]]) -
 
 def _require(mask: BoolArray, grid: Grid, name: str) -> None:
     said = " x ".join(f"{size:.4g}" for size in grid.spacing)
-    remedy = "voxel sizes have to be in mm: mend the header, or give them with --spacing"
+    remedy = (
+        "voxel sizes have to be in mm, in the order of the stored axes: mend the header, or give them with --spacing"
+    )
     with np.errstate(over="ignore"):
         millilitres = float(np.count_nonzero(mask) * grid.voxel_volume / 1000.0)
+    box = np.array([part.stop - part.start for part in used_box(mask)])
+    remedy += _likely(box, grid, millilitres)
     if not VOLUMES[0] <= millilitres <= VOLUMES[1]:
         raise InputError(
             f"{name!r} has {millilitres:.3g} mL by voxels of {said} mm, and nothing of a heart has less than "
             f"{VOLUMES[0]:g} or more than {VOLUMES[1]:g} mL; {remedy}"
         )
-    sides = [(part.stop - part.start) * float(size) for part, size in zip(used_box(mask), grid.spacing)]
+    sides = [float(side) for side in box * grid.spacing]
     if max(sides) > min(LONGEST, FLATTEST * min(sides)):
         shown = " x ".join(f"{side:.3g}" for side in sides)
-        raise InputError(
-            f"{name!r} fills a box of {shown} mm by voxels of {said} mm, which is no heart's; voxel sizes have to be "
-            "in mm and in the order of the stored axes: mend the header, or give them with --spacing"
-        )
+        raise InputError(f"{name!r} fills a box of {shown} mm by voxels of {said} mm, which is no heart's; {remedy}")
+
+
+def _likely(box: IntArray, grid: Grid, millilitres: float) -> str:
+    """The voxel sizes that would make a heart of it, where all of them, or one alone, are off by a unit; else nothing.
+
+    Sizes in cm, m or micrometres, or ten times those they should be, are off by powers of ten, and a volume by their
+    cubes, so that one power alone comes to between 1 and 1000 mL.
+    """
+    ways = [np.full(3, 10.0 ** -np.floor(np.log10(millilitres) / 3.0))] if 0.0 < millilitres < np.inf else []
+    ways += [np.where(np.arange(3) == axis, factor, 1.0) for factor in (1e-3, 1e3) for axis in range(3)]
+    for way in ways:
+        volume, sides = millilitres * float(way.prod()), box * grid.spacing * way
+        if 1.0 <= volume < 1000.0 and sides.min() > 5.0 and sides.max() < 300.0:
+            sizes = " ".join(f"{size:.6g}" for size in grid.spacing * way)
+            return f"; --spacing {sizes} would make it {volume:.3g} mL"
+    return ""

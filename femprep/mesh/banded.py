@@ -134,19 +134,19 @@ def factorise(rows: Any) -> bool:
             at = i - k
             one, two, three, four = rows[k, at:], rows[k + 1, at - 1 :], rows[k + 2, at - 2 :], rows[k + 3, at - 3 :]
             a, b, c, d = one[0], two[0], three[0], four[0]
-            for j in range(k + 4 + width - i):
+            for j in range(min(k + 4 + width, len(rows)) - i):
                 row[j] -= a * one[j] + b * two[j] + c * three[j] + d * four[j]
             k += 4
         while k < i:
             one = rows[k, i - k :]
             a = one[0]
-            for j in range(k + 1 + width - i):
+            for j in range(min(k + 1 + width, len(rows)) - i):
                 row[j] -= a * one[j]
             k += 1
         if not row[0] > 0.0:
             return False
         root = np.sqrt(row[0])
-        for j in range(width + 1):
+        for j in range(min(width + 1, len(rows) - i)):
             row[j] /= root
     return True
 

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.mesh.measures.triangles import angles, areas, vertex_normals
+from femprep.mesh.measures.triangles import angles, areas, vertex_normals, vertex_sums
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import sine_cosine
 
@@ -65,10 +65,10 @@ class Curvature:
         cotangents = cosine / sine
         matrix = stiffness(cotangents, triangles, count)
         size = areas(points, triangles)
-        area = _share(size / 3.0, triangles, count)
+        area = vertex_sums(size / 3.0, triangles, count)
         normals = vertex_normals(points, triangles)
         mean = np.asarray((matrix @ points) * normals).sum(axis=1) / area
-        turn = np.bincount(triangles.ravel(), weights=corner.ravel(), minlength=count)
+        turn = vertex_sums(corner, triangles, count)
         squares = np.clip(mean * mean - 2.0 * (2.0 * np.pi - turn) / area, 0.0, sharpest * sharpest)
         change = diags(1.0 / area) @ matrix - diags(squares)
         return cls(normals, area, matrix, mean, change, triangles, cotangents, size)
@@ -117,9 +117,3 @@ def _neighbours(triangles: IntArray, count: int) -> Any:
 
     ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     return coo_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count)).tocsr() + eye(count)
-
-
-def _share(value: FloatArray, triangles: IntArray, count: int) -> FloatArray:
-    """Sum of the values ``(m,)`` of the triangles around each vertex."""
-    total = np.bincount(triangles.ravel(), weights=np.repeat(value, 3), minlength=count)
-    return np.asarray(total, dtype=np.float64)

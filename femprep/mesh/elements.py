@@ -201,10 +201,10 @@ def match_facets(cells: Mapping[str, IntArray], facets: Mapping[str, IntArray]) 
         if kind in faces:
             corners = FACET_CORNERS[kind]
             wanted, have = nodes[:, :corners], faces[kind].nodes[:, :corners]
-            row = _first_row(_ring(have), _ring(wanted))
+            row = first_row(_ring(have), _ring(wanted))
             missed = row < 0
             if missed.any():
-                row[missed] = _first_row(np.sort(have, axis=1), np.sort(wanted[missed], axis=1))
+                row[missed] = first_row(np.sort(have, axis=1), np.sort(wanted[missed], axis=1))
             element[row >= 0] = numbered[faces[kind].element[row[row >= 0]]]
             number[row >= 0] = faces[kind].face[row[row >= 0]]
         elements.append(element)
@@ -221,7 +221,7 @@ def _ring(nodes: IntArray) -> IntArray:
     return np.take_along_axis(nodes, turn, axis=1)
 
 
-def _first_row(have: IntArray, wanted: IntArray) -> IntArray:
+def first_row(have: IntArray, wanted: IntArray) -> IntArray:
     """For each wanted row, the first row of ``have`` that equals it, or -1."""
     inverse = row_numbers(np.concatenate([have, wanted]))
     first = np.full(len(have) + len(wanted), -1, dtype=np.int64)

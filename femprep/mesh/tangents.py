@@ -8,13 +8,13 @@ import numpy as np
 
 from femprep.mesh.compiled import compiled
 from femprep.model import FloatArray
+from femprep.model.products import unit_vectors
 
 
 def tangents(normals: FloatArray) -> FloatArray:
     """Two unit vectors across each unit vector ``(n, 3)``, ``(n, 2, 3)``, right-handed with it; across none, none."""
     axis = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    first = np.cross(normals, axis)
-    first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-300)
+    first = unit_vectors(np.cross(normals, axis))
     return np.stack([first, np.cross(normals, first)], axis=1)
 
 

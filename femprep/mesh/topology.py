@@ -109,6 +109,12 @@ def loops_of(edges: IntArray) -> list[IntArray]:
     return loops
 
 
+def components(one: IntArray, other: IntArray, size: int) -> IntArray:
+    """Number from 0 of the piece each node of a graph belongs to, ``(size,)``; its links have two ends each."""
+    graph = coo_array((np.ones(len(one), dtype=np.int8), (one, other)), shape=(size, size))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
 def pieces(cells: npt.ArrayLike, table: EdgeTable | None = None) -> IntArray:
     """Number from 0 of the connected piece each cell belongs to; cells that share an edge belong together, ``(m,)``.
 
@@ -117,11 +123,7 @@ def pieces(cells: npt.ArrayLike, table: EdgeTable | None = None) -> IntArray:
     cells = np.asarray(cells, dtype=np.int64)
     table = edge_table(cells) if table is None else table
     m, p = cells.shape
-    bipartite = coo_array(
-        (np.ones(m * p, dtype=np.int8), (np.repeat(np.arange(m), p), m + table.of_cell.ravel())),
-        shape=(m + len(table.count), m + len(table.count)),
-    )
-    _, label = connected_components(bipartite, directed=False)
+    label = components(np.repeat(np.arange(m), p), m + table.of_cell.ravel(), m + len(table.count))
     _, number = np.unique(label[:m], return_inverse=True)
     return np.asarray(number.ravel(), dtype=np.int64)
 
@@ -140,8 +142,7 @@ def pinched_vertices(cells: npt.ArrayLike, table: EdgeTable | None = None) -> In
     edge = np.repeat(table.of_cell.ravel(), 2)
     hub = m * p + 2 * edge + (vertex == table.nodes[np.repeat(table.of_cell.ravel(), 2).reshape(-1, 2), 1]).ravel()
     size = m * p + 2 * len(table.count)
-    graph = coo_array((np.ones(hub.size, dtype=np.int8), (sides.ravel(), hub)), shape=(size, size))
-    _, label = connected_components(graph, directed=False)
+    label = components(sides.ravel(), hub, size)
     fans = np.unique(cells.ravel() * size + label[: m * p])
     number, count = np.unique(fans // size, return_counts=True)
     return np.asarray(number[count > 1], dtype=np.int64)

@@ -24,4 +24,14 @@ def chosen_rows(blocks: Mapping[str, IntArray], chosen: BoolArray) -> dict[str, 
 
 def nodes_of(blocks: Mapping[str, IntArray]) -> IntArray:
     """Numbers of all nodes of some blocks, ascending."""
-    return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *(block.ravel() for block in blocks.values())]))
+    used = np.zeros(max((int(block.max(initial=-1)) for block in blocks.values()), default=-1) + 1, dtype=bool)
+    for block in blocks.values():
+        used[block] = True
+    return np.flatnonzero(used)
+
+
+def numbers_among(nodes: IntArray, count: int) -> IntArray:
+    """Number of each of ``count`` nodes among some of them, which come in that order, ``(count,)``; -1 of others."""
+    number = np.full(count, -1, dtype=np.int64)
+    number[nodes] = np.arange(len(nodes))
+    return number

@@ -47,6 +47,12 @@ def length(vector: npt.ArrayLike) -> float:
     return float(np.sqrt(square.sum()))
 
 
+def unit_vectors(vectors: FloatArray) -> FloatArray:
+    """Vectors ``(..., k)`` with length 1; one of length zero stays zero."""
+    size = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(np.divide(vectors, size, out=np.zeros_like(vectors), where=size != 0.0))
+
+
 def solve_definite(matrix: FloatArray, right: FloatArray) -> FloatArray:
     """Solutions ``(..., k, m)`` of symmetric positive definite systems ``(..., k, k)`` with few k, by elimination."""
     a, x = np.array(matrix, dtype=np.float64), np.array(right, dtype=np.float64)

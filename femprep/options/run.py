@@ -98,7 +98,7 @@ class Options(StageOptions):
     def _one_cavity_is_swept(self) -> Options:
         if self.volume.mesher == "sweep" and self.anatomy != "lv":
             raise ValueError(
-                f"mesher 'sweep' fills the wall between two surfaces: anatomy lv, not {self.anatomy}; use tetwild"
+                f"mesher 'sweep' fills the wall between two surfaces: anatomy lv; {self.anatomy} needs --mesher tetwild"
             )
         return self
 
@@ -124,7 +124,7 @@ class Options(StageOptions):
     @model_validator(mode="after")
     def _blood_is_for_tetwild(self) -> Options:
         if self.blood_pool and self.volume.mesher == "sweep":
-            raise ValueError("mesher 'sweep' fills the wall alone; blood_pool needs tetwild")
+            raise ValueError("mesher 'sweep' fills the wall alone; blood_pool needs --mesher tetwild")
         if self.blood_pool and (self.wall.openings != "closed" or self.wall.valves):
             raise ValueError("blood_pool needs closed cavities; leave openings and valves of the wall out")
         if self.blood_pool and self.export.step != "none":

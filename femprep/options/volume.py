@@ -130,7 +130,7 @@ class VolumeOptions(StageOptions):
     @classmethod
     def _fields_are_for_tetwild(cls, value: str | None, info: ValidationInfo) -> str | None:
         if value is not None and info.data.get("mesher") == "sweep":
-            raise ValueError("the sweep takes no sizing field; give it layers and an edge_length, or use tetwild")
+            raise ValueError("the sweep takes no sizing field; give layers and an edge_length, or --mesher tetwild")
         return value
 
     @property

@@ -8,6 +8,7 @@ import numpy as np
 
 from femprep.mesh.tangents import tangents
 from femprep.model import FloatArray
+from femprep.model.products import unit_vectors
 
 Map = Callable[[FloatArray], FloatArray]
 
@@ -71,8 +72,7 @@ def closest_directions(surface: Map, derivative: Map, points: FloatArray, iterat
 
 def _moved(directions: FloatArray, tangents: FloatArray, step: FloatArray) -> FloatArray:
     """Directions after a step ``(n, 2)`` along their tangents."""
-    moved = directions + np.einsum("nk,nkj->nj", step, tangents)
-    return np.asarray(moved / np.linalg.norm(moved, axis=1, keepdims=True))
+    return unit_vectors(directions + np.einsum("nk,nkj->nj", step, tangents))
 
 
 def _gradient(

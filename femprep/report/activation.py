@@ -6,9 +6,7 @@ VTK ends the whole process where it finds no way to render, so it is kept out of
 
 from __future__ import annotations
 
-import logging
 import shutil
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -18,9 +16,7 @@ import numpy as np
 
 from femprep.errors import InputError, cannot_write
 from femprep.model import VolumeMesh
-from femprep.report.pictures.mesh_picture import TIME_LIMIT
-
-logger = logging.getLogger(__name__)
+from femprep.report.pictures.mesh_picture import end_picture, is_painted, paint
 
 #: Width and height of the picture, pixels; distance of the isochrones, ms.
 _SIZE: Final = (1500, 800)
@@ -52,16 +48,13 @@ def draw(mesh: VolumeMesh, png: Path) -> Path | None:
             from femprep.export import write_purkinje
 
             write_purkinje(mesh, Path(folder) / "purkinje.vtp")
-        command = [sys.executable, "-m", "femprep.report.activation", folder]
-        try:
-            done = subprocess.run(command, capture_output=True, timeout=TIME_LIMIT, check=False)
-        except subprocess.TimeoutExpired:
-            logger.warning("no picture: rendering took more than %g s", TIME_LIMIT)
-            return None
         made = Path(folder) / "map.png"
-        if done.returncode or not made.is_file():
-            logger.warning("no picture: VTK could not render off screen (exit status %s)", done.returncode)
-            return None
+        painter = paint("femprep.report.activation", made)
+        try:
+            if not is_painted(painter, made):
+                return None
+        finally:
+            end_picture(painter, made)
         try:
             shutil.copyfile(made, png)
         except OSError as error:
@@ -82,10 +75,11 @@ def _view(mesh: VolumeMesh) -> np.ndarray:
     return np.stack([up, front])
 
 
-def _paint(folder: Path) -> None:
+def _paint(picture: Path) -> None:
     """In the child process: the epicardium seen from the front, and the half behind a cut with the fibres."""
     import pyvista as pv
 
+    folder = picture.parent
     mesh = pv.read(folder / "mesh.vtu")
     up, front = np.load(folder / "view.npy")
     times = np.asarray(mesh.point_data["activation"])
@@ -117,7 +111,7 @@ def _paint(folder: Path) -> None:
             plotter.add_mesh(pv.PolyData(ends), color="red", point_size=5.0, render_points_as_spheres=True)
         reach = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
         plotter.camera_position = [middle + 1.7 * reach * (front + 0.35 * up), middle, up]
-    plotter.screenshot(folder / "map.png")
+    plotter.screenshot(picture)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from femprep.image import LabelObject
-from femprep.mesh.measures.volume_elements import element_volumes
+from femprep.mesh.measures.volume_elements import all_volumes
 from femprep.model import FloatArray, Plane, VolumeMesh, is_blood
 from femprep.report.manifest import VolumeRecord
 from femprep.report.volumes import cavity_volume, voxel_volume
@@ -45,21 +45,14 @@ def volumes_beside_labels(
     walls, beyond = _regions(mesh, None), {} if end is None else _regions(mesh, end)
     if set(walls) == {"lv"}:
         return [*found, beside("wall", walls["lv"], voxels["epi"] - voxels["lv"], beyond.get("lv", 0.0))]
-    left = [_beside_left("lv wall and septum", walls, beyond, voxels)]
+    tissue, extra = (sum(table.get(part, 0.0) for part in ("lv", "septum")) for table in (walls, beyond))
+    left = [beside("lv wall and septum", tissue, voxels["lv_epi"] - voxels["lv"], extra)]
     for name in walls:
         if name in ("lv", "septum"):
             continue
         body = voxels.get(f"{name}_epi")
         left.append(beside(f"{name} wall", walls[name], 0.0 if body is None else body - voxels[name]))
     return [*found, *left]
-
-
-def _beside_left(
-    name: str, walls: Mapping[str, float], beyond: Mapping[str, float], voxels: Mapping[str, float]
-) -> VolumeRecord:
-    parts = ("lv", "septum")
-    tissue, extra = (sum(table.get(part, 0.0) for part in parts) for table in (walls, beyond))
-    return beside(name, tissue, voxels["lv_epi"] - voxels["lv"], extra)
 
 
 def beside(name: str, mesh_mm3: float, voxels_mm3: float, beyond_mm3: float = 0.0) -> VolumeRecord:
@@ -97,7 +90,7 @@ def _end(objects: Mapping[str, LabelObject], planes: Mapping[str, Plane]) -> Pla
 
 def _regions(mesh: VolumeMesh, beyond: Plane | None) -> dict[str, float]:
     """Volume of each region of the wall, mm3; that beyond a plane alone where one is given."""
-    volume = np.concatenate([element_volumes(mesh.points, block, name) for name, block in mesh.cells.items()])
+    volume = all_volumes(mesh.points, mesh.cells)
     if beyond is not None:
         height = beyond.signed_distance(mesh.points)
         volume = volume * np.concatenate([_share(height[block]) for block in mesh.cells.values()])

@@ -88,14 +88,19 @@ class VolumeRecord(Record):
     )
 
 
-class RunManifest(Record):
-    """What ``run.json`` holds."""
+class _Made(Record):
+    """By what a folder was made."""
 
     femprep: str = Field(__version__, description="Version of femprep.")
     python: str = Field(default_factory=platform.python_version, description="Version of Python.")
     system: str = Field(default_factory=platform.platform, description="Operating system.")
     libraries: dict[str, str] = Field(default_factory=lambda: library_versions(), description="Versions of libraries.")
     length_unit: Literal["mm"] = Field("mm", description="Unit of all lengths.")
+
+
+class RunManifest(_Made):
+    """What ``run.json`` holds."""
+
     coordinates: Literal["LPS"] = Field("LPS", description="World coordinates: left, posterior, superior.")
     input: InputRecord
     image: ImageRecord | None = Field(
@@ -162,14 +167,9 @@ class OpeningRecord(Record):
     area_mm2: float = Field(description="Area, mm2.")
 
 
-class AnnotationManifest(Record):
+class AnnotationManifest(_Made):
     """What ``run.json`` of an annotated mesh holds."""
 
-    femprep: str = Field(__version__, description="Version of femprep.")
-    python: str = Field(default_factory=platform.python_version, description="Version of Python.")
-    system: str = Field(default_factory=platform.platform, description="Operating system.")
-    libraries: dict[str, str] = Field(default_factory=lambda: library_versions(), description="Versions of libraries.")
-    length_unit: Literal["mm"] = Field("mm", description="Unit of all lengths.")
     coordinates: str = Field("as in the file", description="World coordinates: those of the mesh that was read.")
     source: str | None = Field(None, description="File name of that mesh; null for one made in memory.")
     source_sha256: str | None = Field(None, description="SHA-256 of that file.")

@@ -34,7 +34,8 @@ from femprep.report.page.subject import report_page
 from femprep.report.pictures.bullseyes import report_bulls_eyes, thickness_of_segments
 from femprep.report.pictures.colours import colour
 from femprep.report.pictures.data_pictures import DataPictures, data_pictures, image_notices, image_record, under_labels
-from femprep.report.pictures.mesh_picture import end_painter, finish_picture, start_painter, start_picture
+from femprep.report.pictures.mesh_picture import end_picture, is_painted, start_picture
+from femprep.report.pictures.raster import address
 from femprep.report.pictures.scene import scene
 from femprep.report.pictures.shown import Shown, shown
 from femprep.report.run import Run, Surfaces
@@ -118,11 +119,10 @@ def written(
     under = under_labels(run, image)
     with whole_folder(Path(out)) as folder:
         png = folder / ".picture.png"
-        painter = start_painter()
+        view = shown(run.mesh)
+        report("write", 0.1)
+        painter = start_picture(view.mesh, png)
         try:
-            view = shown(run.mesh)
-            report("write", 0.1)
-            start_picture(painter, view.mesh, png)
             _write_vtk(run, folder)
             report("write", 0.4)
             left_out = verdict_of(run.mesh).get("failures", {})
@@ -132,11 +132,10 @@ def written(
             data, volumes, details = data_pictures(run, under), list(run.volumes), _details(run)
             report("write", 0.8)
             content = _content(run, view)
-            picture = finish_picture(painter, png)
+            picture = address(png.read_bytes()) if is_painted(painter, png) else None
         finally:
-            end_painter(painter)
+            end_picture(painter, png)
             png.unlink(missing_ok=True)
-            png.with_suffix(".npz").unlink(missing_ok=True)
         details["formats"] = noted({}, *(one for name in run.options.formats for one in losses(run.mesh, name)))
         if picture is None:
             line = "no picture of the mesh: VTK could not render it here"

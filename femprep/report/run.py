@@ -82,4 +82,4 @@ class Surfaces:
     @property
     def failures(self) -> tuple[str, ...]:
         """A line for each surface that lies too far from its labels."""
-        return judge_fidelity(self.fidelity.records, self.options.limits)[1]
+        return tuple(judge_fidelity(self.fidelity.records, self.options.limits).failures)

@@ -27,6 +27,7 @@ from femprep.model.solution import SolutionRecord
 from femprep.model.stages import Stages
 from femprep.options import Options
 from femprep.volume import QualityReport
+from femprep.volume.quality.judged import carry
 from femprep.volume.quality.limits import judge_solution
 
 
@@ -64,15 +65,20 @@ def furnish(
     return mesh
 
 
-def solved(
-    mesh: VolumeMesh, judged: QualityReport, options: Options, stages: Stages
-) -> tuple[QualityReport, SolutionRecord | None]:
-    """The report with what the solver asked for made of the mesh, and its record; as it is where none was."""
+def concluded(
+    mesh: VolumeMesh, quality: QualityReport, judged: QualityReport, options: Options, stages: Stages
+) -> tuple[VolumeMesh, QualityReport, SolutionRecord | None]:
+    """The mesh with its verdict, the report with what the solver asked for made of it, and the solver's record.
+
+    ``judged`` is the mesh's own report, ``quality``, with verdicts that a mesh alone cannot tell.
+    """
+    mesher = str(verdict_of(mesh).get("mesher", options.volume.mesher))
+    mesh = carry(mesh, quality.options, mesher, judged.failures[len(quality.failures) :])
     if options.solve != "ccx":
-        return judged, None
+        return mesh, judged, None
     with stages("solve"):
         solution = inflate(mesh, options.export)
-        return judge_solution(judged, solution), solution
+        return mesh, judge_solution(judged, solution), solution
 
 
 def _with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options, report: Progress) -> VolumeMesh:

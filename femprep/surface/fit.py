@@ -11,6 +11,7 @@ import numpy as np
 from femprep.errors import InputError, OptionError, ResourceError, StageError
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.canonical_frame import image_axes
+from femprep.image.canonical_storage import stored_by_content
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
 from femprep.model import FloatArray, IntArray, Notice, Surface, records
@@ -65,7 +66,8 @@ def fit_surface(
 
     The template is turned with the heart where the object knows its ``frame``
     (:func:`femprep.orient`), so that vertex i lies at the same place in other phases and in other hearts; else with the
-    image's axes. The smooth surface itself does not depend on it.
+    image's axes, in the order and sense that the object's own shape tells. Along which axes the image is stored matters
+    in neither case.
 
     No surface is returned whose triangles cross or are folded: the stopping function is smoothed until none do.
 
@@ -124,7 +126,8 @@ def fit_surface(
         laid = lay_on(obj, chosen)
         tell("surface", 1.0)
         return laid
-    boundary = _enough(obj, boundary_points(obj) if boundary is None else boundary)
+    obj, boundary = stored_by_content(obj, boundary)
+    _enough(obj, boundary)
     axes, turn = image_axes(obj)
     template = (cubed_template if chosen.cells == "quad" else charge_template)(chosen.vertices)
     directions = product(template.directions, (turn if obj.frame is None else obj.frame).T)
@@ -201,7 +204,7 @@ def _target(
     tell("surface", 0.3)
     field = fit_strength(Field(centre, radius, centre + product(sources, axes.T), np.ones(1)), boundary.points)
     level = field.potential(boundary.points)
-    steps = chosen.steps or field.enough_steps(boundary.points, level, 0.0, _FLOW_ERROR)
+    steps = chosen.steps or field.enough_steps(boundary.points, level, _FLOW_ERROR)
     feet = field.directions(field.flow(boundary.points, level, 0.0, steps))
     tell("surface", 0.7)
     target = Target(

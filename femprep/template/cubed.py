@@ -7,6 +7,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.model import IntArray
 from femprep.model.functions import sine_cosine
+from femprep.model.products import unit_vectors
 from femprep.template.sphere import Template
 
 #: Cells along an edge of the cube, at most.
@@ -65,8 +66,7 @@ def cubed_sphere(cells: int) -> Template:
             corners.append(lattice)
     lattice, index = np.unique(np.concatenate(corners), axis=0, return_inverse=True)
     sine, cosine = sine_cosine(0.25 * np.pi * lattice / cells)
-    directions = sine / cosine
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    directions = unit_vectors(sine / cosine)
     # By the lattice where heights are equal but for rounding.
     order = np.lexsort((lattice[:, 1], lattice[:, 0], -np.round(directions[:, 2], 12)))
     rank = np.empty(len(order), dtype=np.int64)

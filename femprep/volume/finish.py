@@ -12,6 +12,7 @@ from femprep.errors import StageError
 from femprep.mesh.measures.volume_elements import element_measures, element_volumes
 from femprep.mesh.search.tree import curve_order
 from femprep.model import FloatArray, IntArray, Progress, TagArray, VolumeMesh, endo_tags, tag_name
+from femprep.model.blocks import nodes_of, numbers_among
 from femprep.options import VolumeOptions
 from femprep.volume.blood import Filling, TaggedFacets, check_cavities, find_facets
 from femprep.volume.optimise import REGULAR_SINE, optimise
@@ -175,13 +176,9 @@ def _used(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
         raise StageError("the mesher gave no elements; choose a smaller edge_length or envelope")
     if not np.isfinite(points).all() or cells.min() < 0 or cells.max() >= len(points):
         raise StageError("the mesher gave points that are not finite or not there; choose another edge_length")
-    used = np.zeros(len(points), dtype=np.bool_)
-    used[cells] = True
-    kept = np.flatnonzero(used)
+    kept = nodes_of({"tetra": cells})
     kept = kept[curve_order(points[kept])]
-    number = np.empty(len(points), dtype=np.int64)
-    number[kept] = np.arange(len(kept))
-    cells = number[cells]
+    cells = numbers_among(kept, len(points))[cells]
     return points[kept], cells[np.argsort(cells.min(axis=1), kind="stable")]
 
 

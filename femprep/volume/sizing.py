@@ -122,9 +122,7 @@ def following_field(wall: Wall, thickness: Thickness, edge_length: float, gradat
     return SizingField(grid.points, grid.tets, values, float(lengths.min()), edge_length, elements)
 
 
-def lengths_at(
-    points: FloatArray, thickness: float, options: VolumeOptions, volume: float, sizing: Sizing | None = None
-) -> SizingField:
+def lengths_at(points: FloatArray, thickness: float, options: VolumeOptions, volume: float) -> SizingField:
     """Edge lengths asked for at points spread evenly over a wall not yet made, of a mean thickness, mm; no elements.
 
     Raises
@@ -132,7 +130,7 @@ def lengths_at(
     InputError, FileError
         As :func:`sizing_field`.
     """
-    values = _asked(points, lambda: thickness, options, sizing)
+    values = _asked(points, lambda: thickness, options, None)
     elements = float((1.0 / values**3).mean()) * volume
     none = np.empty((0, 4), dtype=np.int64)
     return SizingField(points, none, values, float(values.min()), float(values.max()), elements)
@@ -256,9 +254,8 @@ class _Grid:
 
         Nodes outside stand for the point of the wall closest to them.
         """
-        finder = ClosestFinder(wall.points, wall.triangles)
-        closest = finder(self.points)
-        inside = finder.signed(self.points) < 0.0
+        signed, closest = ClosestFinder(wall.points, wall.triangles).sided(self.points)
+        inside = signed < 0.0
         near = inside | (closest.distance <= np.sqrt(3.0) * self._step)
         return inside, near, np.where(inside[:, None], self.points, closest.points)
 

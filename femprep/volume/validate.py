@@ -90,11 +90,6 @@ def check_wall(wall: Wall) -> None:
     _check_tags(wall)
 
 
-def estimate(wall: Wall, edge_length: float, size: float = 1.0) -> Estimate:
-    """Estimate elements, memory and time of meshing ``size`` times the volume of a wall at an edge length in mm."""
-    return _estimate(TETS_PER_CUBE * size * wall.volume / edge_length**3)
-
-
 def _estimate(elements: float, levels: int = 0) -> Estimate:
     """Memory and time for a number of tetrahedra, made by refining coarser ones so many times."""
     coarse = elements / 8.0**levels

@@ -10,9 +10,10 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.mesh.elements import FACET_CORNERS, element_faces
-from femprep.mesh.measures.volume_elements import centroids
+from femprep.mesh.measures.volume_elements import all_centroids
 from femprep.mesh.numbering import set_numbers
 from femprep.mesh.search.closest import ClosestFinder
+from femprep.mesh.topology import components
 from femprep.model import REGION_TAGS, FloatArray, IntArray, Surface, TagArray, VolumeMesh, is_blood
 from femprep.model.facets import facet_triangles
 
@@ -55,7 +56,7 @@ def label_ventricles(mesh: VolumeMesh, body: Surface | None = None) -> VolumeMes
     InputError
         Facets are missing.
     """
-    centre = np.concatenate([centroids(mesh.points, block, name) for name, block in mesh.cells.items()])
+    centre = all_centroids(mesh.points, mesh.cells)
     left, right, outer = (_distance(mesh, name, centre) for name in ("endo_lv", "endo_rv", "epi"))
     if body is None:
         choice = np.argmax(np.stack([right, left, outer]), axis=0)
@@ -90,7 +91,7 @@ def label_chambers(mesh: VolumeMesh, body: Surface) -> VolumeMesh:
     InputError
         Facets are missing.
     """
-    centre = np.concatenate([centroids(mesh.points, block, name) for name, block in mesh.cells.items()])
+    centre = all_centroids(mesh.points, mesh.cells)
     right, la, ra, outer = (_distance(mesh, name, centre) for name in ("endo_rv", "endo_la", "endo_ra", "epi"))
     inside = ClosestFinder(body.points, body.triangles).signed(centre) < 0.0
     septum = right < np.minimum(outer, np.minimum(la, ra))
@@ -171,15 +172,10 @@ def _beside(region: TagArray, pairs: IntArray, tags: TagArray) -> IntArray:
 
 def _strays(region: TagArray, pairs: IntArray, tags: TagArray) -> npt.NDArray[np.bool_]:
     """Elements that are cut off from the largest piece of their region."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     same = pairs[region[pairs[:, 0]] == region[pairs[:, 1]]]
-    size = len(region)
-    graph = coo_array((np.ones(len(same), dtype=np.int8), (same[:, 0], same[:, 1])), shape=(size, size))
-    label = connected_components(graph, directed=False)[1]
+    label = components(same[:, 0], same[:, 1], len(region))
     count = np.bincount(label)
-    stray = np.ones(size, dtype=bool)
+    stray = np.ones(len(region), dtype=bool)
     for tag in tags:
         own = np.unique(label[region == tag])
         if len(own):

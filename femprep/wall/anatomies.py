@@ -160,15 +160,21 @@ def structures_of(seg: Segmentation, anatomy: str) -> dict[str, tuple[str, ...]]
     return {**cavities, **bodies}
 
 
+def _fitted(seg: Segmentation, layout: Layout, options: Options, stages: Stages, outer: str = "") -> dict[str, Surface]:
+    """A closed surface for each object; that around the left ventricle, ``outer``, goes on where its labels end."""
+    fitted: dict[str, Surface] = {}
+    for name, obj in layout.objects.items():
+        with stages(f"surface {name}") as report:
+            closed = name == outer and layout.apex is None
+            own = extend_apex(seg, obj, endo=fitted["lv"], options=options.wall) if closed else None
+            fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report)
+    return fitted
+
+
 def left_ventricle(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> Parts:
     """Endo- and epicardium of the left ventricle, fitted to ``lv`` and ``lv`` + ``myo``."""
     objects, base, apex = layout.objects, layout.base, layout.apex
-    fitted: dict[str, Surface] = {}
-    for name, obj in objects.items():
-        with stages(f"surface {name}") as report:
-            closed = name == "epi" and apex is None
-            own = extend_apex(seg, obj, endo=fitted["lv"], options=options.wall) if closed else None
-            fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report)
+    fitted = _fitted(seg, layout, options, stages, outer="epi")
     outlines = Outline("endo", objects["lv"]), Outline("epi", objects["epi"])
     return Parts(objects, {"lv": fitted["lv"]}, fitted["epi"], base, apex, outlines=outlines)
 
@@ -182,12 +188,7 @@ def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages:
     """
     objects, base, apex = layout.objects, layout.base, layout.apex
     wall, walled = options.wall, "rv_epi" in objects
-    fitted: dict[str, Surface] = {}
-    for name, obj in objects.items():
-        with stages(f"surface {name}") as report:
-            closed = name == "lv_epi" and apex is None
-            own = extend_apex(seg, obj, endo=fitted["lv"], options=wall) if closed else None
-            fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report)
+    fitted = _fitted(seg, layout, options, stages, outer="lv_epi")
     with stages("surface epi") as report:
         cavities = {name: fitted[name] for name in ("lv", "rv")}
         cavities, repaired = keep_apart(cavities, wall.minimum_thickness, wall.maximum_push)
@@ -200,7 +201,7 @@ def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages:
         enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
         epi = _enclose(enclosed, seg, options, report, repaired)
     clear = _JOINT["biv"] if walled else thickness + _JOINT["assumed"]
-    outlines = _outlines(objects, ("lv", "rv"), ("lv", "rv"), clear)
+    outlines = _outlines(objects, {**fitted, **cavities}, ("lv", "rv"), ("lv", "rv"), clear)
     return Parts(
         objects,
         cavities,
@@ -225,10 +226,7 @@ def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Sta
     """
     wall, objects = options.wall, layout.objects
     given = {"rv": wall.rv_wall_thickness, "la": wall.atrial_wall_thickness, "ra": wall.atrial_wall_thickness}
-    fitted = {}
-    for name, obj in objects.items():
-        with stages(f"surface {name}") as report:
-            fitted[name] = fit_surface(obj, options=options.surface, progress=report)
+    fitted = _fitted(seg, layout, options, stages)
     with stages("surface epi") as report:
         cavities = {name: fitted[name] for name in CHAMBERS}
         cavities, repaired = keep_apart(cavities, wall.minimum_thickness, wall.maximum_push)
@@ -251,13 +249,17 @@ def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Sta
         body=fitted["lv_epi"],
         openings=layout.openings,
         repaired=repaired,
-        outlines=_outlines(objects, tuple(CHAMBERS), ("lv",), _JOINT["whole-heart"]),
+        outlines=_outlines(objects, {**fitted, **cavities}, tuple(CHAMBERS), ("lv",), _JOINT["whole-heart"]),
         notices=notices,
     )
 
 
 def _outlines(
-    objects: Mapping[str, LabelObject], chambers: tuple[str, ...], walled: tuple[str, ...], clear: float
+    objects: Mapping[str, LabelObject],
+    surfaces: Mapping[str, Surface],
+    chambers: tuple[str, ...],
+    walled: tuple[str, ...],
+    clear: float,
 ) -> tuple[Outline, ...]:
     """What endocardia and the common epicardium ought to follow: this the outline of some labelled bodies.
 
@@ -269,7 +271,7 @@ def _outlines(
     epi = []
     for name in walled:
         if name in bodies:
-            others = tuple(bodies.get(other, objects[other]) for other in chambers if other != name)
+            others = tuple(surfaces.get(f"{other}_epi", surfaces[other]) for other in chambers if other != name)
             epi.append(Outline("epi", bodies[name], others, clear))
     return (*endo, *epi)
 
@@ -279,7 +281,7 @@ def _enclose(
 ) -> Surface:
     """Template surface of the body that encloses some surfaces; what it took is added to ``repaired``."""
     body = Envelope(parts)
-    obj = body.object(seg.grid, "epi")
+    obj = replace(body.object(seg.grid, "epi"), frame=seg.frame)
     vertices = min(int(_EPI_SHARE[options.anatomy] * options.surface.vertices), 20000)
     # Its vertices are moved onto the body afterwards, so that it only has to be near.
     rough = outline_surface(obj, vertices)

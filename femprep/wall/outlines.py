@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from femprep.image import LabelObject
+from femprep.model import Surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,13 +18,13 @@ class Outline:
         Name of the facets' tag.
     obj : LabelObject
         Its outlines are those of the labels, as they were repaired.
-    beside : tuple of LabelObject
-        Neighbours that are joined to it: near them its outline is none of the facets'.
+    beside : tuple of Surface
+        Neighbours that are joined to it: near them, also below their last slice, its outline is none of the facets'.
     clear : float
         How near, mm.
     """
 
     facets: str
     obj: LabelObject
-    beside: tuple[LabelObject, ...] = ()
+    beside: tuple[Surface, ...] = ()
     clear: float = 0.0

@@ -18,7 +18,8 @@ import numpy as np
 from rows import keep, shown
 
 import femprep as fp
-from femprep.anatomy.transfer.correspondence import correspond
+from femprep.anatomy.transfer.correspondence import paired
+from femprep.anatomy.wall_parts import wall_parts
 from femprep.model import FloatArray
 
 
@@ -37,7 +38,7 @@ def pushed(first: fp.VolumeMesh, second: fp.VolumeMesh) -> FloatArray:
 
 def figures(name: str, first: fp.VolumeMesh, second: fp.VolumeMesh) -> dict[str, Any]:
     """Errors of one patient."""
-    _, places = correspond(first, second).places()
+    _, places = paired(first, second, wall_parts(first, "the source"), wall_parts(second, "the target")).places()
     off = np.linalg.norm(places - first.points, axis=1)
     moved = fp.transfer(first, second, ["fiber", "aha", "transmural"])
     record = moved.info["transfer"]

@@ -2,6 +2,7 @@
 
     python tests/benchmarks/bench_truth.py                     Rodero 01 as two stacks, and ellipsoids, by the sweep
     python tests/benchmarks/bench_truth.py --mesher tetwild --edge 4
+    python tests/benchmarks/bench_truth.py --mesher tetwild --refinement none    no coarser mesh refined
     python tests/benchmarks/bench_truth.py --cases phantoms
 
 The true endocardium of Rodero 01 is its published surface; the true epicardium is that of its labels at 1 mm. The
@@ -144,6 +145,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     parser.add_argument("--cases", nargs="+", choices=("rodero", "phantoms"), default=("rodero", "phantoms"))
     parser.add_argument("--mesher", choices=("sweep", "tetwild"), default="sweep")
     parser.add_argument("--edge", type=float, default=2.5, help="edge length, mm")
+    parser.add_argument("--refinement", choices=("auto", "none"), default="auto", help="of fTetWild's meshes")
     parser.add_argument("--csv", type=Path, help="file for a line per case")
     given = parser.parse_args(arguments)
     hearts: list[Heart] = []
@@ -155,7 +157,8 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     for heart in hearts:
         row: dict[str, Any] = {"case": heart.name}
         try:
-            run = fp.mesh_segmentation(heart.seg, volume={"mesher": given.mesher, "edge_length": given.edge})
+            volume = {"mesher": given.mesher, "edge_length": given.edge, "refinement": given.refinement}
+            run = fp.mesh_segmentation(heart.seg, volume=volume)
             with tempfile.TemporaryDirectory() as folder:
                 fp.write_run(run, Path(folder) / "out")
                 row |= measure(Path(folder) / "out", heart.truth)

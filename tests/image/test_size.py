@@ -50,6 +50,15 @@ def test_voxels_a_thousand_times_too_large_or_small(
     assert time.process_time() - start < 20.0  # where it was not said, it did not end within 240 s
 
 
+@pytest.mark.parametrize("factor", [1000.0, 0.001, 10.0, (1.0, 1.0, 1000.0), (0.001, 1.0, 1.0)])
+def test_the_sizes_told_are_those_that_make_it_a_heart(factor: float | tuple[float, float, float]) -> None:
+    seg = lv_ellipsoid().segmentation((4.0, 4.0, 8.0))
+    with pytest.raises(fp.InputError, match="would make it") as caught:
+        fp.fit_surfaces(scaled(seg, factor), {"lv": ("lv",)})
+    told = str(caught.value).partition("--spacing ")[2].split()[:3]
+    assert [float(size) for size in told] == pytest.approx(seg.grid.spacing)
+
+
 @pytest.mark.parametrize("factor", [1000.0, 0.001])
 def test_surfaces_alone(factor: float) -> None:
     seg = scaled(lv_ellipsoid().segmentation((4.0, 4.0, 8.0)), factor)

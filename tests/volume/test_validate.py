@@ -11,7 +11,7 @@ from femprep.errors import InputError, OptionError, ResourceError
 from femprep.model import FACET_TAGS, Plane, Wall
 from femprep.options import VolumeOptions
 from femprep.volume import tetrahedralize
-from femprep.volume.validate import TETS_PER_CUBE, check_amount, check_edge_length, check_wall, estimate, mean_thickness
+from femprep.volume.validate import TETS_PER_CUBE, check_amount, check_edge_length, check_wall, mean_thickness
 
 
 @pytest.fixture(scope="module")
@@ -198,7 +198,7 @@ def test_absurdly_small_edge_length_names_one_that_fits(wall):
 
 
 def test_estimate_is_near_what_the_mesher_makes(coarse_wall, coarse_mesh):
-    need = estimate(coarse_wall, 6.0)
+    need = check_amount(coarse_wall.volume, 10.0, VolumeOptions(edge_length=6.0))
     assert need.elements == int(TETS_PER_CUBE * coarse_wall.volume / 216.0)
     assert 0.4 * need.elements < coarse_mesh.n_cells < 2.0 * need.elements
     assert coarse_mesh.info["attempts"][0]["peak_bytes"] < 2.0 * need.gigabytes * 1e9

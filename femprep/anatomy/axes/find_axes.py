@@ -9,10 +9,10 @@ import numpy as np
 
 from femprep.anatomy.axes.landmarks import axes_from_labels
 from femprep.anatomy.axes.ventricular_axes import BASE_FACETS, USUAL_RV, VentricularAxes, hand, rv_drift
-from femprep.anatomy.frames import normalise
 from femprep.errors import InputError
 from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
 from femprep.model.blocks import chosen_rows
+from femprep.model.products import unit_vectors
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
@@ -98,7 +98,7 @@ def axes_from_mesh(mesh: VolumeMesh) -> VentricularAxes:
         if not len(found):
             have = ", ".join(mesh.facet_names) or "none"
             raise InputError(f"the mesh has no facets tagged {name!r}, so it has no axes; its facets: {have}")
-    up = normalise(base_area.sum(axis=0))
+    up = unit_vectors(base_area.sum(axis=0))
     weight = np.linalg.norm(base_area, axis=1)
     middle = np.average(base, axis=0, weights=weight)
     direction, through = _line(endo, np.linalg.norm(endo_area, axis=1), up)

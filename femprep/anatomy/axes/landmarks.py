@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.anatomy.axes.ventricular_axes import USUAL_RV, VentricularAxes, hand, rv_drift
-from femprep.anatomy.frames import normalise
 from femprep.errors import InputError
 from femprep.image.slices import relative_slope
 from femprep.model import BoolArray, FloatArray, IntArray
+from femprep.model.products import unit_vectors
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 _STACK: Final = 2.0
 #: Height of a level in an image that is no stack, mm.
 _SLAB: Final = 5.0
+#: Voxels that lie this near to a limit lie on it, mm: along whatever axes an image is stored, the same ones count.
+_ALIKE: Final = 1e-6
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ def axes_from_labels(seg: Segmentation, *, basal_end: str = "auto") -> Ventricul
     rv = seg.mask("rv") if "rv" in seg.structures and set(seg.structures["rv"]) <= set(seg.present) else None
     line = _stack_line(seg, cavity, muscle, rv, basal_end) if stack else _free_line(seg, cavity, muscle)
     info: dict[str, Any] = dict(line.evidence)
-    direction = normalise(line.base - line.apex)
+    direction = unit_vectors(line.base - line.apex)
 
     if rv is None or rv.sum() < 8:
         info["assumed"] = ["septal", "hand"]
@@ -132,7 +134,7 @@ def _free_line(seg: Segmentation, cavity: BoolArray, muscle: BoolArray) -> _Line
     points, opening = _world(cavity, seg), _world(open_, seg)
     base = opening.mean(axis=0)
     distance = np.linalg.norm(points - base, axis=1)
-    direction = normalise(base - points[distance >= np.percentile(distance, 99)].mean(axis=0))
+    direction = unit_vectors(base - points[distance >= np.percentile(distance, 99) - _ALIKE].mean(axis=0))
     low = float(((_world(muscle | cavity, seg) - base) @ direction).min())
     return _Line(base + low * direction, base, {"open_voxels": int(open_.sum())}, None)
 
@@ -178,7 +180,7 @@ def _levels(mask: BoolArray, points: FloatArray, axes: VentricularAxes, stack: i
     """Number of the level of each voxel of a mask, in the order of its points."""
     if stack is not None:
         return np.argwhere(mask)[:, stack].astype(np.int64)
-    return np.floor(axes.height(points) / _SLAB).astype(np.int64)
+    return np.floor((axes.height(points) + _ALIKE) / _SLAB).astype(np.int64)
 
 
 def _world(mask: BoolArray, seg: Segmentation) -> FloatArray:

@@ -12,7 +12,7 @@ from femprep.anatomy.axes.landmarks import axes_from_labels
 from femprep.errors import InputError
 from femprep.image import Segmentation
 from femprep.model import Notice, noted
-from femprep.model.products import nearest_orthogonal
+from femprep.model.products import inverse, nearest_orthogonal, product
 
 _log = logging.getLogger(__name__)
 
@@ -54,8 +54,9 @@ def orient(seg: Segmentation, *, basal_end: str = "auto") -> Segmentation:
         record = noted({"source": "image", "reason": str(error)}, Notice.of("assumed", words))
         return replace(seg, frame=None, info={**seg.info, "orientation": record})
     up, side = axes.long_axis, axes.septal
-    # Digits that differ between processors' linear algebra are not of the heart.
-    frame = nearest_orthogonal(np.round(np.column_stack([side, np.cross(up, side), up]), _DECIMALS))
+    # Digits that differ between processors' linear algebra are not of the heart, nor is how its image lies.
+    found, image = np.column_stack([side, np.cross(up, side), up]), np.asarray(seg.grid.direction)
+    frame = nearest_orthogonal(product(image, np.round(product(inverse(image), found), _DECIMALS)))
     assert frame is not None, "axes at right angles are not flat"
     record = {"source": "labels", "assumed": list(axes.info.get("assumed", ())), "frame": frame.tolist()}
     if "septal" in record["assumed"]:

@@ -20,9 +20,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import stdtrit
 
-from femprep.anatomy.frames import normalise
 from femprep.errors import InputError
 from femprep.model import FloatArray, Notice, readonly
+from femprep.model.products import unit_vectors
 
 #: Facets that close the ventricles at the base.
 BASE_FACETS: Final = ("base", "mitral", "tricuspid", "aortic", "pulmonary")
@@ -79,7 +79,7 @@ class VentricularAxes:
         if np.linalg.norm(across) < 1e-6 * max(float(np.linalg.norm(self.septal)), 1e-300):
             raise InputError(f"axes: the septal direction {self.septal.tolist()} runs along the long axis")
         if abs(np.linalg.norm(self.septal) - 1) > 1e-12 or abs(self.septal @ along) > 1e-12:  # a record stays as it is
-            put(self, "septal", readonly(normalise(across), np.float64, (3,), "axes septal"))
+            put(self, "septal", readonly(unit_vectors(across), np.float64, (3,), "axes septal"))
         points = {k: readonly(v, np.float64, (3,), f"axes insertion {k!r}") for k, v in self.insertions.items()}
         put(self, "insertions", MappingProxyType(points))
         put(self, "info", MappingProxyType(dict(self.info)))

@@ -21,7 +21,7 @@ from femprep.errors import InputError
 from femprep.mesh.blas import one_blas_thread
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FloatArray, IntArray, VolumeMesh
-from femprep.model.blocks import chosen_rows, nodes_of
+from femprep.model.blocks import chosen_rows, nodes_of, numbers_among
 
 _CHUNK: Final = 20_000
 
@@ -70,12 +70,8 @@ class LinearElements:
             raise InputError("the mesh has no elements; coordinates and fibres need a volume mesh")
         self.mesh = mesh
         corner = {name: block[:, : ELEMENTS[name].corners] for name, block in mesh.cells.items() if len(block)}
-        used = np.zeros(len(mesh.points), dtype=bool)
-        for block in corner.values():
-            used[block.ravel()] = True
-        self.nodes: IntArray = np.flatnonzero(used).astype(np.int64)
-        self._compact = np.full(len(mesh.points), -1, dtype=np.int64)
-        self._compact[self.nodes] = np.arange(len(self.nodes))
+        self.nodes = nodes_of(corner)
+        self._compact = numbers_among(self.nodes, len(mesh.points))
         self.points: FloatArray = mesh.points[self.nodes]
         self.n = len(self.nodes)
 

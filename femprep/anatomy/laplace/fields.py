@@ -13,7 +13,6 @@ it well posed.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterable
 from functools import cached_property
 from typing import Final
@@ -24,7 +23,6 @@ import scipy.sparse as sp
 from femprep.anatomy.axes.find_axes import ventricular_axes
 from femprep.anatomy.axes.insertions import with_insertions
 from femprep.anatomy.axes.ventricular_axes import BASE_FACETS, VentricularAxes
-from femprep.anatomy.frames import normalise
 from femprep.anatomy.laplace.dirichlet import solve
 from femprep.anatomy.laplace.fem import LinearElements
 from femprep.anatomy.laplace.multilevel import Solved, solve_coarsest, solve_nested
@@ -32,8 +30,7 @@ from femprep.anatomy.part import refuse_blood
 from femprep.errors import InputError
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FACET_TAGS, FloatArray, IntArray, Progress, VolumeMesh
-
-logger = logging.getLogger(__name__)
+from femprep.model.products import unit_vectors
 
 #: Conductivity across the gradient lines, relative to that along them, by coordinate. Round the wall no boundary holds
 #: the lines' beginnings together, so there it has to be larger.
@@ -250,7 +247,7 @@ class WallFields:
         gradient = self.space.gradient(field)
         size = np.linalg.norm(gradient, axis=1)
         weight = np.maximum(size, 1e-9 * size.max())
-        matrix = self.space.stiffness(normalise(gradient), weight, CROSS[name])
+        matrix = self.space.stiffness(unit_vectors(gradient), weight, CROSS[name])
         return self._solve(f"{name}_distance", matrix, sides)
 
     @cached_property
@@ -274,7 +271,7 @@ class WallFields:
         v = self._solve("turn", space.stiffness(weight=weight), anchor, -space.load(start * weight[:, None]))
         total = start + space.gradient(v)
         length = np.linalg.norm(total, axis=1)
-        direction, weight = normalise(total), np.maximum(weight * length, 1e-9 * (weight * length).max())
+        direction, weight = unit_vectors(total), np.maximum(weight * length, 1e-9 * (weight * length).max())
         along = np.sum(direction * start, axis=1, keepdims=True) * direction
         cross = CROSS["turn"]
         flow = weight[:, None] * (along + cross * (start - along))

@@ -12,8 +12,7 @@ from femprep.anatomy.wall_parts import WallPart, wall_parts
 from femprep.errors import InputError
 from femprep.image.segmentation import Segmentation
 from femprep.mesh.search.locate import Locator
-from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh, is_blood
-from femprep.model.blocks import chosen_rows
+from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh
 
 
 class TissueField:
@@ -38,8 +37,7 @@ class TissueField:
     def __init__(self, mesh: VolumeMesh, image: Segmentation, names: Sequence[str]) -> None:
         self.mesh, self.image, self.grid = mesh, image, image.grid
         self.parts: list[WallPart] = wall_parts(mesh)
-        tissue = chosen_rows(mesh.cells, ~is_blood(mesh.region))
-        self.locator: Locator = wall_locator(VolumeMesh(mesh.points, tissue, mesh.region[~is_blood(mesh.region)]))
+        self.locator: Locator = wall_locator(mesh)
         self.labels = np.zeros(image.labels.shape, dtype=np.uint8)
         for number, name in enumerate(names, start=1):
             self.labels[image.mask(name)] = number

@@ -15,7 +15,6 @@ from femprep.anatomy.wall_parts import wall_parts
 from femprep.errors import InputError
 from femprep.image.reading.intensity import IntensityImage
 from femprep.model import Notice, VolumeMesh, is_blood, noted
-from femprep.model.blocks import chosen_rows
 
 
 def sample_image(mesh: VolumeMesh, image: IntensityImage, name: str) -> VolumeMesh:
@@ -54,8 +53,7 @@ def sample_image(mesh: VolumeMesh, image: IntensityImage, name: str) -> VolumeMe
     _require_name(mesh, name)
     parts = wall_parts(mesh)
     tissue = ~is_blood(mesh.region)
-    locator = wall_locator(VolumeMesh(mesh.points, chosen_rows(mesh.cells, tissue), mesh.region[tissue]))
-    known = voxels_in(locator, image.grid) & np.isfinite(image.values)
+    known = voxels_in(wall_locator(mesh), image.grid) & np.isfinite(image.values)
     if not known.any():
         raise InputError(
             f"no voxel of the image for {name!r} lies in the wall of the mesh; both have to be in the same world "

@@ -19,7 +19,7 @@ from femprep.anatomy.tissue.transmurality import transmurality
 from femprep.anatomy.tissue.wall_samples import Samples, sample_part
 from femprep.errors import InputError
 from femprep.image.segmentation import Segmentation
-from femprep.mesh.measures.volume_elements import centroids
+from femprep.mesh.measures.volume_elements import all_centroids
 from femprep.model import REGION_TAGS, TISSUES, FloatArray, IntArray, Notice, VolumeMesh, is_blood, noted
 from femprep.model.tissue import TissueRecord, TissuesRecord
 
@@ -187,7 +187,7 @@ def _record(
     last = grid.shape[grid.stack_axis] - 1
     beyond = (sampled.position < -0.5) | (sampled.position > last + 0.5)
     unknown = (sampled.position < -1.0) | (sampled.position > last + 1.0)
-    centre = np.concatenate([centroids(mesh.points, block, kind) for kind, block in mesh.cells.items()])
+    centre = all_centroids(mesh.points, mesh.cells)
     plain = field.nearest_voxels(centre) * ~is_blood(mesh.region)
     chosen = classes_of(sampled.scores, levels)
     through = transmurality(field, levels)

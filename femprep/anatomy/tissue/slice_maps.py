@@ -18,15 +18,16 @@ from femprep.image.grid import Grid
 from femprep.image.resample import slice_distance
 from femprep.mesh.operations.element_tets import mesh_tets
 from femprep.mesh.search.locate import Locator
-from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh
+from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh, is_blood
+from femprep.model.blocks import chosen_rows
 
 #: Farther than any pixel is from another, mm.
 _FAR: Final = 1e3
 
 
 def wall_locator(mesh: VolumeMesh) -> Locator:
-    """Finds points in a mesh, by their places."""
-    return Locator(mesh_tets(mesh.cells)[0], mesh.points)
+    """Finds points in the wall of a mesh, by their places."""
+    return Locator(mesh_tets(chosen_rows(mesh.cells, ~is_blood(mesh.region)))[0], mesh.points)
 
 
 def voxels_in(locator: Locator, grid: Grid) -> BoolArray:

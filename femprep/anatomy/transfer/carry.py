@@ -10,13 +10,13 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from femprep.anatomy.frames import normalise
 from femprep.anatomy.transfer.correspondence import Correspondence, PartPair
 from femprep.anatomy.transfer.wall_frames import cell_frames, point_frames
 from femprep.anatomy.wall_parts import WallPart
 from femprep.errors import InputError
 from femprep.mesh.search.locate import Located
 from femprep.model import FloatArray, IntArray
+from femprep.model.products import unit_vectors
 
 Kind = Literal["number", "tag", "vector", "direction"]
 
@@ -121,7 +121,7 @@ def put_right(fields: dict[str, Any]) -> None:
     """Mend what belongs together: sheets across fibres, normals across both; cosine and sine of one angle."""
     if "fiber" in fields and "sheet" in fields:
         fibre, sheet = fields["fiber"].astype(float), fields["sheet"].astype(float)
-        sheet = normalise(sheet - np.sum(sheet * fibre, axis=1, keepdims=True) * fibre)
+        sheet = unit_vectors(sheet - np.sum(sheet * fibre, axis=1, keepdims=True) * fibre)
         fields["sheet"] = sheet.astype(fields["sheet"].dtype)
         if "sheet_normal" in fields:
             normal = np.cross(fibre, sheet)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femprep.anatomy.wall_parts import PARTS, WallPart, depth_chart, wall_parts
+from femprep.anatomy.wall_parts import PARTS, WallPart, depth_chart
 from femprep.errors import InputError
 from femprep.mesh.search.locate import Located, Locator
 from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
@@ -54,19 +54,14 @@ class Correspondence:
         return cells, points
 
 
-def correspond(source: VolumeMesh, target: VolumeMesh) -> Correspondence:
-    """Find the elements and points of a mesh in another one by their ventricular coordinates.
+def paired(source: VolumeMesh, target: VolumeMesh, sources: list[WallPart], targets: list[WallPart]) -> Correspondence:
+    """Find the elements and points of a mesh in another one by their ventricular coordinates, part by part.
 
     Raises
     ------
     InputError
         Coordinates are missing, or the anatomy of the meshes differs.
     """
-    return paired(source, target, wall_parts(source, "the source"), wall_parts(target, "the target"))
-
-
-def paired(source: VolumeMesh, target: VolumeMesh, sources: list[WallPart], targets: list[WallPart]) -> Correspondence:
-    """The same of meshes whose parts are known."""
     require_same_anatomy(source, target, sources, targets)
     pairs = []
     for one, other in zip(sources, targets):

@@ -13,7 +13,7 @@ from femprep.export.abaqus.deck import KINDS, Deck, parse
 from femprep.export.deck.names import Numbers
 from femprep.export.deck.units import UNITS
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
-from femprep.model import IntArray, VolumeMesh
+from femprep.model import BoolArray, IntArray, VolumeMesh
 
 log = logging.getLogger(__name__)
 
@@ -64,12 +64,9 @@ def read(path: Path) -> VolumeMesh:
 
 def _index(labels: IntArray, wanted: IntArray, what: str, path: Path) -> IntArray:
     """Positions of labels."""
-    order = np.argsort(labels, kind="stable")
-    place = np.minimum(np.searchsorted(labels, wanted, sorter=order), len(labels) - 1)
-    found = order[place]
-    wrong = labels[found] != wanted
-    if np.any(wrong):
-        raise FileError(f"{str(path)!r}: {what} {int(np.asarray(wanted)[wrong][0])} is used but not defined")
+    found, known = _found(labels, wanted)
+    if not np.all(known):
+        raise FileError(f"{str(path)!r}: {what} {int(np.asarray(wanted)[~known][0])} is used but not defined")
     return found
 
 
@@ -87,9 +84,15 @@ def _labels_of(deck: Deck, name: str, seen: tuple[str, ...] = ()) -> IntArray:
 
 def _rows_of(labels: IntArray, members: IntArray) -> IntArray:
     """Positions of those labels that exist."""
+    rows, known = _found(labels, members)
+    return rows[known]
+
+
+def _found(labels: IntArray, wanted: IntArray) -> tuple[IntArray, BoolArray]:
+    """Row of each label wanted among others, and whether it is there."""
     order = np.argsort(labels, kind="stable")
-    rows = order[np.minimum(np.searchsorted(labels, members, sorter=order), len(labels) - 1)]
-    return np.asarray(rows[labels[rows] == members], dtype=np.int64)
+    rows = order[np.minimum(np.searchsorted(labels, wanted, sorter=order), len(labels) - 1)]
+    return np.asarray(rows, dtype=np.int64), labels[rows] == wanted
 
 
 def _segments(deck: Deck, labels: IntArray) -> dict[str, np.ndarray]:
@@ -131,7 +134,6 @@ def _facets(
 ) -> tuple[dict[str, IntArray], np.ndarray]:
     kinds = np.concatenate([np.full(len(block), kind) for kind, block in cells.items()])
     starts = dict(zip(cells, np.cumsum([0, *(len(block) for block in cells.values())])))
-    order = np.argsort(labels, kind="stable")
     nodes: dict[str, list[IntArray]] = {}
     tags: dict[str, list[np.ndarray]] = {}
     for name, pairs in deck.surfaces.items():
@@ -144,8 +146,7 @@ def _facets(
         if not members:
             continue
         wanted, face_numbers = np.concatenate(members), np.concatenate(faces)
-        rows = order[np.minimum(np.searchsorted(labels, wanted, sorter=order), len(labels) - 1)]
-        known = labels[rows] == wanted
+        rows, known = _found(labels, wanted)
         rows, face_numbers = rows[known], face_numbers[known]
         for kind, block in cells.items():
             for number in range(len(ELEMENTS[kind].faces)):

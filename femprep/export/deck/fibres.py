@@ -8,6 +8,7 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.model import FloatArray, VolumeMesh
+from femprep.model.products import unit_vectors
 from femprep.options import ExportOptions
 
 
@@ -28,8 +29,7 @@ def directions(mesh: VolumeMesh) -> tuple[FloatArray, FloatArray] | None:
     if "sheet" in mesh.cell_data:
         return fiber, _unit(mesh.cell_data["sheet"], mesh.n_cells, "sheet")
     axis = np.eye(3)[np.argmin(np.abs(fiber), axis=1)]
-    across = axis - np.einsum("ij,ij->i", axis, fiber)[:, None] * fiber
-    return fiber, across / np.linalg.norm(across, axis=1, keepdims=True)
+    return fiber, unit_vectors(axis - np.einsum("ij,ij->i", axis, fiber)[:, None] * fiber)
 
 
 def _unit(values: object, count: int, name: str) -> FloatArray:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import logging
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +12,8 @@ from femprep.errors import InputError
 from femprep.export.deck.names import Numbers
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, element_faces
 from femprep.model import FloatArray, IntArray, VolumeMesh
+
+log = logging.getLogger(__name__)
 
 
 @dataclass
@@ -42,6 +45,8 @@ class Parts:
         InputError
             There are no volume elements, or a node number is out of range.
         """
+        if self.left_out:
+            log.warning("elements of types %s are left out", ", ".join(sorted(self.left_out)))
         if not any(len(nodes) for _, nodes, _, _ in self.cells):
             raise InputError(f"holds no volume elements of types {', '.join(ELEMENTS)}")
         kinds = list(dict.fromkeys(kind for kind, *_ in self.cells))
@@ -66,6 +71,20 @@ class Parts:
                 **self.numbers.info,
             },
         )
+
+
+def rows_of_nodes(rows: Iterable[Iterable[int]], place: Mapping[int, int]) -> IntArray:
+    """Rows of nodes by their places, of rows by their labels.
+
+    Raises
+    ------
+    InputError
+        A node is not defined.
+    """
+    try:
+        return np.array([[place[n] for n in row] for row in rows], dtype=np.int64)
+    except KeyError as error:
+        raise InputError(f"node {error.args[0]} is used, but not defined") from None
 
 
 def with_mid_side_nodes(kind: str, corners: IntArray, cells: Mapping[str, IntArray]) -> tuple[str, IntArray]:

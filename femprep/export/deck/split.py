@@ -11,7 +11,7 @@ import numpy as np
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.mesh.operations.element_tets import element_tets, quads_to_triangles
 from femprep.model import VolumeMesh
-from femprep.model.blocks import block_rows, nodes_of
+from femprep.model.blocks import block_rows, nodes_of, numbers_among
 
 log = logging.getLogger(__name__)
 
@@ -42,8 +42,7 @@ def to_tetrahedra(mesh: VolumeMesh) -> VolumeMesh:
         facet_rows.append(np.repeat(np.arange(own.start, own.stop), 2 if quad else 1))
     row, facet_row = np.concatenate(rows), np.concatenate(facet_rows)
     used, numbers = np.unique(np.concatenate(cells), return_inverse=True)
-    new = np.full(len(mesh.points), -1)
-    new[used] = np.arange(len(used))
+    new = numbers_among(used, len(mesh.points))
     return replace(
         mesh,
         points=mesh.points[used],
@@ -69,8 +68,7 @@ def linear(mesh: VolumeMesh, reader: str) -> VolumeMesh:
     cells = {_LINEAR.get(kind, kind): block[:, : ELEMENTS[kind].corners] for kind, block in mesh.cells.items()}
     facets = {_LINEAR.get(kind, kind): block[:, : FACET_CORNERS[kind]] for kind, block in mesh.facets.items()}
     used = nodes_of(cells)
-    new = np.full(len(mesh.points), -1)
-    new[used] = np.arange(len(used))
+    new = numbers_among(used, len(mesh.points))
     return replace(
         mesh,
         points=mesh.points[used],

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 
@@ -46,3 +48,10 @@ UNITS: Final = {
     "cm": Units("cm", 0.1, "dyn/cm2", 1e4, "dyn", "g", "s"),
     "m": Units("m", 1e-3, "Pa", 1e3, "N", "kg", "s"),
 }
+
+
+def units_of(path: Path) -> Units:
+    """Units of a text file of ours, which names them near its top; millimetres where a file does not."""
+    with path.open("rb") as file:
+        match = re.search(rb"femprep volume mesh; length (\w+),", file.read(1000))
+    return UNITS.get(match[1].decode() if match else "mm", UNITS["mm"])

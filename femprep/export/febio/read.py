@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -12,12 +11,10 @@ from xml.etree import ElementTree
 import numpy as np
 
 from femprep.errors import FileError, InputError
-from femprep.export.deck.parts import Parts
-from femprep.export.deck.units import UNITS
+from femprep.export.deck.parts import Parts, rows_of_nodes
+from femprep.export.deck.units import units_of
 from femprep.export.febio.write import FEBIO_FACETS, FEBIO_TYPES
 from femprep.model import FloatArray, IntArray, VolumeMesh
-
-log = logging.getLogger(__name__)
 
 _KINDS: Final = {name: kind for kind, name in FEBIO_TYPES.items()}
 _FACETS: Final = {name: kind for kind, name in FEBIO_FACETS.items()}
@@ -65,24 +62,13 @@ def read(path: Path) -> VolumeMesh:
             by_type.setdefault(facet.tag, []).append(facet)
         tag = parts.numbers.of(surface.get("name") or "", facet=True)
         parts.facets += [(_FACETS[t], _nodes(rows, place), tag) for t, rows in by_type.items() if t in _FACETS]
-    if parts.left_out:
-        log.warning("elements of types %s are left out", ", ".join(sorted(parts.left_out)))
-    mesh = parts.mesh(points / UNITS[_unit(path)].per_mm, "Elements", "Surface")
+    mesh = parts.mesh(points / units_of(path).per_mm, "Elements", "Surface")
     return _with_segments(mesh, found, numbers)
-
-
-def _unit(path: Path) -> str:
-    with path.open("rb") as file:
-        match = re.search(rb"femprep volume mesh; length (\w+),", file.read(1000))
-    return match[1].decode() if match and match[1].decode() in UNITS else "mm"
 
 
 def _nodes(rows: ElementTree.Element | list[ElementTree.Element], place: dict[int, int]) -> IntArray:
     """Node positions of elements or facets."""
-    try:
-        return np.array([[place[int(n)] for n in (row.text or "").split(",")] for row in rows], dtype=np.int64)
-    except KeyError as error:
-        raise InputError(f"node {error.args[0]} is used, but not defined") from None
+    return rows_of_nodes((map(int, (row.text or "").split(",")) for row in rows), place)
 
 
 def _axes(root: ElementTree.Element) -> dict[str, dict[str, FloatArray]]:

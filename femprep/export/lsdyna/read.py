@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -12,13 +11,11 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FileError, InputError
-from femprep.export.deck.parts import Parts, with_mid_side_nodes
-from femprep.export.deck.units import UNITS
+from femprep.export.deck.parts import Parts, rows_of_nodes, with_mid_side_nodes
+from femprep.export.deck.units import units_of
 from femprep.export.lsdyna.write import PLACES
 from femprep.export.purkinje import PURKINJE
-from femprep.model import IntArray, PurkinjeNet, VolumeMesh
-
-log = logging.getLogger(__name__)
+from femprep.model import PurkinjeNet, VolumeMesh
 
 #: Places that repeat a node, by element type: which type an element of eight places is.
 _REPEATED: Final = {"tetra": ((3, 4), (3, 5), (3, 6), (3, 7)), "wedge": ((4, 5), (6, 7)), "hexahedron": ()}
@@ -41,8 +38,7 @@ def read(path: Path) -> VolumeMesh:
     text = path.read_text(encoding="utf-8", errors="replace")
     if "*KEYWORD" not in text.upper():
         raise FileError(f"{str(path)!r} is no LS-DYNA keyword file: it has no *KEYWORD")
-    unit = re.search(r"femprep volume mesh; length (\w+),", text[:1000])
-    scale = UNITS[unit[1]].per_mm if unit and unit[1] in UNITS else 1.0
+    scale = units_of(path).per_mm
     parts, titles = Parts(), {}
     ids, points, solids, segments, sets, beams = [], [], [], [], {}, []
     for keyword, cards in _sections(text):
@@ -66,8 +62,6 @@ def read(path: Path) -> VolumeMesh:
     fibres = [beam for beam in beams if titles.get(beam[1], "").startswith(f"{PURKINJE}_")]
     if len(fibres) < len(beams):
         parts.left_out.add("*ELEMENT_BEAM")
-    if parts.left_out:
-        log.warning("elements %s are left out", ", ".join(sorted(parts.left_out)))
     at, wall = dict(zip(ids, points)), {label for solid in solids for label in solid[2]}
     if fibres:
         ids = [label for label in ids if label in wall]
@@ -81,7 +75,7 @@ def read(path: Path) -> VolumeMesh:
         for count, kind in ((3, "triangle"), (4, "quad")):
             own = [row[:count] for row in rows if (row[2] == row[3]) == (count == 3)]
             if own:
-                facet_kind, nodes = with_mid_side_nodes(kind, _places(own, place), cells)
+                facet_kind, nodes = with_mid_side_nodes(kind, rows_of_nodes(own, place), cells)
                 parts.facets.append((facet_kind, nodes, tag))
     mesh = parts.mesh(np.array(points) / scale, "*PART", "*SET_SEGMENT")
     if not fibres:
@@ -164,7 +158,7 @@ def _add_solids(
     for kind in dict.fromkeys(kinds):
         own = [solid for solid, of in zip(solids, kinds) if of == kind]
         order = [PLACES[kind].index(i) for i in range(len(set(PLACES[kind])))]
-        nodes = _places([[solid[2][i] for i in order] for solid in own], place)
+        nodes = rows_of_nodes([[solid[2][i] for i in order] for solid in own], place)
         names = [titles.get(part, f"tag_{part}") for _, part, _, _ in own]
         region = np.array([parts.numbers.of(name) for name in names])
         data = {}
@@ -174,10 +168,3 @@ def _add_solids(
         if aha:
             data["aha"] = np.array([aha.get(label, 0) for label, *_ in own], dtype=np.int32)
         parts.cells.append((kind, nodes, region, data))
-
-
-def _places(rows: list[list[int]], place: dict[int, int]) -> IntArray:
-    try:
-        return np.array([[place[n] for n in row] for row in rows], dtype=np.int64)
-    except KeyError as error:
-        raise InputError(f"node {error.args[0]} is used, but not defined") from None

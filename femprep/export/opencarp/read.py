@@ -59,8 +59,6 @@ def read(path: Path) -> VolumeMesh:
                 region[tag == own] = parts.numbers.of(names[int(own)], int(own))
         own_data = {name: _filled(name, values[rows], region) for name, values in data.items()}
         parts.cells.append((kind, numbers[:, : len(order)][:, order], region, own_data))
-    if parts.left_out:
-        log.warning("elements of types %s are left out", ", ".join(sorted(parts.left_out)))
     own_tags = {name: tag for tag, name in names.items()}
     for file in sorted(path.parent.glob(f"{stem.name}.*.surf")):
         name = file.name[len(stem.name) + 1 : -len(".surf")]

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from femprep.model import FloatArray
 
@@ -59,7 +59,7 @@ def choose_spacing(spacing: FloatArray, header: Mapping[str, str]) -> SpacingSou
     lengths = _sform_lengths(header)
     if lengths is None or np.allclose(lengths, spacing, rtol=TOLERANCE, atol=0.0):
         return SpacingSource(spacing, "header")
-    found = f"sform says {_sizes(lengths)} mm, pixdim {_sizes(spacing)} mm"
+    found = f"sform says {sizes(lengths)} mm, pixdim {sizes(spacing)} mm"
     if np.allclose(spacing, 1.0, rtol=TOLERANCE):
         note = f"pixdim carries no voxel sizes ({found}); those of the sform were taken"
         return SpacingSource(lengths, "sform", note, doubtful=True)
@@ -102,9 +102,10 @@ def spacing_warning(spacing: FloatArray, shape: tuple[int, ...]) -> str | None:
         shown = " x ".join(map(str, shape))
         return f"voxel sizes are 1 x 1 x 1 mm for {shown} voxels: they look absent; give spacing if they are wrong"
     if spacing.max() > 50.0 or spacing.min() < 0.02:
-        return f"voxel sizes are {_sizes(spacing)} mm, unlike any heart image; give spacing if they are wrong"
+        return f"voxel sizes are {sizes(spacing)} mm, unlike any heart image; give spacing if they are wrong"
     return None
 
 
-def _sizes(values: Any) -> str:
-    return " x ".join(f"{float(v):.4g}" for v in values)
+def sizes(values: npt.ArrayLike) -> str:
+    """Voxel sizes as words have them."""
+    return " x ".join(f"{float(v):.4g}" for v in np.asarray(values).ravel())

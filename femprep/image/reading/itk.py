@@ -114,7 +114,9 @@ def _read(file: Path, frame: int | None) -> ImageFile:
             keys = reader.GetMetaDataKeys()
             slicer = format_of(file) == "NrrdImageIO" and any(key.endswith("_LabelValue") for key in keys)
             components = 1 if slicer else reader.GetNumberOfComponents()
-            _require_volume(file, size, components, reader.GetPixelID() in _complex(sitk), frame)
+            _require_volume(
+                file, size, components, reader.GetPixelID() in (sitk.sitkComplexFloat32, sitk.sitkComplexFloat64), frame
+            )
             require_memory(file, size[:3])
             if len(size) > 3:
                 reader.SetExtractSize(size[:3] + [0] * (len(size) - 3))
@@ -187,9 +189,7 @@ def skewed(file: Path) -> InputError:
     )
 
 
-def _require_volume(
-    file: Path, size: list[int], components: int, complex_values: bool, frame: int | None = None
-) -> None:
+def _require_volume(file: Path, size: list[int], components: int, complex_values: bool, frame: int | None) -> None:
     """Refuse what is no single 3-D image of scalars."""
     shown = " x ".join(map(str, size))
     if components > 1 or complex_values:
@@ -203,10 +203,6 @@ def _require_volume(
             f"{file}: is a {len(size)}-D image ({shown}), expected 3-D; write one frame to a file of its own, or "
             "choose one by frame (--frame N, of --image FILE:N, counted from 1)"
         )
-
-
-def _complex(sitk: Any) -> tuple[int, ...]:
-    return (sitk.sitkComplexFloat32, sitk.sitkComplexFloat64)
 
 
 @contextmanager

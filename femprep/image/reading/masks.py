@@ -13,7 +13,8 @@ import numpy.typing as npt
 
 from femprep.errors import InputError, OptionError
 from femprep.image.grid import Grid
-from femprep.image.reading.reader import NoLabelError, read_segmentation, sizes
+from femprep.image.reading.affine import sizes
+from femprep.image.reading.reader import NoLabelError, read_segmentation
 from femprep.image.reading.segments import merged_masks
 from femprep.image.segmentation import Segmentation, count_labels
 from femprep.model import Notice, records

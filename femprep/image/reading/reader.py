@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError, OptionError
 from femprep.image.grid import Grid
-from femprep.image.reading.affine import choose_spacing, spacing_warning
+from femprep.image.reading.affine import choose_spacing, sizes, spacing_warning
 from femprep.image.reading.dicom import is_dicom, read_dicom
 from femprep.image.reading.files import format_of
 from femprep.image.reading.itk import ImageFile, count_frames, read_image, skewed, write_image
@@ -275,8 +275,3 @@ def _labels(array: npt.NDArray[Any], file: Path) -> npt.NDArray[np.integer[Any]]
     labels = array.astype(np.min_scalar_type(int(high)), order="K", copy=False)
     labels.setflags(write=False)
     return labels
-
-
-def sizes(values: npt.ArrayLike) -> str:
-    """Lengths along the axes in words."""
-    return " x ".join(f"{float(v):.4g}" for v in np.asarray(values).ravel())

@@ -23,6 +23,7 @@ from femprep.mesh.compiled import compiled
 from femprep.mesh.energies.simplex import sides_and_normal
 from femprep.mesh.measures.triangles import area_vectors, corners
 from femprep.model import FloatArray, IntArray
+from femprep.model.products import unit_vectors
 
 #: Cosine between a triangle's normal and that of the surface at its corners below which it counts as folded.
 _UPRIGHT = 0.1
@@ -141,8 +142,7 @@ class Ideal:
         return self._shares(points, normals) <= 0.0
 
     def _shares(self, points: FloatArray, normals: FloatArray) -> FloatArray:
-        up = normals[self.cells].sum(axis=1)
-        up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-300)
+        up = unit_vectors(normals[self.cells].sum(axis=1))
         return np.asarray(2.0 * np.einsum("ij,ij->i", area_vectors(points, self.cells), up) / self.area)
 
 

@@ -22,12 +22,14 @@ from femprep.mesh.banded import Banded
 from femprep.mesh.energies.distortion import Ideal
 from femprep.mesh.patches import PatchSurface
 from femprep.model import FloatArray, IntArray
-from femprep.model.products import inner, length
+from femprep.model.products import inner, length, unit_vectors
 
 #: Pairs of steps and gradients remembered.
 _MEMORY: Final = 6
 #: Halvings of a step that leads up.
 _HALVINGS: Final = 10
+#: Share of the distortion by which it has to fall in five steps to go on.
+_GAIN: Final = 1e-4
 #: Longest move of the first step, in sides.
 _FIRST: Final = 0.3
 #: Share of the diagonal added to the Laplacian.
@@ -54,7 +56,7 @@ class Domain(Protocol):
 
 def on_sphere(points: FloatArray) -> Place:
     """The unit sphere."""
-    there = points / np.linalg.norm(points, axis=1, keepdims=True)
+    there = unit_vectors(points)
     return Place(there, there, np.broadcast_to(np.eye(3), (len(points), 3, 3)))
 
 
@@ -96,7 +98,6 @@ def descend(
     solve: Callable[[FloatArray], FloatArray],
     size: float,
     steps: int,
-    gain: float = 1e-4,
 ) -> tuple[Place, int]:
     """Slide vertices until the distortion falls no more.
 
@@ -114,8 +115,6 @@ def descend(
         What areas count beside shapes.
     steps : int
         At most.
-    gain : float
-        Share of the distortion by which it has to fall in five steps to go on.
 
     Returns
     -------
@@ -162,7 +161,7 @@ def descend(
                 delta, pairs = fresh, []
                 value, gradient = _tangent(ideal, here, size, delta)
                 record = [value]
-        if len(record) > 5 and record[-6] - record[-1] < gain * record[-1]:
+        if len(record) > 5 and record[-6] - record[-1] < _GAIN * record[-1]:
             break
     return here, taken
 

@@ -17,6 +17,7 @@ from typing import Final
 import numpy as np
 
 from femprep.mesh.elements import FACET_CORNERS
+from femprep.mesh.measures.sample_points import monomial_slopes, monomials
 from femprep.model import FloatArray, IntArray
 
 #: Powers of the two coordinates in the polynomials of each facet type.
@@ -73,7 +74,7 @@ def _rule(kind: str) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Weights of a quadrature of degree 5, shape functions and their slopes at its points, slopes at the nodes."""
     powers = np.array(_POWERS[kind])
     nodes = _nodes(kind)
-    coefficients: FloatArray = np.asarray(np.linalg.inv(_monomials(powers, nodes)), dtype=np.float64)
+    coefficients: FloatArray = np.asarray(np.linalg.inv(monomials(powers, nodes)), dtype=np.float64)
     one, along = np.polynomial.legendre.leggauss(3)
     x, y = (grid.ravel() for grid in np.meshgrid(one, one, indexing="ij"))
     weight = np.outer(along, along).ravel()
@@ -82,7 +83,7 @@ def _rule(kind: str) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     places = np.column_stack([x, y])
     return (
         weight,
-        _monomials(powers, places) @ coefficients,
+        monomials(powers, places) @ coefficients,
         _slopes(powers, places, coefficients),
         _slopes(powers, nodes, coefficients),
     )
@@ -95,15 +96,6 @@ def _nodes(kind: str) -> FloatArray:
     return np.concatenate([corners, (corners + np.roll(corners, -1, axis=0)) / 2])
 
 
-def _monomials(powers: IntArray, places: FloatArray) -> FloatArray:
-    return np.asarray(np.prod(places[:, None, :] ** powers[None], axis=2))
-
-
 def _slopes(powers: IntArray, places: FloatArray, coefficients: FloatArray) -> FloatArray:
-    """Derivatives of the shape functions by both coordinates, ``(places, nodes, 2)``."""
-    out = []
-    for k in range(2):
-        lower = powers.copy()
-        lower[:, k] = np.maximum(lower[:, k] - 1, 0)
-        out.append((powers[:, k] * _monomials(lower, places)) @ coefficients)
-    return np.stack(out, axis=2)
+    """Derivatives ``(q, n, 2)`` of the shape functions along the two reference coordinates."""
+    return np.swapaxes(np.swapaxes(monomial_slopes(powers, places), 1, 2) @ coefficients, 1, 2)

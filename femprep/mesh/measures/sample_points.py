@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.mesh.elements import ELEMENTS
-from femprep.model import FloatArray
+from femprep.model import FloatArray, IntArray
 
 _TET = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=float)
 _WEDGE = np.array([(0, 0, -1), (1, 0, -1), (0, 1, -1), (0, 0, 1), (1, 0, 1), (0, 1, 1)], dtype=float)
@@ -109,8 +109,7 @@ def reference_nodes(name: str) -> FloatArray:
 
 def shape_values(name: str, point: npt.ArrayLike) -> FloatArray:
     """The shape functions at one point of the reference element, ``(nodes,)``."""
-    monomials = np.prod(np.asarray(point, dtype=float)[None, :] ** _exponents(name), axis=1)
-    return np.asarray(_coefficients(name).T @ monomials)
+    return np.asarray(_coefficients(name).T @ monomials(_exponents(name), np.asarray(point, dtype=float)[None])[0])
 
 
 def shape_gradients(name: str, point: npt.ArrayLike) -> FloatArray:
@@ -118,26 +117,29 @@ def shape_gradients(name: str, point: npt.ArrayLike) -> FloatArray:
 
     The functions are the polynomials of the element's space that are 1 at their own node and 0 at the others.
     """
-    powers = _exponents(name)
-    r = np.asarray(point, dtype=float)
-    derivative = np.empty((len(powers), 3))
-    for k in range(3):
-        lower = powers.copy()
-        lower[:, k] = np.maximum(lower[:, k] - 1, 0)
-        derivative[:, k] = powers[:, k] * np.prod(r[None, :] ** lower, axis=1)
-    return np.asarray(_coefficients(name).T @ derivative)
+    slopes = monomial_slopes(_exponents(name), np.asarray(point, dtype=float)[None])[0]
+    return np.asarray(_coefficients(name).T @ np.ascontiguousarray(slopes))
+
+
+def monomials(powers: IntArray, places: FloatArray) -> FloatArray:
+    """Products of powers ``(n, d)`` of coordinates at places ``(q, d)``, ``(q, n)``."""
+    return np.asarray(np.prod(places[:, None, :] ** powers[None], axis=2))
+
+
+def monomial_slopes(powers: IntArray, places: FloatArray) -> FloatArray:
+    """Their derivatives along each coordinate, ``(q, n, d)``."""
+    lower = np.maximum(powers[:, None] - np.eye(powers.shape[1], dtype=np.int64), 0)
+    return np.stack([powers[:, k] * monomials(lower[:, k], places) for k in range(powers.shape[1])], axis=2)
 
 
 @cache
 def _coefficients(name: str) -> FloatArray:
     """Column i holds the monomial coefficients of shape function i."""
-    powers = _exponents(name)
-    matrix = np.prod(reference_nodes(name)[:, None, :] ** powers[None, :, :], axis=2)
-    return np.asarray(np.linalg.inv(matrix))
+    return np.asarray(np.linalg.inv(monomials(_exponents(name), reference_nodes(name))))
 
 
 @cache
-def _exponents(name: str) -> npt.NDArray[np.int64]:
+def _exponents(name: str) -> IntArray:
     """Exponents of the monomials that span the element's space, ``(nodes, 3)``."""
     grid = [(i, j, k) for i in range(4) for j in range(4) for k in range(4)]
 
@@ -173,9 +175,9 @@ def _box_rule(count: int) -> tuple[FloatArray, FloatArray]:
     return points, np.einsum("i,j,k->ijk", w, w, w).ravel()
 
 
-def _simplex_rule(count: int, dimension: int) -> tuple[FloatArray, FloatArray]:
-    """Gauss points of the square or cube collapsed onto the triangle or tetrahedron, exact to degree 2 count - d."""
-    x, w = _line(count)
+def _simplex_rule(dimension: int) -> tuple[FloatArray, FloatArray]:
+    """Gauss points of the square or cube collapsed onto the triangle or tetrahedron, exact to degree 6 - d."""
+    x, w = _line(3)
     t, w = (x + 1) / 2, w / 2
     if dimension == 2:
         u, v = (a.ravel() for a in np.meshgrid(t, t, indexing="ij"))
@@ -191,8 +193,8 @@ def _volume_rule(shape: str) -> tuple[FloatArray, FloatArray]:
     if shape == "hexahedron":
         return _box_rule(3)
     if shape == "tetra":
-        return _simplex_rule(3, 3)
-    triangle, a = _simplex_rule(3, 2)
+        return _simplex_rule(3)
+    triangle, a = _simplex_rule(2)
     x, b = _line(3)
     points = np.concatenate([np.column_stack([triangle, np.full(len(triangle), t)]) for t in x])
     return points, np.einsum("i,j->ij", b, a).ravel()

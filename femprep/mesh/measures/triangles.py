@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from femprep.model import FloatArray
+from femprep.model import FloatArray, IntArray
 from femprep.model.functions import arctan2
+from femprep.model.products import unit_vectors
 
 
 def corners(points: npt.ArrayLike, cells: npt.ArrayLike) -> FloatArray:
@@ -27,9 +28,13 @@ def areas(points: npt.ArrayLike, triangles: npt.ArrayLike) -> FloatArray:
 
 def normals(points: npt.ArrayLike, triangles: npt.ArrayLike) -> FloatArray:
     """Unit normal of each triangle by its winding, ``(m, 3)``; zero for a triangle without area."""
-    vectors = area_vectors(points, triangles)
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0))
+    return unit_vectors(area_vectors(points, triangles))
+
+
+def vertex_sums(values: FloatArray, cells: IntArray, count: int) -> FloatArray:
+    """Sum at each vertex, ``(count,)``, of values of the cells around it, ``(m,)``, or of their corners there."""
+    own = np.broadcast_to(values if values.ndim == 2 else values[:, None], cells.shape)
+    return np.asarray(np.bincount(cells.ravel(), weights=own.ravel(), minlength=count), dtype=np.float64)
 
 
 def vertex_normals(points: npt.ArrayLike, triangles: npt.ArrayLike) -> FloatArray:
@@ -45,11 +50,8 @@ def vertex_normals(points: npt.ArrayLike, triangles: npt.ArrayLike) -> FloatArra
     points = np.asarray(points, dtype=np.float64)
     cells = np.asarray(triangles, dtype=np.int64)
     weighted = normals(points, cells)[:, None, :] * angles(points, cells)[:, :, None]
-    total = np.stack(
-        [np.bincount(cells.ravel(), weights=weighted[:, :, k].ravel(), minlength=len(points)) for k in range(3)], axis=1
-    )
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.asarray(np.divide(total, length, out=np.zeros_like(total), where=length > 0))
+    total = np.stack([vertex_sums(weighted[:, :, k], cells, len(points)) for k in range(3)], axis=1)
+    return unit_vectors(total)
 
 
 def edge_lengths(points: npt.ArrayLike, cells: npt.ArrayLike) -> FloatArray:
@@ -144,9 +146,7 @@ def _corner_jacobians(points: npt.ArrayLike, quads: npt.ArrayLike) -> tuple[Floa
     p = corners(points, quads)
     after = np.roll(p, -1, axis=1) - p
     before = np.roll(p, 1, axis=1) - p
-    normal = np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1])
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
+    normal = unit_vectors(np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]))
     return np.asarray(np.einsum("mpk,mk->mp", np.cross(after, before), normal)), after, before
 
 

@@ -16,7 +16,7 @@ from femprep.errors import InputError
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.measures.sample_points import family, samples
 from femprep.mesh.measures.tetrahedra import tetra_measures, tetra_volumes
-from femprep.model import FloatArray
+from femprep.model import FloatArray, IntArray
 
 #: What each measure is, and its unit; radius and aspect ratio are those of tetrahedra alone.
 MEASURES: Final[Mapping[str, str]] = {
@@ -104,6 +104,16 @@ def element_volumes(points: npt.ArrayLike, cells: npt.ArrayLike, name: str) -> F
 def centroids(points: npt.ArrayLike, cells: npt.ArrayLike, name: str) -> FloatArray:
     """Mean of the corners of each element, ``(m, 3)`` mm."""
     return np.asarray(np.asarray(points)[np.asarray(cells)[:, : ELEMENTS[name].corners]].mean(axis=1))
+
+
+def all_centroids(points: FloatArray, cells: Mapping[str, IntArray]) -> FloatArray:
+    """Mean of the corners of each element of a mesh, ``(n_cells, 3)`` mm."""
+    return np.concatenate([np.empty((0, 3)), *(centroids(points, block, name) for name, block in cells.items())])
+
+
+def all_volumes(points: FloatArray, cells: Mapping[str, IntArray]) -> FloatArray:
+    """Volume of each element of a mesh, ``(n_cells,)`` mm3."""
+    return np.concatenate([np.empty(0), *(element_volumes(points, block, name) for name, block in cells.items())])
 
 
 def _volumes(x: FloatArray, name: str) -> FloatArray:

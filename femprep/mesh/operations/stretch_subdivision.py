@@ -10,6 +10,7 @@ import numpy as np
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray, SphereMap
+from femprep.model.products import unit_vectors
 
 #: Rounds of splitting, and the number of vertices at which it ends, in those it began with.
 _ROUNDS: Final = 5
@@ -58,8 +59,7 @@ class Resolved:
             long = np.flatnonzero(np.linalg.norm(points[ends[:, 0]] - points[ends[:, 1]], axis=1) > longest)
             if not len(long) or len(points) + len(long) > most:
                 break
-            middle = directions[ends[long]].sum(axis=1)
-            middle /= np.linalg.norm(middle, axis=1, keepdims=True)
+            middle = unit_vectors(directions[ends[long]].sum(axis=1))
             number = np.full(len(ends), -1, dtype=np.int64)
             number[long] = len(points) + np.arange(len(long))
             directions = np.concatenate([directions, middle])
@@ -69,9 +69,7 @@ class Resolved:
 
     def directions_of(self, points: FloatArray) -> FloatArray:
         """Unit vectors ``(q, 3)`` for points ``(q, 3)`` near the surface: linear within each triangle."""
-        found = ClosestFinder(self.points, self.cells)(points)
-        there = np.einsum("qi,qik->qk", found.weights, self.directions[self.cells[found.triangle]])
-        return np.asarray(there / np.linalg.norm(there, axis=1, keepdims=True))
+        return unit_vectors(ClosestFinder(self.points, self.cells)(points).at(self.directions))
 
 
 def _split(cells: IntArray, middle: IntArray, points: FloatArray) -> IntArray:

@@ -12,12 +12,12 @@ import numpy.typing as npt
 from femprep.errors import InputError
 from femprep.mesh.compiled import compiled
 from femprep.mesh.measures.triangles import normals, vertex_normals
-from femprep.mesh.search.tree import LEAF, BoxTree, build_tree, check_mesh
+from femprep.mesh.search.tree import LEAF, BoxTree, build_tree, check_mesh, next_leaf
 from femprep.mesh.topology import edge_table, is_closed, is_consistently_wound
 from femprep.model import BoolArray, FloatArray, IntArray
 
 #: Queries that share their working memory.
-_CHUNK: Final = 64
+CHUNK: Final = 64
 
 
 @dataclass(frozen=True)
@@ -33,13 +33,20 @@ class Closest:
     triangle : (q,) array
         The triangle it lies in.
     weights : (q, 3) array
-        Its barycentric coordinates there: a value on the vertices is ``(weights * value[triangles[triangle]]).sum(1)``.
+        Its barycentric coordinates there.
+    nodes : (q, 3) array
+        The corners of that triangle.
     """
 
     distance: FloatArray
     points: FloatArray
     triangle: IntArray
     weights: FloatArray
+    nodes: IntArray
+
+    def at(self, values: FloatArray) -> FloatArray:
+        """Values there, of values at the vertices of the surface."""
+        return np.asarray(np.einsum("qi,qi...->q...", self.weights, values[self.nodes]))
 
 
 class ClosestFinder:
@@ -69,8 +76,9 @@ class ClosestFinder:
         """Closest points for queries ``(q, 3)``, mm."""
         q = _check_queries(queries)
         triangle, weights = self._found(q, np.full(len(q), np.inf))
-        foot = np.einsum("qi,qik->qk", weights, self.points[self.triangles[triangle]])
-        return Closest(np.linalg.norm(q - foot, axis=1), foot, triangle, weights)
+        nodes = self.triangles[triangle]
+        foot = np.einsum("qi,qik->qk", weights, self.points[nodes])
+        return Closest(np.linalg.norm(q - foot, axis=1), foot, triangle, weights, nodes)
 
     def any_within(self, queries: npt.ArrayLike, distance: npt.ArrayLike) -> BoolArray:
         """Whether some point of the surface is nearer than a distance, mm, to each of queries ``(q, 3)``.
@@ -134,11 +142,6 @@ class ClosestFinder:
         return np.where(outward < 0.0, -closest.distance, closest.distance), closest
 
 
-def signed_distance(points: npt.ArrayLike, triangles: npt.ArrayLike, queries: npt.ArrayLike) -> FloatArray:
-    """Distance of ``queries`` ``(q, 3)`` from a closed surface, mm, negative inside; see :class:`ClosestFinder`."""
-    return ClosestFinder(points, triangles).signed(queries)
-
-
 def _check_queries(queries: npt.ArrayLike) -> FloatArray:
     q = np.ascontiguousarray(queries, dtype=np.float64)
     if q.ndim != 2 or q.shape[1] != 3:
@@ -150,7 +153,7 @@ def _check_queries(queries: npt.ArrayLike) -> FloatArray:
 
 
 @compiled()
-def _closest_on_triangle(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[float, float, float]:
+def closest_on_triangle(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[float, float, float]:
     """Barycentric coordinates of the point of a, b, c closest to q (Ericson, Real-time collision detection, 5.1.5)."""
     abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     acx, acy, acz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
@@ -183,16 +186,6 @@ def _closest_on_triangle(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatAr
     return 1.0 - v - w, v, w
 
 
-@compiled()
-def _box_distance(q: FloatArray, low: FloatArray, high: FloatArray, node: int) -> float:
-    """Squared distance of a point from a box of the tree."""
-    total = 0.0
-    for k in range(3):
-        gap = max(low[node, k] - q[k], q[k] - high[node, k], 0.0)
-        total += gap * gap
-    return total
-
-
 @compiled(part=True)
 def _try(
     q: FloatArray,
@@ -206,7 +199,7 @@ def _try(
 ) -> float:
     """Take triangle t for query i where it is nearer than the best; the square of the least distance."""
     a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
-    wa, wb, wc = _closest_on_triangle(q, a, b, c)
+    wa, wb, wc = closest_on_triangle(q, a, b, c)
     gap = 0.0
     for axis in range(3):
         step = wa * a[axis] + wb * b[axis] + wc * c[axis] - q[axis]
@@ -234,35 +227,20 @@ def _search(
 
     Queries next to each other are mostly near each other: what is closest to one bounds the search for the next.
     """
-    leaves = len(low) // 2
-    for chunk in numba.prange((len(queries) + _CHUNK - 1) // _CHUNK):
+    for chunk in numba.prange((len(queries) + CHUNK - 1) // CHUNK):
         stack, bound = np.empty(64, dtype=np.int64), np.empty(64)
         last = -1
-        for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(queries))):
+        for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(queries))):
             q = queries[i]
             best = limit[i] * limit[i]
             if last >= 0:
                 best = _try(q, points, triangles, last, best, i, triangle, weights)
             stack[0], bound[0] = 1, 0.0
             depth = 1
-            while depth > 0:
-                depth -= 1
-                node = stack[depth]
-                if bound[depth] > best:
-                    continue
-                if node < leaves:
-                    left, right = 2 * node, 2 * node + 1
-                    left_gap, right_gap = _box_distance(q, low, high, left), _box_distance(q, low, high, right)
-                    if left_gap < right_gap:
-                        left, right, left_gap, right_gap = right, left, right_gap, left_gap
-                    if left_gap <= best:
-                        stack[depth], bound[depth] = left, left_gap
-                        depth += 1
-                    if right_gap <= best:
-                        stack[depth], bound[depth] = right, right_gap
-                        depth += 1
-                    continue
-                first = (node - leaves) * LEAF
-                for k in range(first, min(first + LEAF, len(order))):
+            while True:
+                leaf, depth = next_leaf(q, low, high, best, stack, bound, depth)
+                if leaf < 0:
+                    break
+                for k in range(leaf * LEAF, min(leaf * LEAF + LEAF, len(order))):
                     best = _try(q, points, triangles, order[k], best, i, triangle, weights)
             last = triangle[i]

@@ -7,7 +7,6 @@ A point in no tetrahedron gets the closest place of one.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
 import numba
 import numpy as np
@@ -15,12 +14,9 @@ import scipy.sparse as sp
 
 from femprep.errors import InputError
 from femprep.mesh.compiled import compiled
-from femprep.mesh.search.closest import _box_distance, _closest_on_triangle
-from femprep.mesh.search.tree import LEAF, build_tree
+from femprep.mesh.search.closest import CHUNK, closest_on_triangle
+from femprep.mesh.search.tree import LEAF, build_tree, next_leaf
 from femprep.model import FloatArray, IntArray
-
-#: Queries that share their working memory.
-_CHUNK: Final = 64
 
 
 @dataclass(frozen=True)
@@ -140,7 +136,7 @@ def _try(
     for left_out in range(4):
         j, k, m = (left_out + 1) % 4, (left_out + 2) % 4, (left_out + 3) % 4
         a, b, c = places[tets[t, j]], places[tets[t, k]], places[tets[t, m]]
-        wa, wb, wc = _closest_on_triangle(q, a, b, c)
+        wa, wb, wc = closest_on_triangle(q, a, b, c)
         gap = 0.0
         for axis in range(3):
             step = wa * a[axis] + wb * b[axis] + wc * c[axis] - q[axis]
@@ -166,32 +162,17 @@ def _search(
     found: FloatArray,
 ) -> None:
     """Nearer child first; of equally close tetrahedra the smallest number wins, so that threads change nothing."""
-    leaves = len(low) // 2
-    for chunk in numba.prange((len(queries) + _CHUNK - 1) // _CHUNK):
+    for chunk in numba.prange((len(queries) + CHUNK - 1) // CHUNK):
         stack, bound, w = np.empty(64, dtype=np.int64), np.empty(64), np.empty(4)
-        for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(queries))):
+        for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(queries))):
             q = queries[i]
             best = np.inf
             stack[0], bound[0] = 1, 0.0
             depth = 1
-            while depth > 0:
-                depth -= 1
-                node = stack[depth]
-                if bound[depth] > best:
-                    continue
-                if node < leaves:
-                    left, right = 2 * node, 2 * node + 1
-                    left_gap, right_gap = _box_distance(q, low, high, left), _box_distance(q, low, high, right)
-                    if left_gap < right_gap:
-                        left, right, left_gap, right_gap = right, left, right_gap, left_gap
-                    if left_gap <= best:
-                        stack[depth], bound[depth] = left, left_gap
-                        depth += 1
-                    if right_gap <= best:
-                        stack[depth], bound[depth] = right, right_gap
-                        depth += 1
-                    continue
-                first = (node - leaves) * LEAF
-                for k in range(first, min(first + LEAF, len(order))):
+            while True:
+                leaf, depth = next_leaf(q, low, high, best, stack, bound, depth)
+                if leaf < 0:
+                    break
+                for k in range(leaf * LEAF, min(leaf * LEAF + LEAF, len(order))):
                     best = _try(q, places, tets, order[k], best, i, tet, weights, w)
             found[i] = best

@@ -105,3 +105,43 @@ def _fit(low: FloatArray, high: FloatArray, box: FloatArray, order: IntArray) ->
         for k in range(3):
             low[node, k] = min(low[2 * node, k], low[2 * node + 1, k])
             high[node, k] = max(high[2 * node, k], high[2 * node + 1, k])
+
+
+@compiled()
+def box_distance(q: FloatArray, low: FloatArray, high: FloatArray, node: int) -> float:
+    """Squared distance of a point from a box of the tree."""
+    total = 0.0
+    for k in range(3):
+        gap = max(low[node, k] - q[k], q[k] - high[node, k], 0.0)
+        total += gap * gap
+    return total
+
+
+@compiled(part=True)
+def next_leaf(
+    q: FloatArray, low: FloatArray, high: FloatArray, best: float, stack: IntArray, bound: FloatArray, depth: int
+) -> tuple[int, int]:
+    """Take boxes from a stack, nearer ones first, as far as a leaf that may hold what is nearer than the best.
+
+    ``bound`` holds how far each box on the stack is from the point. Return the leaf's number, -1 where none is left,
+    and the depth of the stack.
+    """
+    leaves = len(low) // 2
+    while depth > 0:
+        depth -= 1
+        node = stack[depth]
+        if bound[depth] > best:
+            continue
+        if node >= leaves:
+            return node - leaves, depth
+        left, right = 2 * node, 2 * node + 1
+        left_gap, right_gap = box_distance(q, low, high, left), box_distance(q, low, high, right)
+        if left_gap < right_gap:
+            left, right, left_gap, right_gap = right, left, right_gap, left_gap
+        if left_gap <= best:
+            stack[depth], bound[depth] = left, left_gap
+            depth += 1
+        if right_gap <= best:
+            stack[depth], bound[depth] = right, right_gap
+            depth += 1
+    return -1, 0

@@ -14,6 +14,7 @@ import numpy as np
 from femprep.errors import FileError
 from femprep.mesh.vtk.entities import refuse_entities
 from femprep.mesh.vtk.sizes import require_sizes
+from femprep.mesh.vtk.trial import legacy_reader, require_readable
 
 #: Where the cells of the two kinds of data sets are.
 _CELLS: Final = {"vtkPolyData": ("GetVerts", "GetLines", "GetPolys", "GetStrips"), "vtkUnstructuredGrid": ("GetCells",)}
@@ -25,33 +26,32 @@ def load(path: Path) -> Any:
     Raises
     ------
     FileError
-        The file is damaged, declares XML entities, tells of more than its bytes can hold, or its cells name points
-        that it does not hold.
+        The file is damaged, declares XML entities, tells of more than its bytes can hold, its cells name points
+        that it does not hold, or VTK's reader breaks down on it.
     """
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
-    from vtkmodules.vtkIOLegacy import vtkDataSetReader
     from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
     kinds: dict[str, Any] = {
         ".vtu": vtkXMLUnstructuredGridReader,
         ".vtp": vtkXMLPolyDataReader,
         ".vti": vtkXMLImageDataReader,
-        ".vtk": vtkDataSetReader,
     }
-    if path.suffix.lower() != ".vtk":
+    ending = path.suffix.lower()
+    if ending != ".vtk":
         refuse_entities(path)
     require_sizes(path)
-    reader = kinds[path.suffix.lower()]()
-    if path.suffix.lower() == ".vtk":
-        reader.ReadAllScalarsOn()
-        reader.ReadAllVectorsOn()
-        reader.ReadAllFieldsOn()
+    if ending == ".vtk":
+        require_readable(path)
+        reader = legacy_reader(path)
+    else:
+        reader = kinds[ending]()
+        reader.SetFileName(str(path))
     window, before = vtkStringOutputWindow(), vtkOutputWindow.GetInstance()
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkOutputWindow.SetInstance(window)
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     try:
-        reader.SetFileName(str(path))
         reader.Update()
         dataset = reader.GetOutput()
     finally:

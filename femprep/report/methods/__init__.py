@@ -63,8 +63,7 @@ class Words:
 
 def _shown(key: str) -> str:
     reference = REFERENCES[key.strip().lstrip("@")]
-    where = f"doi {reference.doi}" if reference.doi else dict(reference.more).get("url", "")
-    return f"{reference.short}, {where}" if where else reference.short
+    return f"{reference.short}, doi {reference.fields['doi']}" if "doi" in reference.fields else reference.short
 
 
 def methods(manifest: RunManifest) -> Words:

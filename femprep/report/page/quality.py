@@ -39,14 +39,10 @@ def quality_tables(report: QualityReport) -> str:
         (item.name.replace("_", " "), f"{item.kind} {item.limit:g}", item.value, "met" if item.passed else "missed")
         for item in report.limits
     ]
-    shown: dict[str, int] = {}
     worst = []
-    for item in report.worst:
-        shown[item.measure] = shown.get(item.measure, 0) + 1
-        if shown[item.measure] <= _WORST:
-            place = " ".join(f"{x:.1f}" for x in item.centroid)
-            name = item.measure.replace("_", " ")
-            worst.append((name, item.value, f"{item.type} {item.element}", item.region, place))
+    for item in report.worst_few(_WORST):
+        place = " ".join(f"{x:.1f}" for x in item.centroid)
+        worst.append((item.measure.replace("_", " "), item.value, f"{item.type} {item.element}", item.region, place))
     return (
         f"<h3>Limits for the purpose: {escape(report.options.purpose)}</h3>"
         f"<p>Limits: {escape(report.limits_from)}</p>"

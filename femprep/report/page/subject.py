@@ -143,13 +143,14 @@ def _rounded(value: Any) -> Any:
 
 def _worst(quality: QualityReport) -> list[dict[str, Any]]:
     """The worst elements of each measure, with their places."""
-    shown: dict[str, int] = {}
-    found = []
-    for item in quality.worst:
-        shown[item.measure] = shown.get(item.measure, 0) + 1
-        if shown[item.measure] <= _WORST:
-            line = {"measure": item.measure.replace("_", " "), "value": item.value, "region": item.region}
-            place = " ".join(f"{x:.1f}" for x in item.centroid)
-            line |= {"element": f"{item.type} {item.element}", "place": list(item.centroid), "shown": place}
-            found.append(line)
-    return found
+    return [
+        {
+            "measure": item.measure.replace("_", " "),
+            "value": item.value,
+            "region": item.region,
+            "element": f"{item.type} {item.element}",
+            "place": list(item.centroid),
+            "shown": " ".join(f"{x:.1f}" for x in item.centroid),
+        }
+        for item in quality.worst_few(_WORST)
+    ]

@@ -1,13 +1,11 @@
 """A picture of a mesh and of a cut through it, drawn by VTK off screen in a child process.
 
 VTK ends the whole process where it finds no way to render, so it is kept out of ours: where it fails there is no
-picture, and the page says so. The child loads VTK and draws something small at once, and then waits for what it is to
-draw, so that it can be started long before.
+picture, and the page says so. It draws while its parent writes files.
 """
 
 from __future__ import annotations
 
-import base64
 import logging
 import os
 import subprocess
@@ -40,66 +38,51 @@ _EDGE_COLOUR: Final = (0.27, 0.27, 0.27)
 
 def draw_picture(mesh: VolumeMesh, png: Path) -> bool:
     """Draw a mesh into a PNG file; whether that could be done."""
-    painter = start_painter()
+    painter = start_picture(mesh, png)
     try:
-        start_picture(painter, mesh, png)
-        return finish_picture(painter, png) is not None
+        return is_painted(painter, png)
     finally:
-        end_painter(painter)
-        png.with_suffix(".npz").unlink(missing_ok=True)
+        end_picture(painter, png)
 
 
-def start_painter() -> subprocess.Popen[bytes]:
-    """Start the process that will draw. It ends when this process does, which closes the pipe it waits at."""
-    command = [sys.executable, "-m", "femprep.report.pictures.mesh_picture"]
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+def start_picture(mesh: VolumeMesh, png: Path) -> subprocess.Popen[bytes]:
+    """Let a process of its own draw a mesh into a PNG file; what it needs goes into a file beside it."""
+    np.savez(png.with_suffix(".npz"), **_scene(mesh))
+    return paint("femprep.report.pictures.mesh_picture", png)
 
 
-def start_picture(painter: subprocess.Popen[bytes], mesh: VolumeMesh, png: Path) -> None:
-    """Let a painter draw a mesh into a PNG file; what it needs goes into a file beside it."""
-    scene = png.with_suffix(".npz")
-    np.savez(scene, **_scene(mesh))
-    if painter.stdin is not None:
-        try:
-            painter.stdin.write(f"{scene}\n{png}\n".encode())
-            painter.stdin.close()
-        except OSError:
-            logger.debug("the process that draws has ended already")
-        painter.stdin = None
+def paint(module: str, path: Path) -> subprocess.Popen[bytes]:
+    """Start the process that draws as a module does when it is run."""
+    nothing = subprocess.DEVNULL
+    return subprocess.Popen([sys.executable, "-m", module, str(path)], stdin=nothing, stdout=nothing, stderr=nothing)
 
 
-def end_painter(painter: subprocess.Popen[bytes]) -> None:
-    """End a painter, whatever it is doing."""
+def end_picture(painter: subprocess.Popen[bytes], png: Path) -> None:
+    """Stop the process that draws, if it still does, and leave nothing of what it was given."""
     painter.kill()
     painter.wait()
-    for pipe in (painter.stdin, painter.stdout):
-        try:
-            if pipe is not None:
-                pipe.close()
-        except OSError:
-            logger.debug("the process that draws has ended already")
+    png.with_suffix(".npz").unlink(missing_ok=True)
 
 
-def finish_picture(painter: subprocess.Popen[bytes], png: Path) -> str | None:
-    """Wait for a picture; a ``data:`` address of it, or None where it could not be drawn.
+def is_painted(painter: subprocess.Popen[bytes], png: Path) -> bool:
+    """Wait for a picture; whether it is there.
 
     Raises
     ------
     DiskFullError
-        It was drawn, and there is no room for it.
+        There is no room for it.
     """
     try:
-        painter.communicate(timeout=TIME_LIMIT)  # until it closes its end of the pipe; to wait is to look now and then
+        painter.wait(TIME_LIMIT)
     except subprocess.TimeoutExpired:
         logger.warning("no picture: rendering took more than %g s", TIME_LIMIT)
-    finally:
-        end_painter(painter)
+        return False
     if painter.returncode == _NO_ROOM:
         raise DiskFullError(f"no room is left for the picture {str(png)!r}; free some space")
     if painter.returncode != 0 or not png.is_file():
         logger.warning("no picture: VTK could not render off screen (exit status %s)", painter.returncode)
-        return None
-    return "data:image/png;base64," + base64.b64encode(png.read_bytes()).decode("ascii")
+        return False
+    return True
 
 
 def _scene(mesh: VolumeMesh) -> dict[str, Any]:
@@ -157,22 +140,16 @@ def _polygons(points: FloatArray, blocks: list[np.ndarray]) -> Iterator[tuple[st
 
 
 def main() -> None:
-    """Load VTK, practise on a tetrahedron, wait for two lines that name the scene and the picture, and draw."""
-    # The first picture compiles VTK's shaders, which takes longer than to draw any other.
-    corners = np.array([(3, *face) for face in ELEMENTS["tetra"].faces]).ravel()
-    practice = _polydata(np.eye(4, 3), corners), _polydata(np.eye(4, 3), corners, np.arange(4))
-    _draw(practice, [(9.0, 9.0, 9.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)], None)
-    scene, png = (sys.stdin.readline().rstrip("\n") for _ in range(2))
-    if not png:
-        return
-    with np.load(scene) as arrays:
+    """In the process that draws: the surface of a mesh and its cut half, from the file beside the picture to make."""
+    png = Path(sys.argv[1])
+    with np.load(png.with_suffix(".npz")) as arrays:
         facets = _polydata(arrays["facets_points"], arrays["facets_polygons"], arrays["tag"])
         cut = _polydata(arrays["cut_points"], arrays["cut_polygons"])
         camera = arrays["camera"].tolist()
     try:
-        _draw((facets, cut), camera, Path(png))
+        _draw((facets, cut), camera, png)
     except OSError as error:
-        os._exit(_NO_ROOM if isinstance(cannot_write(png, error, ""), DiskFullError) else 1)
+        os._exit(_NO_ROOM if isinstance(cannot_write(str(png), error, ""), DiskFullError) else 1)
     os._exit(0)  # the picture is there: VTK and Python would take half as long again to clear up
 
 
@@ -195,8 +172,8 @@ def _polydata(points: FloatArray, polygons: IntArray, tag: IntArray | None = Non
     return mesh
 
 
-def _draw(meshes: tuple[Any, Any], camera: list[Any], png: Path | None) -> None:
-    """Draw two surfaces side by side, into a file or for nothing."""
+def _draw(meshes: tuple[Any, Any], camera: list[Any], png: Path) -> None:
+    """Draw two surfaces side by side into a file."""
     # The parts of VTK that are needed and no others: all of it takes a second longer to load.
     import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
     from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -235,16 +212,15 @@ def _draw(meshes: tuple[Any, Any], camera: list[Any], png: Path | None) -> None:
         renderer.ResetCameraClippingRange()
         window.AddRenderer(renderer)
     window.Render()
-    if png is not None:
-        shot, writer = vtkWindowToImageFilter(), vtkPNGWriter()
-        shot.SetInput(window)
-        shot.ShouldRerenderOff()  # it is drawn already
-        shot.ReadFrontBufferOff()
-        writer.SetCompressionLevel(1)  # of edges and flat colours smaller than by higher levels, and quicker
-        writer.SetInputConnection(shot.GetOutputPort())
-        writer.WriteToMemoryOn()  # on a full disk its own writing may end the process
-        writer.Write()
-        png.write_bytes(vtk_to_numpy(writer.GetResult()).tobytes())
+    shot, writer = vtkWindowToImageFilter(), vtkPNGWriter()
+    shot.SetInput(window)
+    shot.ShouldRerenderOff()  # it is drawn already
+    shot.ReadFrontBufferOff()
+    writer.SetCompressionLevel(1)  # of edges and flat colours smaller than by higher levels, and quicker
+    writer.SetInputConnection(shot.GetOutputPort())
+    writer.WriteToMemoryOn()  # on a full disk its own writing may end the process
+    writer.Write()
+    png.write_bytes(vtk_to_numpy(writer.GetResult()).tobytes())
     window.Finalize()
 
 

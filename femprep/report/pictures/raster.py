@@ -34,7 +34,12 @@ def png_address(pixels: npt.NDArray[np.uint8]) -> str:
         _chunk(b"IDAT", zlib.compress(lines.tobytes(), 9)),
         _chunk(b"IEND", b""),
     ]
-    return "data:image/png;base64," + base64.b64encode(b"\x89PNG\r\n\x1a\n" + b"".join(chunks)).decode("ascii")
+    return address(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
+
+
+def address(png: bytes) -> str:
+    """A PNG file as a ``data:`` address."""
+    return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
 
 
 def _chunk(name: bytes, content: bytes) -> bytes:

@@ -13,8 +13,9 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.anatomy import wall_thickness
-from femprep.mesh.measures.volume_elements import element_volumes
+from femprep.mesh.measures.volume_elements import all_volumes
 from femprep.model import FloatArray, IntArray, VolumeMesh
+from femprep.model.products import unit_vectors
 from femprep.report.pictures.bullseyes import quality_measures
 
 #: Elements that a view shows at most where there is a coarser mesh.
@@ -75,7 +76,7 @@ def shown(mesh: VolumeMesh, most: int = MOST) -> Shown:
     if parent is None:
         return Shown(mesh, whole, whole)
     count = coarse.n_cells
-    volume = np.concatenate([element_volumes(mesh.points, block, name) for name, block in mesh.cells.items()])
+    volume = all_volumes(mesh.points, mesh.cells)
     fields = {
         name: _mean(values, volume, parent, count) if name == "thickness" else _least(values, parent, count)
         for name, values in whole.items()
@@ -120,6 +121,6 @@ def _direction(vectors: FloatArray, parent: IntArray, count: int) -> FloatArray:
     first = np.zeros((count, 3))
     first[parent[::-1]] = vectors[::-1]
     sign = np.where(np.einsum("ij,ij->i", vectors, first[parent]) < 0.0, -1.0, 1.0)
-    total = np.stack([np.bincount(parent, weights=sign * column, minlength=count) for column in vectors.T], axis=1)
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.asarray(np.divide(total, length, out=first, where=length > 0.0))
+    sums = [np.bincount(parent, weights=sign * column, minlength=count) for column in vectors.T]
+    total = np.stack(sums, axis=1).astype(np.float64)
+    return np.where(np.any(total, axis=1, keepdims=True), unit_vectors(total), first)

@@ -12,9 +12,11 @@ from femprep.model import FloatArray
 
 #: An even triangle of area A on a surface whose principal curvatures add up to H lies beneath it by A H over this.
 _SAG: Final = 4.0 * np.sqrt(3.0)
+#: Principal curvatures beyond this, 1/mm, are narrower than a triangle and not followed.
+_SHARPEST: Final = 0.2
 
 
-def outset(surface: PatchSurface, area: FloatArray, sharpest: float = 0.2) -> PatchSurface:
+def outset(surface: PatchSurface, area: FloatArray) -> PatchSurface:
     """Move a surface outward where it is convex, by what flat triangles with their corners on it would cut off.
 
     Triangles with their corners on the surface that comes out lie as much within the one given as outside of it, and
@@ -26,11 +28,9 @@ def outset(surface: PatchSurface, area: FloatArray, sharpest: float = 0.2) -> Pa
         Closed, wound outward.
     area : (n,) array
         Area of the triangles around each of its vertices, mm2.
-    sharpest : float
-        Principal curvatures beyond this, 1/mm, are narrower than a triangle and not followed.
     """
     bend = np.trace(surface.bend(), axis1=1, axis2=2)
-    off = area * np.clip(bend, -2.0 * sharpest, 2.0 * sharpest) / _SAG
+    off = area * np.clip(bend, -2.0 * _SHARPEST, 2.0 * _SHARPEST) / _SAG
     return PatchSurface(
         surface.points + off[:, None] * vertex_normals(surface.points, surface.triangles), surface.triangles
     )

@@ -10,6 +10,7 @@ import numpy as np
 
 from femprep.mesh.banded import Banded
 from femprep.mesh.curvature import Curvature
+from femprep.mesh.measures.triangles import vertex_sums
 from femprep.mesh.operations.midpoint_subdivision import quartered
 from femprep.mesh.operations.step_back import apart
 from femprep.mesh.operations.tangential_smoothing import spread
@@ -18,7 +19,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.search.intersection import self_intersections
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import exponential, logarithm
-from femprep.model.products import inner
+from femprep.model.products import inner, unit_vectors
 from femprep.surface.estimate.observations import Evidence
 
 #: Old vertices, new ones and triangles to where the vertices go.
@@ -226,10 +227,8 @@ class _Feet:
     @classmethod
     def of(cls, queries: FloatArray, finder: ClosestFinder, normals: FloatArray) -> _Feet:
         found = finder(queries)
-        corners = finder.triangles[found.triangle]
-        normal = np.einsum("qi,qik->qk", found.weights, normals[corners])
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        return cls(corners, found.weights, normal, np.einsum("qk,qk->q", queries - found.points, normal))
+        normal = unit_vectors(found.at(normals))
+        return cls(found.nodes, found.weights, normal, np.einsum("qk,qk->q", queries - found.points, normal))
 
     def normal_equations(self, weight: FloatArray, count: int) -> tuple[Any, FloatArray]:
         """Matrix and right side of the weighted least squares fit of vertex moves to the heights."""
@@ -241,5 +240,4 @@ class _Feet:
         )
         matrix = coo_matrix((value.ravel(), (row, column)), shape=(count, count)).tocsr()
         pull = (weight * self.height)[:, None] * self.weights
-        right = np.bincount(self.corners.ravel(), weights=pull.ravel(), minlength=count)
-        return matrix, np.asarray(right, dtype=np.float64)
+        return matrix, vertex_sums(pull, self.corners, count)

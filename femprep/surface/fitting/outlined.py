@@ -6,13 +6,13 @@ from typing import Final
 
 from femprep.errors import StageError
 from femprep.image.canonical_frame import AtRest
+from femprep.image.canonical_storage import stored_by_content
 from femprep.image.object import LabelObject
-from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.patches import PatchSurface
 from femprep.model import Surface
 from femprep.model.products import product
 from femprep.surface.estimate.outline import outlines
-from femprep.surface.fitting.place import place_evenly
+from femprep.surface.fitting.place import placed_or_flipped
 from femprep.template import charge_template
 
 #: Vertices of the outline.
@@ -39,13 +39,11 @@ def outline_surface(obj: LabelObject, vertices: int) -> Surface:
     StageError
         The outline is not a ball's, or the template folds on it.
     """
-    rest = AtRest.of(obj)
+    rest = AtRest.of(stored_by_content(obj)[0])
     template = charge_template(vertices)
     directions = rest.directions(product(template.directions, (rest.axes if obj.frame is None else obj.frame).T))
     rough = PatchSurface(*outlines(rest.obj, _OUTLINE)[1])
-    placed = place_evenly(directions, template.cells, rough)
-    if placed.folded or triangle_quality(placed.points, placed.cells).min() < _POOR:
-        placed = place_evenly(directions, template.cells, rough, connectivity="auto")
+    placed = placed_or_flipped(directions, template.cells, rough, _POOR)
     if placed.folded:
         raise StageError(f"the template folds on the outline of {obj.name!r}")
     points = product(placed.points, rest.axes.T) + obj.barycentre

@@ -20,9 +20,9 @@ from femprep.mesh.banded import Banded
 from femprep.mesh.curvature import stiffness
 from femprep.mesh.energies.distortion import Ideal
 from femprep.mesh.energies.lbfgs import descend, on_sphere, smoother
-from femprep.mesh.measures.triangles import areas, corners
+from femprep.mesh.measures.triangles import areas, corners, vertex_sums
 from femprep.model import FloatArray, IntArray
-from femprep.model.products import inner, length, solve_definite, weighted
+from femprep.model.products import inner, length, solve_definite, unit_vectors, weighted
 
 #: Steps of the flow, and their length by the area of the surface.
 _FLOWS: Final = 30
@@ -60,15 +60,14 @@ def conformal(points: FloatArray, cells: IntArray) -> FloatArray:
     first = areas(points, cells)
     x = _normed(points, first, cells)
     for _ in range(_FLOWS):
-        mass = np.bincount(cells.ravel(), weights=np.repeat(areas(x, cells) / 3.0, 3), minlength=len(x))
         # Never nothing, so that what shrinks to a needle stays solvable.
-        mass = np.maximum(mass, 1e-9)
+        mass = np.maximum(vertex_sums(areas(x, cells) / 3.0, cells, len(x)), 1e-9)
         solver = Banded(diags_array(mass) + _PACE * stiff)
         x = _normed(solver.solve(mass[:, None] * x), areas(x, cells), cells)
         radius = np.linalg.norm(x, axis=1)
         if radius.std() < _ROUND * radius.mean():
             break
-    return np.asarray(x / np.linalg.norm(x, axis=1, keepdims=True))
+    return unit_vectors(x)
 
 
 def cotangent(points: FloatArray, cells: IntArray) -> Any:
@@ -88,7 +87,7 @@ def centred(directions: FloatArray, weight: FloatArray, cells: IntArray) -> Floa
     ----------
     Baden, Crane & Kazhdan, Moebius registration, Comput. Graph. Forum 37(5), 2018. doi:10.1111/cgf.13503
     """
-    share = np.bincount(cells.ravel(), weights=np.repeat(weight / weight.sum() / 3.0, 3), minlength=len(directions))
+    share = vertex_sums(weight / weight.sum() / 3.0, cells, len(directions))
     x = directions
     for _ in range(100):
         middle = weighted(share, x)
@@ -99,8 +98,7 @@ def centred(directions: FloatArray, weight: FloatArray, cells: IntArray) -> Floa
         c = -solve_definite(jacobian, middle[:, None])[:, 0]
         c *= min(1.0, 0.5 / length(c))
         shifted = x + c
-        x = (1.0 - inner(c, c)) * shifted / np.einsum("ij,ij->i", shifted, shifted)[:, None] + c
-        x = x / np.linalg.norm(x, axis=1, keepdims=True)
+        x = unit_vectors((1.0 - inner(c, c)) * shifted / np.einsum("ij,ij->i", shifted, shifted)[:, None] + c)
     return x
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.topology import edge_table, quarters
 from femprep.model import Surface
+from femprep.model.products import unit_vectors
 from femprep.surface.fitting.placed_parametrisation import PlacedShape
 
 
@@ -45,9 +46,7 @@ def denser(surface: Surface) -> Surface:
     if surface.shape is None or surface.directions is None:
         return surface
     table = edge_table(surface.triangles)
-    middle = surface.directions[table.nodes].mean(axis=1)
-    length = np.linalg.norm(middle, axis=1, keepdims=True)
-    middle /= np.where(length > 0.0, length, 1.0)
+    middle = unit_vectors(surface.directions[table.nodes].mean(axis=1))
     return replace(
         surface,
         points=np.concatenate([surface.points, surface.shape(middle)]),

@@ -10,7 +10,7 @@ import numpy as np
 from femprep.errors import StageError
 from femprep.mesh.energies.distortion import Ideal
 from femprep.mesh.energies.lbfgs import OnPatches, Place, descend, on_sphere, smoother
-from femprep.mesh.measures.triangles import areas, triangle_quality
+from femprep.mesh.measures.triangles import areas, triangle_quality, vertex_sums
 from femprep.mesh.operations.decimation import coarser
 from femprep.mesh.operations.flips import flip_edges
 from femprep.mesh.patches import PatchSurface
@@ -18,7 +18,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import euler_characteristic, is_closed, volume
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import exponential, logarithm
-from femprep.model.products import inner, nearest_orthogonal, product, weighted
+from femprep.model.products import inner, nearest_orthogonal, product, unit_vectors, weighted
 from femprep.surface.fitting.parametrisation import sphere_map
 
 Connectivity = Literal["template", "auto", "free"]
@@ -98,7 +98,7 @@ class Goal:
         self.surface = surface
         bend = surface.bend()
         around = areas(surface.points, surface.triangles)
-        share = np.bincount(surface.triangles.ravel(), weights=np.repeat(around / 3.0, 3), minlength=len(bend))
+        share = vertex_sums(around / 3.0, surface.triangles, len(bend))
         square = np.einsum("nij,nij->n", bend, bend)
         usual = inner(share, square) / float(share.sum())
         self.density: FloatArray = np.asarray(exponential(0.5 * curvature * logarithm(1.0 + square / usual)))
@@ -113,7 +113,6 @@ def place_evenly(
     directions: FloatArray,
     cells: IntArray,
     surface: PatchSurface,
-    start: FloatArray | None = None,
     *,
     chart: Chart | None = None,
     connectivity: Connectivity = "template",
@@ -121,10 +120,10 @@ def place_evenly(
 ) -> Placed:
     """Place a template on a smooth closed surface so that its triangles, or quadrilaterals, are even.
 
-    The surface is mapped to the sphere with little distortion of angles and areas and turned to agree with ``start``;
-    through that map the template is carried to the surface, and there its vertices slide to a minimum of the
-    distortion of its cells. A body much longer than wide, or with a narrow appendage, has no even triangles in the
-    order of a sphere's: there, by choice, edges are flipped as well.
+    The surface is mapped to the sphere with little distortion of angles and areas and turned so that a vertex should
+    lie in its direction as seen from the surface's middle; through that map the template is carried to the surface,
+    and there its vertices slide to a minimum of the distortion of its cells. A body much longer than wide, or with a
+    narrow appendage, has no even triangles in the order of a sphere's: there, by choice, edges are flipped as well.
 
     Parameters
     ----------
@@ -134,9 +133,6 @@ def place_evenly(
         Its triangles or quadrilaterals, wound outward.
     surface : PatchSurface
         The smooth surface, of a ball's topology, wound outward.
-    start : (V, 3) array, optional
-        Where vertices should roughly lie, mm, for example at the ends of harmonic field lines: tells how the template
-        is turned. By default a vertex should lie in its direction as seen from the surface's middle.
     chart : Chart, optional
         A map of the surface to the sphere that is known already, in place of one made here.
     connectivity : str
@@ -157,11 +153,19 @@ def place_evenly(
             f"Euler characteristic {euler_characteristic(surface.triangles)}, not 2"
         )
     goal = Goal(surface, len(cells), curvature)
-    chart = Chart.of(goal, directions, start) if chart is None else chart
+    chart = Chart.of(goal, directions) if chart is None else chart
     slid = slide_evenly(chart.points_at(directions), cells, goal, connectivity)
     if slid.flips:
         directions = _unfolded(chart.directions_at(slid.points), slid)
     return Placed(**vars(slid), directions=directions)
+
+
+def placed_or_flipped(directions: FloatArray, cells: IntArray, surface: PatchSurface, least: float) -> Placed:
+    """A template placed on a surface, its edges flipped where it is folded or the least Q is below one asked for."""
+    placed = place_evenly(directions, cells, surface)
+    if placed.folded or _least(placed) < least:
+        placed = place_evenly(directions, cells, surface, connectivity="auto")
+    return placed
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,8 +187,11 @@ class Chart:
     sphere: FloatArray
 
     @classmethod
-    def of(cls, goal: Goal, directions: FloatArray, start: FloatArray | None) -> Chart:
-        """The chart with little distortion of angles and areas, turned to agree with ``start``."""
+    def of(cls, goal: Goal, directions: FloatArray, start: FloatArray | None = None) -> Chart:
+        """The chart with little distortion of angles and areas, turned so that ``start``, mm, lies at ``directions``.
+
+        By default each of its vertices should lie in its direction as seen from the surface's middle.
+        """
         points, cells = coarser(goal.surface.points, goal.surface.triangles, _COARSE)
         density = goal.density[goal.surface.nearest(points)]
         sphere = sphere_map(points, cells, density)
@@ -304,8 +311,7 @@ def sphere_turned(points: FloatArray, cells: IntArray, directions: FloatArray) -
 def _wanted(points: FloatArray, directions: FloatArray, start: FloatArray | None) -> FloatArray:
     """Unit vectors at which points of the surface should lie on the sphere, roughly."""
     if start is None:
-        off = points - points.mean(axis=0)
-        return np.asarray(off / np.linalg.norm(off, axis=1, keepdims=True))
+        return unit_vectors(points - points.mean(axis=0))
     from scipy.spatial import cKDTree
 
     return np.asarray(directions[cKDTree(start).query(points)[1]])
@@ -313,7 +319,7 @@ def _wanted(points: FloatArray, directions: FloatArray, start: FloatArray | None
 
 def _turn(sphere: FloatArray, wanted: FloatArray, weight: FloatArray, cells: IntArray) -> FloatArray:
     """The rotation ``(3, 3)`` after which vectors agree best with those wanted."""
-    share = np.bincount(cells.ravel(), weights=np.repeat(weight, 3), minlength=len(sphere))
+    share = vertex_sums(weight, cells, len(sphere))
     alike = weighted(wanted, share[:, None] * sphere)
     found = nearest_orthogonal(alike)
     if found is not None and np.linalg.det(found) > 0.0:
@@ -325,8 +331,7 @@ def _turn(sphere: FloatArray, wanted: FloatArray, weight: FloatArray, cells: Int
 
 def _carry(queries: FloatArray, one: FloatArray, other: FloatArray, cells: IntArray) -> FloatArray:
     """Points near a mesh carried to the same mesh with its vertices elsewhere: linear within its triangles."""
-    found = ClosestFinder(one, cells)(queries)
-    return np.asarray(np.einsum("qi,qik->qk", found.weights, other[cells[found.triangle]]))
+    return ClosestFinder(one, cells)(queries).at(other)
 
 
 def _unfolded(directions: FloatArray, slid: Slid) -> FloatArray:

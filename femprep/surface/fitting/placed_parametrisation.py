@@ -11,7 +11,7 @@ import numpy.typing as npt
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, IntArray
-from femprep.model.products import product
+from femprep.model.products import product, unit_vectors
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +45,8 @@ class PlacedShape:
 
     def __call__(self, directions: npt.ArrayLike) -> FloatArray:
         """Points of the surface, ``(n, 3)`` mm LPS, for unit vectors ``(n, 3)``."""
-        unit = np.asarray(directions, dtype=np.float64).reshape(-1, 3)
-        unit = unit / np.linalg.norm(unit, axis=1, keepdims=True)
-        found = self._finder(unit)
-        corners = self.cells[found.triangle]
-        rough, off = (np.einsum("qi,qik->qk", found.weights, own[corners]) for own in (self.places, self._off))
-        return self.to_world(self.surface.project(rough)[0] + off)
+        found = self._finder(unit_vectors(np.asarray(directions, dtype=np.float64).reshape(-1, 3)))
+        return self.to_world(self.surface.project(found.at(self.places))[0] + found.at(self._off))
 
     @cached_property
     def _off(self) -> FloatArray:

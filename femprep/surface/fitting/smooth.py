@@ -10,19 +10,18 @@ from femprep.errors import StageError
 from femprep.image.boundary import BoundaryPoints
 from femprep.image.canonical_frame import AtRest
 from femprep.image.object import LabelObject
-from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.operations.step_back import apart
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray, Notice, records, split_quads
-from femprep.model.products import product
+from femprep.model.products import product, unit_vectors
 from femprep.surface.estimate import estimate_surface
 from femprep.surface.estimate.chords import outset
 from femprep.surface.estimate.observations import Evidence
 from femprep.surface.estimate.outline import outlines
 from femprep.surface.fitting.laying import Laid, Laying, Outlines, Template
-from femprep.surface.fitting.place import Chart, Connectivity, Goal, place_evenly
+from femprep.surface.fitting.place import Chart, Connectivity, Goal, placed_or_flipped
 from femprep.surface.fitting.placed_parametrisation import PlacedShape
 from femprep.surface.fitting.remeshing import even_mesh
 from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, WAYS, Attempt, Beginning
@@ -149,8 +148,7 @@ def _fitted(obj: LabelObject, beginning: Beginning, evidence: Evidence, goal: Te
 
 def _chart(surface: PatchSurface, cells: IntArray, sphere: FloatArray) -> Chart:
     """The map known from the mesh a surface began with, whose triangles were cut at the middles of their sides."""
-    middles = sphere[edge_table(cells).nodes].sum(axis=1)
-    middles /= np.linalg.norm(middles, axis=1, keepdims=True)
+    middles = unit_vectors(sphere[edge_table(cells).nodes].sum(axis=1))
     return Chart(surface.points, surface.triangles, np.concatenate([sphere, middles]))
 
 
@@ -162,9 +160,7 @@ def _begin(obj: LabelObject, beginning: Beginning) -> Rough | None:
         return None if drawn is None or drawn.folded else Rough(drawn.points, drawn.cells, None)
     rough = PatchSurface(*coarse)
     template = charge_template(beginning.vertices)
-    placed = place_evenly(template.directions, template.cells, rough)
-    if placed.folded or triangle_quality(placed.points, placed.cells).min() < ACCEPTANCE.rough:
-        placed = place_evenly(template.directions, template.cells, rough, connectivity="auto")
+    placed = placed_or_flipped(template.directions, template.cells, rough, ACCEPTANCE.rough)
     if placed.folded or len(self_intersections(placed.points, placed.cells)):
         return None
     return Rough(placed.points, placed.cells, placed.directions)

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from femprep.errors import OptionError, StageError
-from femprep.mesh.measures.triangles import areas, triangle_quality, vertex_normals
+from femprep.mesh.measures.triangles import areas, triangle_quality, vertex_normals, vertex_sums
 from femprep.mesh.operations.collapse import collapsed
 from femprep.mesh.operations.decimation import coarser
 from femprep.mesh.operations.midpoint_subdivision import quartered
@@ -18,6 +18,7 @@ from femprep.mesh.sampling import sample_surface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import is_closed
 from femprep.model import FloatArray, IntArray, Notice, Surface, records, split_quads
+from femprep.model.products import unit_vectors
 from femprep.options import SurfaceOptions
 from femprep.surface.estimate.chords import outset
 from femprep.surface.fitting.laying import Laid, Laying, Off, Template
@@ -119,7 +120,7 @@ def _laid(name: str, points: FloatArray, cells: IntArray, target: _Target, chose
     wanted = Goal(surface, len(split_quads(template.cells)), chosen.curvature_sizing).area
     # Where the triangles given are themselves as large, what they cut off has been cut off already.
     own = areas(points, cells)
-    total = np.bincount(cells.ravel(), weights=np.repeat(own, 3), minlength=len(points))
+    total = vertex_sums(own, cells, len(points))
     around = total / np.maximum(np.bincount(cells.ravel(), minlength=len(points)), 1)
     there = around[cells][ClosestFinder(points - target.middle, cells)(surface.points).triangle].mean(axis=1)
     out = outset(surface, wanted - there)
@@ -141,9 +142,7 @@ class _Facets:
     def settle(self, queries: FloatArray, near: IntArray | None = None) -> tuple[FloatArray, FloatArray, IntArray]:
         """Feet, unit normals there, and the triangles they lie in."""
         found = self._finder(queries)
-        normal = np.einsum("qk,qkc->qc", found.weights, self._normals[self._finder.triangles[found.triangle]])
-        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-        return found.points, normal, found.triangle
+        return found.points, unit_vectors(found.at(self._normals)), found.triangle
 
 
 def _smooth(points: FloatArray, cells: IntArray, vertices: int) -> PatchSurface:

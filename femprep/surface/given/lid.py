@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from femprep.mesh.measures.triangles import area_vectors
-from femprep.mesh.topology import border_loops, edge_table, fold_angles, is_closed
+from femprep.mesh.topology import border_loops, components, edge_table, fold_angles, is_closed
 from femprep.model import FloatArray, IntArray
 
 #: Neighbours whose normals differ by less than this, degrees, are of one flat piece, unless the whole is not flat.
@@ -54,8 +52,7 @@ def without_lid(points: FloatArray, cells: IntArray) -> Lidless | None:
         return None
     pairs, angle = fold_angles(points, cells)
     flat = pairs[angle < _FLAT]
-    graph = coo_array((np.ones(len(flat), dtype=np.int8), flat.T), shape=(len(cells), len(cells)))
-    patch = connected_components(graph, directed=False)[1]
+    patch = components(flat[:, 0], flat[:, 1], len(cells))
     vectors = area_vectors(points, cells)
     area = np.linalg.norm(vectors, axis=1)
     share = np.bincount(patch, area) / area.sum()

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.sparse.csgraph import breadth_first_order
 from scipy.spatial import cKDTree
 
 from femprep.errors import InputError
@@ -21,6 +21,7 @@ from femprep.mesh.topology import (
     border_edges,
     border_loops,
     closed_by_fans,
+    components,
     edge_table,
     euler_characteristic,
     pieces,
@@ -37,8 +38,6 @@ _SAME: Final = 2e-6
 _SPECK: Final = 0.01
 #: Holes no wider than this, mm, or of three edges are filled.
 TINY: Final = 5.0
-#: Triangles of which so many at most point the wrong way were flipped one by one.
-_FEWEST: Final = 12
 
 
 def mended(surface: Surface) -> Surface:
@@ -147,9 +146,7 @@ def _merged(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray, 
     pairs = cKDTree(unique[loose]).query_pairs(near, output_type="ndarray") if len(loose) else np.empty((0, 2), int)
     if len(pairs):
         one, two = loose[pairs].T
-        graph = coo_array((np.ones(len(one), dtype=np.int8), (one, two)), shape=(len(unique), len(unique)))
-        label = connected_components(graph, directed=False)[1]
-        _, first, number = np.unique(label, return_index=True, return_inverse=True)
+        _, first, number = np.unique(components(one, two, len(unique)), return_index=True, return_inverse=True)
         merged += len(unique) - len(first)
         unique, cells = unique[first], number.ravel()[cells]
     return unique, cells, merged

@@ -14,7 +14,7 @@ from femprep.mesh.operations.stretch_subdivision import Resolved
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.topology import volume
 from femprep.model import FloatArray, IntArray, split_quads
-from femprep.model.products import product
+from femprep.model.products import product, unit_vectors
 from femprep.surface.fitting.place import Chart, Connectivity, Goal, slide_evenly
 from femprep.surface.harmonic.shape import HarmonicShape
 from femprep.surface.harmonic.soundness import Faults, find_faults
@@ -176,8 +176,7 @@ def _follow(shape: HarmonicShape, state: _State, wanted: FloatArray, cells: IntA
         share[state.triangles[worse]] = 0.0
         hold_back(share, state.triangles, 1.0 / 3.0)
         there = (1.0 - share)[:, None] * state.directions + share[:, None] * wanted
-        there /= np.linalg.norm(there, axis=1, keepdims=True)
-        following = _state(shape, there, cells)
+        following = _state(shape, unit_vectors(there), cells)
     return following
 
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.model import FloatArray, readonly
+from femprep.model.products import unit_vectors
 from femprep.surface.harmonic import kernels
 
 #: Points times charges times steps up to which one thread carries the points: it needs a few milliseconds.
@@ -88,9 +89,7 @@ class Field:
 
     def directions(self, points: npt.ArrayLike) -> FloatArray:
         """Unit vectors ``(n, 3)`` from the centre to points ``(n, 3)`` mm."""
-        unit = self._unit(points)
-        length = np.linalg.norm(unit, axis=1, keepdims=True)
-        return unit / np.where(length > 0.0, length, 1.0)
+        return unit_vectors(self._unit(points))
 
     def flow(
         self, points: npt.ArrayLike, start: npt.ArrayLike, stop: npt.ArrayLike, steps: int, settle: int = 0
@@ -126,8 +125,8 @@ class Field:
             kernels.settle(out, last, int(settle), *self._charges)
         return self.centre + self.radius * out
 
-    def enough_steps(self, points: npt.ArrayLike, start: npt.ArrayLike, stop: npt.ArrayLike, tolerance: float) -> int:
-        """Fewest Runge-Kutta steps after which points end within a tolerance of where endlessly many would lead them.
+    def enough_steps(self, points: npt.ArrayLike, start: npt.ArrayLike, tolerance: float) -> int:
+        """Fewest Runge-Kutta steps to the sphere that lead points within a tolerance of where endlessly many would.
 
         A sample of the points is carried in few steps and in twice as many, and so on: the error of the classical
         method falls by 2^4 each time, so that the difference of the two is 15/16 of it. The sample holds the points
@@ -135,7 +134,7 @@ class Field:
 
         Parameters
         ----------
-        points, start, stop
+        points, start
             As for :meth:`flow`.
         tolerance : float
             Greatest error, mm. A quarter of it is asked of the sample, for the points that are not in it.
@@ -149,11 +148,11 @@ class Field:
         spread = np.linspace(0, len(points) - 1, min(len(points), _SAMPLE)).round().astype(np.int64)
         weakest = np.argsort(np.linalg.norm(self.gradient(points), axis=1), kind="stable")[:_SAMPLE]
         chosen = np.union1d(spread, weakest)
-        first, last = (np.broadcast_to(np.asarray(v, dtype=np.float64), len(points))[chosen] for v in (start, stop))
+        first = np.broadcast_to(np.asarray(start, dtype=np.float64), len(points))[chosen]
         steps = _FEWEST
-        coarse = self.flow(points[chosen], first, last, steps)
+        coarse = self.flow(points[chosen], first, 0.0, steps)
         while True:
-            fine = self.flow(points[chosen], first, last, 2 * steps)
+            fine = self.flow(points[chosen], first, 0.0, 2 * steps)
             error = 16.0 / 15.0 * float(np.linalg.norm(fine - coarse, axis=1).max())
             needed = steps * float(np.sqrt(np.sqrt(error / (0.25 * tolerance))))
             if needed <= 2.0 * steps or 2 * steps >= _MOST:

@@ -43,6 +43,14 @@ def _put(points: Any, first: int, room: Any) -> int:
 
 
 @compiled(part=True)
+def _take(room: Any, at: int, first: int, count: int, out: Any) -> None:
+    """Take three rows of a block's room, from the place of the first, as points."""
+    for i in range(count):
+        for k in range(3):
+            out[first + i, k] = room[at + _BLOCK * k + i]
+
+
+@compiled(part=True)
 def _potentials(room: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any) -> None:
     """Potential u at a block of points, into the sum: sum of w (1/|r-s| - image), Eq. A.5.
 
@@ -138,10 +146,7 @@ def gradient(points: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out:
         room = np.empty(_ROOM)
         count = _put(points, first, room)
         _gradients(room, sx, sy, sz, gap, weight)
-        for i in range(count):
-            out[first + i, 0] = room[_GX + i]
-            out[first + i, 1] = room[_GY + i]
-            out[first + i, 2] = room[_GZ + i]
+        _take(room, _GX, first, count, out)
 
 
 @compiled(part=True)
@@ -190,10 +195,7 @@ def _carry(
             room[_X + i] = room[_FROM_X + i]
             room[_Y + i] = room[_FROM_Y + i]
             room[_Z + i] = room[_FROM_Z + i]
-    for i in range(count):
-        out[first + i, 0] = room[_X + i]
-        out[first + i, 1] = room[_Y + i]
-        out[first + i, 2] = room[_Z + i]
+    _take(room, _X, first, count, out)
 
 
 @compiled(parallel=True)
@@ -230,7 +232,4 @@ def settle(points: Any, level: Any, sweeps: int, sx: Any, sy: Any, sz: Any, gap:
                 room[_X + i] += room[_GX + i]
                 room[_Y + i] += room[_GY + i]
                 room[_Z + i] += room[_GZ + i]
-        for i in range(count):
-            points[first + i, 0] = room[_X + i]
-            points[first + i, 1] = room[_Y + i]
-            points[first + i, 2] = room[_Z + i]
+        _take(room, _X, first, count, points)

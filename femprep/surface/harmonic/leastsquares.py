@@ -1,4 +1,4 @@
-"""Basis, directions and values in, coefficients out: weighted, smoothed least squares, a block of rows at a time."""
+"""Basis, directions and values in, coefficients out: smoothed least squares, a block of rows at a time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numba import prange
 
 from femprep.errors import InputError
-from femprep.mesh.banded import dot
+from femprep.mesh.banded import SPARE, factorise, substitute
 from femprep.mesh.compiled import compiled
 from femprep.model import FloatArray
 from femprep.surface.harmonic.spline import Basis, Spline
@@ -20,6 +20,8 @@ _log = logging.getLogger(__name__)
 BLOCK = 2048
 #: Up to this many elements all of G is kept (64 MB), so that it is computed once.
 KEPT = 8_000_000
+#: Least square root of a pivot, the diagonal being 1.
+_LEAST_PIVOT = np.sqrt(1e-15)
 
 
 @compiled(parallel=True)
@@ -43,59 +45,27 @@ def _add_gram(rows: Any, gram: Any) -> None:
             k += 1
 
 
-@compiled()
-def _cholesky(matrix: Any) -> int:
-    """Upper Cholesky factor in place; the number of the first pivot that is not positive, or -1.
+def _factor(matrix: FloatArray) -> FloatArray | None:
+    """Upper Cholesky factor, row i from its diagonal on; None where a pivot is lost in rounding.
 
-    LAPACK's own is not used because its rounding depends on the processor and on the number of threads.
+    Not LAPACK's, whose rounding depends on the processor and on the number of threads.
     """
-    size = matrix.shape[0]
-    for i in range(size):
-        own = matrix[i, i:]
-        k = 0
-        while k + 4 <= i:
-            one, two, three, four = matrix[k, i:], matrix[k + 1, i:], matrix[k + 2, i:], matrix[k + 3, i:]
-            a, b, c, d = one[0], two[0], three[0], four[0]
-            for j in range(size - i):
-                own[j] -= a * one[j] + b * two[j] + c * three[j] + d * four[j]
-            k += 4
-        while k < i:
-            one = matrix[k, i:]
-            a = one[0]
-            for j in range(size - i):
-                own[j] -= a * one[j]
-            k += 1
-        if not own[0] > 1e-15:
-            return i
-        root = np.sqrt(own[0])
-        for j in range(size - i):
-            own[j] /= root
-    return -1
-
-
-@compiled()
-def _substitute(upper: Any, value: Any) -> None:
-    """Solve U' U x = value in place."""
-    size = upper.shape[0]
-    for i in range(size):
-        value[i] /= upper[i, i]
-        row, after = upper[i, i + 1 :], value[i + 1 :]
-        for j in range(len(after)):
-            after[j] -= row[j] * value[i]
-    for i in range(size - 1, -1, -1):
-        value[i] = (value[i] - dot(upper[i, i + 1 :], value[i + 1 :], size - 1 - i)) / upper[i, i]
+    size = len(matrix)
+    rows = np.zeros((size, size + SPARE))
+    for i, row in enumerate(matrix):
+        rows[i, : size - i] = row[i:]
+    return rows if factorise(rows) and rows[:, 0].min() > _LEAST_PIVOT else None
 
 
 def fit_spline(
     basis: Basis,
     directions: FloatArray,
     values: FloatArray,
-    weights: FloatArray | None = None,
     smoothing: float = 0.0,
 ) -> tuple[Spline, dict[str, Any]]:
     """Fit a spline on the sphere to values at directions (Eqs. 9 to 11).
 
-    G'WG is gathered from blocks of rows, scaled to a unit diagonal and factorised; its ill-conditioning is made good
+    G'G is gathered from blocks of rows, scaled to a unit diagonal and factorised; its ill-conditioning is made good
     by refining the solution with residuals taken from G itself. Where N x K is large, blocks are computed when needed.
 
     Parameters
@@ -106,10 +76,8 @@ def fit_spline(
         Unit vectors.
     values : (N,) array
         Values to approximate.
-    weights : (N,) array, optional
-        Weight of each squared residual, positive; all 1 by default.
     smoothing : float
-        Weight of the bending energy alpha' S alpha, relative: it is multiplied by trace(G'WG) / trace(S).
+        Weight of the bending energy alpha' S alpha, relative: it is multiplied by trace(G'G) / trace(S).
 
     Returns
     -------
@@ -126,7 +94,6 @@ def fit_spline(
     count, size = len(values), basis.size
     if count == 0 or not (np.all(np.isfinite(values)) and np.all(np.isfinite(directions))):
         raise InputError(f"a spline cannot be fitted to {count} values, some of them not finite")
-    weight = np.ones(count) if weights is None else np.asarray(weights, dtype=np.float64)
     blocks = [slice(first, min(first + BLOCK, count)) for first in range(0, count, BLOCK)]
 
     kept = basis.rows(directions) if count * size <= KEPT else None
@@ -136,8 +103,7 @@ def fit_spline(
 
     gram = np.zeros((size, size))
     for block in blocks:
-        rows = rows_of(block) * np.sqrt(weight[block])[:, None]
-        _add_gram(rows, gram)
+        _add_gram(rows_of(block), gram)
     penalty = basis.penalty
     underdetermined = count < size
     if underdetermined:
@@ -148,22 +114,22 @@ def fit_spline(
     used = max(smoothing, 1e-9) if underdetermined else smoothing
     while True:
         weightless = used * trace / float(np.trace(penalty))
-        upper = (np.triu(gram) + weightless * np.triu(penalty)) * scale[:, None] * scale[None, :]
-        if _cholesky(upper) < 0:
+        factor = _factor((np.triu(gram) + weightless * np.triu(penalty)) * scale[:, None] * scale[None, :])
+        if factor is not None:
             break
         used = max(10.0 * used, 1e-14)
         _log.info("normal equations of %d control points are singular; smoothing raised to %g", size - 1, used)
 
     coefficients = np.zeros(size)
-    # Two refinements: the error falls by the condition number of G'WG times the rounding unit each time.
+    # Two refinements: the error falls by the condition number of G'G times the rounding unit each time.
     for _ in range(3):
         slope = -weightless * (penalty * coefficients).sum(axis=1)
         for block in blocks:
             rows = rows_of(block)
             residual = values[block] - (rows * coefficients).sum(axis=1)
-            slope += (rows * (weight[block] * residual)[:, None]).sum(axis=0)
+            slope += (rows * residual[:, None]).sum(axis=0)
         step = slope * scale
-        _substitute(upper, step)
+        substitute(factor, step[None])
         coefficients = coefficients + step * scale
     spline = Spline(basis, coefficients)
     misfit = np.concatenate([(rows_of(block) * coefficients).sum(axis=1) - values[block] for block in blocks])

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.model import FloatArray
+from femprep.model.products import unit_vectors
 from femprep.surface.harmonic.field import Field
 from femprep.surface.harmonic.spline import Spline
 
@@ -63,5 +64,4 @@ class HarmonicShape:
 
     @staticmethod
     def _unit(directions: npt.ArrayLike) -> FloatArray:
-        directions = np.asarray(directions, dtype=np.float64).reshape(-1, 3)
-        return np.asarray(directions / np.linalg.norm(directions, axis=1, keepdims=True), dtype=np.float64)
+        return unit_vectors(np.asarray(directions, dtype=np.float64).reshape(-1, 3))

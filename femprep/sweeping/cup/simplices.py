@@ -14,9 +14,6 @@ import numpy as np
 from femprep.model import FloatArray, IntArray
 from femprep.sweeping.cup.prism_split import EVEN, ODD, checkerboard, wedge_split
 
-#: Edges of a simplex, in the order of the weights.
-EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
-
 
 class Simplices(NamedTuple):
     """What the elements over the cells of a template are judged by.

@@ -10,9 +10,9 @@ import numpy as np
 from femprep.errors import OptionError, StageError
 from femprep.model import FACET_TAGS, REGION_TAGS, FloatArray, IntArray, VolumeMesh
 from femprep.options import SweepOptions, choose, takes
-from femprep.sweeping.cup.layers import graded, layer_depths
+from femprep.sweeping.cup.matched import MatchedSurfaces
 from femprep.sweeping.cup.prism_split import checkerboard
-from femprep.sweeping.elements.mend import mend
+from femprep.sweeping.elements.lay import lay
 from femprep.sweeping.elements.quadratic import quadratic
 from femprep.sweeping.elements.split import (
     checkered,
@@ -23,7 +23,6 @@ from femprep.sweeping.elements.split import (
     wedge_tetrahedra,
 )
 from femprep.sweeping.elements.upright import least_corner
-from femprep.sweeping.matching.matched import MatchedSurfaces
 
 
 @takes(SweepOptions)
@@ -80,11 +79,7 @@ def sweep(
             f"{'triangles' if corners == 3 else 'quadrilaterals'}; choose tetra or {shape}"
         )
     layers = chosen.layers or matched.layers
-    depth = _depths(layers, matched, chosen.grading)
-    points = matched.inner + depth[..., None] * (matched.outer - matched.inner)
-    # The ends exactly, whatever rounding makes of them.
-    points[-1] = matched.outer
-    mended = mend(points, matched, chosen.element)
+    points, depth, mended = lay(matched, chosen)
     thickness = np.linalg.norm(np.diff(points, axis=0), axis=2).sum(axis=0)
     for name, rim in (("base", cup.base), ("apex", cup.apex)):
         if len(rim):
@@ -126,13 +121,6 @@ def sweep(
         mesh = quadratic(mesh, matched, depth.ravel())
     tell("volume", 1.0)
     return mesh
-
-
-def _depths(layers: int, matched: MatchedSurfaces, grading: float | None) -> FloatArray:
-    """Depth of each node, 0 inside to 1 outside, ``(layers + 1, V)``; by the width of elements where not graded."""
-    if grading is None:
-        return layer_depths(layers, matched.growth)
-    return np.repeat(graded(layers, grading)[:, None], len(matched.cup.disk), axis=1)
 
 
 def _check_positive(points: FloatArray, cells: IntArray, name: str) -> None:

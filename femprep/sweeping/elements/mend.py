@@ -11,9 +11,10 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.model import FloatArray, IntArray, Notice, records
+from femprep.sweeping.cup.matched import MatchedSurfaces
+from femprep.sweeping.cup.samples import Pulls, Samples, pulls
 from femprep.sweeping.cup.simplices import Simplices, corners, tetrahedra
 from femprep.sweeping.elements.nodes import judge, least_determinant, move_nodes
-from femprep.sweeping.matching.matched import MatchedSurfaces
 
 #: Elements with a greater inverse mean ratio than this are mended.
 _BAD: Final = 2.0
@@ -68,6 +69,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
         return found
     start = nodes.copy()
     surfaces = (matched.inner_surface, matched.outer_surface)
+    samples = [Samples(surface, planes) for surface in surfaces]
     edge = float(np.linalg.norm(points[:, cells[:, 0]] - points[:, cells[:, 1]], axis=2).mean())
     for round_ in range(_ROUNDS):
         limit = limits[round_] if round_ < len(limits) else _BAD
@@ -87,7 +89,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
             delta = np.sqrt(small * (small - least)) if least <= 0.0 else 0.0
             longest = move_nodes(
                 *(nodes, moving, star, simplices, measure, side, flatness[moving % count], normals, near, planes),
-                *(tuple(s.arrays for s in surfaces), delta, edge),
+                *(tuple(s.arrays for s in surfaces), _pulls(samples, points, cells, edge, delta == 0.0), delta, edge),
             )
             if longest < _SETTLED * edge and least > 0.0:
                 break
@@ -106,6 +108,23 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
         place = start[int(moved.argmax())]
         found["notices"] = records(Notice.of("moved", words, amount=found["farthest_mm"], unit="mm", place=place))
     return found
+
+
+def worst_columns(points: FloatArray, matched: MatchedSurfaces, element: str) -> FloatArray:
+    """Greatest inverse mean ratio of the elements over each cell ``(T,)``; arguments as of :func:`mend`."""
+    cells = np.ascontiguousarray(matched.cup.cells)
+    worst = np.empty((len(points) - 1, len(cells)))
+    judge(points.reshape(-1, 3), cells, points.shape[1], len(worst), tuple(_judged(points, cells, element)), worst)
+    return np.asarray(worst.max(axis=0))
+
+
+def _pulls(samples: list[Samples], points: FloatArray, cells: IntArray, edge: float, steep: bool) -> Pulls:
+    """What the facets of both surfaces must not pass by."""
+    found = []
+    for one, layer in zip(samples, (0, len(points) - 1)):
+        corners, shares, missed = one.missed(points[layer], cells, edge)
+        found.append((corners + layer * points.shape[1], shares, missed))
+    return pulls([np.concatenate(parts) for parts in zip(*found)], points.shape[0] * points.shape[1], edge, steep)
 
 
 def _judged(points: FloatArray, cells: IntArray, element: str) -> Simplices:

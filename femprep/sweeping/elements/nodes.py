@@ -13,6 +13,7 @@ import numpy as np
 from numba import prange
 
 from femprep.mesh.compiled import compiled
+from femprep.mesh.energies.pull import add_pulls, pulled
 from femprep.mesh.energies.simplex import INVERTED, add_slopes, determinant, shape
 from femprep.mesh.patches import settle
 from femprep.mesh.tangents import free_directions
@@ -121,6 +122,7 @@ def move_nodes(
     near: Any,
     planes: Any,
     surfaces: Any,
+    pulls: Any,
     delta: float,
     edge: float,
 ) -> float:
@@ -128,7 +130,8 @@ def move_nodes(
 
     ``star`` is the simplices around each of them as row starts and columns, ``measure`` their weights, scale and
     uprightness; ``side`` tells whether a node lies on the inner (1) or outer (2) surface or between (0), ``flat`` its
-    plane, counted from 1; ``normals`` and ``near`` are those of the surface there.
+    plane, counted from 1; ``normals`` and ``near`` are those of the surface there; ``pulls`` is what a surface's
+    triangles must not pass by.
     """
     starts, around = star
     weights, scale, upright = measure
@@ -163,6 +166,7 @@ def move_nodes(
         for k in range(3):
             for j in range(k):
                 hessian[k, j] = hessian[j, k]
+        now += add_pulls(points, v, pulls, gradient, hessian)
         far = _newton(gradient, hessian, basis, free, step)
         if not far > _LEAST * edge:
             continue
@@ -178,7 +182,7 @@ def move_nodes(
                 place = settle(points[v], fresh, place, flat[i], planes, *inner)
             elif side[i] == 2:
                 place = settle(points[v], fresh, place, flat[i], planes, *outer)
-            value = 0.0
+            value = pulled(points, v, pulls)
             for s in range(starts[i], starts[i + 1]):
                 f = shape(points, simplices[around[s]], weights, scale, upright[around[s]], delta)
                 value += f * f if steep else f

@@ -8,7 +8,7 @@ import numpy as np
 
 from femprep.mesh.quadratic import add_middles, number_edges
 from femprep.model import FloatArray, IntArray, Notice, VolumeMesh, noted
-from femprep.sweeping.matching.matched import MatchedSurfaces
+from femprep.sweeping.cup.matched import MatchedSurfaces
 
 
 def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> VolumeMesh:

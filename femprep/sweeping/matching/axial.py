@@ -12,6 +12,7 @@ from femprep.model import FloatArray, IntArray, Plane, Surface
 from femprep.model.functions import arctan2
 from femprep.model.products import inner, length, product, solve_definite, weighted
 from femprep.sweeping.cup.cup import HOLE
+from femprep.sweeping.cup.samples import crossings
 
 #: Heights at which the cavity is cut for its axis.
 _CUTS = 12
@@ -188,7 +189,8 @@ def section(surface: Surface, plane: Plane) -> tuple[FloatArray, float]:
     if not len(cut):
         raise InputError(
             f"the plane through {np.round(plane.point, 1).tolist()} with normal {np.round(plane.normal, 3).tolist()} "
-            f"does not cut surface {surface.name!r}, which lies {height.min():.1f} to {height.max():.1f} mm from it"
+            f"does not cut surface {surface.name!r}, which lies {height.min():.1f} to {height.max():.1f} mm from it; "
+            "move it by --base-offset, or give another by --base X,Y,Z,NX,NY,NZ"
         )
     ends = []
     for i, j in ((0, 1), (1, 2), (2, 0)):
@@ -214,13 +216,3 @@ def _powers(height: FloatArray) -> FloatArray:
 def _bent(height: FloatArray, bend: FloatArray) -> FloatArray:
     """Where the axis lies at depths ``(n,)``, across."""
     return product(_powers(height), bend)
-
-
-def crossings(points: FloatArray, triangles: IntArray, height: FloatArray) -> FloatArray:
-    """Points ``(k, 3)`` where edges of a surface cross the level 0 of a value per vertex."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    edges = np.unique(np.sort(edges, axis=1), axis=0)
-    edges = edges[(height[edges[:, 0]] > 0.0) != (height[edges[:, 1]] > 0.0)]
-    one, two = height[edges].T
-    share = one / (one - two)
-    return np.asarray(points[edges[:, 0]] + share[:, None] * (points[edges[:, 1]] - points[edges[:, 0]]))

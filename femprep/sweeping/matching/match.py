@@ -4,7 +4,7 @@ Equal numbers of vertices are not a map. Here both surfaces are seen from the lo
 it, level with the base in the upper part, spreading from a centre in the apex, and a ray meets both surfaces. That
 gives a cup on each, with rims in the planes. Then the vertices slide along their surfaces to where the elements between
 them are best, on a coarse cup first and on finer ones from there. Where the surfaces bend too sharply for any elements
-between them, as at the ledge that a shifted slice leaves, they are softened, and that is told.
+between them, mended ones too, as at the ledge that a shifted slice leaves, they are softened, and that is told.
 """
 
 from __future__ import annotations
@@ -23,9 +23,11 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, Notice, Plane, Surface, records
 from femprep.options import SweepOptions, choose, takes
 from femprep.surface.fitting.patches import patches_of
+from femprep.sweeping.cup.matched import MatchedSurfaces
+from femprep.sweeping.elements.lay import lay
+from femprep.sweeping.elements.mend import worst_columns
 from femprep.sweeping.matching.axial import Axial
 from femprep.sweeping.matching.cups import Cups
-from femprep.sweeping.matching.matched import MatchedSurfaces
 from femprep.sweeping.matching.minimum_thickness import push_apart
 from femprep.sweeping.matching.relax import Relaxation
 from femprep.sweeping.matching.resolution import coarser, corners_of, make_cup, resolution
@@ -35,8 +37,8 @@ _log = logging.getLogger(__name__)
 
 #: A layer is at least this share of an edge high: where the wall is thinner, the epicardium is pushed outwards.
 _THIN: Final = 0.1
-#: Where columns have a greater inverse mean ratio than this, surfaces are softened within so many edges of them, so
-#: often at most.
+#: Where mended columns have a greater inverse mean ratio than this, surfaces are softened within so many edges of them,
+#: so often at most.
 _BENT: Final = 3.0
 _REACH: Final = 3.0
 _TRIES: Final = 10
@@ -105,7 +107,13 @@ def match_surfaces(
         if push["vertices"]:
             outside = PatchSurface(points, outside.triangles)
         state, sweeps = cups.match((inside, outside), lambda share: tell("match", 0.3 + 0.7 * share))
-        return _Match((inside, outside), state, sweeps, push)
+        bent = state.worst > _BENT
+        if bent.any():
+            # Whatever no straight lines can fill the mending of the layers may.
+            ends = state.places
+            trial = MatchedSurfaces(levels[-1], ends[0], ends[1], layers, state.growth, inside, outside, planes)
+            bent = worst_columns(lay(trial, chosen)[0], trial, chosen.element) > _BENT
+        return _Match((inside, outside), state, sweeps, push, bent)
 
     first = last = best = match(patches_of(endo), patches_of(epi))
     for _ in range(_TRIES):
@@ -148,17 +156,16 @@ def match_surfaces(
 
 @dataclass(frozen=True, eq=False)
 class _Match:
-    """Both surfaces, a cup's vertices on them, the sweeps made, and how far the outer surface was pushed for it."""
+    """Both surfaces, a cup's vertices on them, the sweeps made, how far the outer surface was pushed for it.
+
+    And the columns ``(T,)`` that stay so poor, mended, that the surfaces themselves must bend too sharply there.
+    """
 
     surfaces: tuple[PatchSurface, PatchSurface]
     state: Relaxation
     sweeps: list[int]
     push: dict[str, Any]
-
-    @property
-    def bent(self) -> npt.NDArray[np.bool_]:
-        """Columns ``(T,)`` so poor that the surfaces themselves must bend too sharply there."""
-        return self.state.worst > _BENT
+    bent: npt.NDArray[np.bool_]
 
     def softened(self, reach: float, planes: Mapping[str, Plane]) -> list[PatchSurface]:
         """The surfaces, softened within a distance of such columns, mm."""

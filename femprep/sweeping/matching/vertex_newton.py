@@ -15,6 +15,7 @@ import numpy as np
 from numba import prange
 
 from femprep.mesh.compiled import compiled
+from femprep.mesh.energies.pull import add_pulls, pulled
 from femprep.mesh.energies.simplex import INVERTED, add_slopes, shape
 from femprep.mesh.patches import settle
 from femprep.mesh.tangents import free_directions
@@ -133,6 +134,7 @@ def _move(
     surface: Any,
     mesh: Any,
     judged: Any,
+    pulls: Any,
     layers: Any,
     delta: float,
     steep: bool,
@@ -150,6 +152,7 @@ def _move(
     gradient = np.empty(3)
     hessian = np.empty((3, 3))
     now = _slopes(inner, outer, depth, vertex, inside, mesh, judged, layers, delta, steep, gradient, hessian)
+    now += add_pulls(moving, vertex, pulls, gradient, hessian)
     gp = 0.0
     gq = 0.0
     hpp = 0.0
@@ -185,7 +188,8 @@ def _move(
         for k in range(3):
             moving[vertex, k] = old[k] + scale * (p * one[k] + q * two[k])
         place = settle(moving[vertex], fresh, near[vertex], flat, planes, points, frames, coefficients, reach, ring)
-        if _around(inner, outer, depth, vertex, mesh, judged, layers, delta, steep) < now:
+        value = _around(inner, outer, depth, vertex, mesh, judged, layers, delta, steep)
+        if value + pulled(moving, vertex, pulls) < now:
             near[vertex] = place
             for k in range(3):
                 normals[vertex, k] = fresh[k]
@@ -209,6 +213,8 @@ def slide(
     outer_surface: Any,
     mesh: Any,
     judged: Any,
+    inner_pulls: Any,
+    outer_pulls: Any,
     layers: Any,
     order: Any,
     colours: Any,
@@ -229,11 +235,11 @@ def slide(
             v = order[first + k]
             a = _move(
                 inner, outer, depth, normals[0], near[0], v, True, flat[v], planes, inner_surface, mesh, judged,
-                layers, delta, steep, edge,
+                inner_pulls, layers, delta, steep, edge,
             )  # fmt: skip
             b = _move(
                 inner, outer, depth, normals[1], near[1], v, False, flat[v], planes, outer_surface, mesh, judged,
-                layers, delta, steep, edge,
+                outer_pulls, layers, delta, steep, edge,
             )  # fmt: skip
             moved[v] = max(a, b)
 

@@ -14,6 +14,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.tangents import tangents
 from femprep.mesh.topology import edge_table
 from femprep.model import FACET_TAGS, BoolArray, FloatArray, IntArray, Plane, TagArray, Wall
+from femprep.model.products import unit_vectors
 
 
 class Group(Protocol):
@@ -172,8 +173,7 @@ def constrain(count: int, facets: IntArray, tag: TagArray, wall: Wall) -> Constr
             groups.append(FacetGroup(nodes, ClosestFinder(wall.points, triangles), normals(wall.points, triangles)))
         elif names in sides:
             edges = sides[names]
-            along = wall.points[edges[:, 1]] - wall.points[edges[:, 0]]
-            along /= np.linalg.norm(along, axis=1, keepdims=True)
+            along = unit_vectors(wall.points[edges[:, 1]] - wall.points[edges[:, 0]])
             # An edge is a triangle without area: the closest point of one is that of the other.
             groups.append(FacetGroup(nodes, ClosestFinder(wall.points, edges[:, [0, 1, 1]]), along))
         else:  # two surfaces that do not meet on the wall
@@ -187,7 +187,7 @@ def _flatten(basis: FloatArray, freedom: IntArray, nodes: IntArray, plane: Plane
     basis[inner, :2] = tangents(plane.normal[None, :])
     rim = nodes[freedom[nodes] == 1]
     along = basis[rim, 0] - (basis[rim, 0] @ plane.normal)[:, None] * plane.normal
-    basis[rim, 0] = along / np.linalg.norm(along, axis=1, keepdims=True)
+    basis[rim, 0] = unit_vectors(along)
 
 
 def _edges_between_tags(wall: Wall) -> dict[tuple[int, int], IntArray]:

@@ -23,7 +23,7 @@ LEAST: Final = float(np.sin(np.radians(12.0)) / REGULAR_SINE)
 #: How often all points are gone through for the mean quality at most, and the gain that makes it worth to go on: each
 #: time brings about a fifth of what the one before did.
 RELAXATIONS: Final = 3
-WORTH: Final = 0.002
+WORTH: Final = 0.005
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from femprep.volume.optimise.stars import FIRST_STEP, SURFACE_STEP, mark_star
 
 #: How often the step along a gradient is halved, and how many such steps one visit takes.
 _BACKTRACKS: Final = 4
-_ASCENTS: Final = 2
+_ASCENTS: Final = 1
 #: Points one thread takes at a time.
 _CHUNK: Final = 32
 

@@ -42,7 +42,7 @@ def what_helps(seg: Segmentation, found: Fidelity, parts: Parts, options: Option
         with the figure that the surfaces fitted to the slices moved back reach. Where no slice is displaced, whether it
         is the surfaces or the mesh between them that leave the labels.
     """
-    failed = [record for record in found.records if judge_fidelity([record], options.limits)[1]]
+    failed = [record for record in found.records if judge_fidelity([record], options.limits).failures]
     if not failed:
         return []
     # A surface too far in the mean is so over all of its slices.

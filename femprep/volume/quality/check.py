@@ -28,7 +28,7 @@ from femprep.volume.quality.report import (
     WorstElement,
 )
 from femprep.volume.quality.transmural import elements_through_wall, mesh_edges
-from femprep.volume.quality.validity import used_points, validity
+from femprep.volume.quality.validity import validity
 
 #: Measures whose worst elements are listed; the smallest value is the worst.
 _LISTED = ("scaled_jacobian", "mean_ratio", "minimum_dihedral", "characteristic_length")
@@ -101,7 +101,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         "edge_by_space_constant": float(length.mean()) / limits.space_constant,
     }
     verdicts, failures = judge(measures, sound, facet_tags, sizes, limits)
-    used = mesh.points[used_points(mesh)]
+    used = mesh.points[nodes_of(mesh.cells)]
     low, high = used.min(axis=0).tolist(), used.max(axis=0).tolist()
     return QualityReport(
         n_points=len(mesh.points),

@@ -22,7 +22,8 @@ from femprep.model.fidelity import FidelityRecord, SliceFidelity
 from femprep.options import CheckOptions
 from femprep.surface.measure.inslice import dense
 from femprep.surface.measure.sections import label_contours
-from femprep.volume.quality.report import LimitRecord, QualityReport
+from femprep.volume.quality.report import QualityReport
+from femprep.volume.quality.verdicts import Verdicts
 from femprep.wall.outlines import Outline
 
 #: Distance of neighbouring samples along an outline, mm.
@@ -110,38 +111,19 @@ def surface_fidelity(
     )
 
 
-def judge_fidelity(
-    records: Iterable[FidelityRecord], options: CheckOptions
-) -> tuple[tuple[LimitRecord, ...], tuple[str, ...]]:
-    """Compare distances to the labels with their limits.
-
-    Parameters
-    ----------
-    records : iterable of FidelityRecord
-    options : CheckOptions
-
-    Returns
-    -------
-    verdicts : tuple of LimitRecord
-    failures : tuple of str
-    """
-    verdicts, failures = [], []
+def judge_fidelity(records: Iterable[FidelityRecord], options: CheckOptions) -> Verdicts:
+    """Compare distances to the labels with their limits."""
+    held = Verdicts()
     for record in records:
         what = f"{record.surface} against the labels of {record.labels}"
         for name, value, limit in (
             ("mean_label_distance", record.mean_pixels, options.mean_label_distance),
             ("maximum_label_distance", record.greatest_pixels, options.maximum_label_distance),
         ):
-            if limit is None:
-                continue
-            passed = value <= limit
-            verdicts.append(
-                LimitRecord(name=f"{record.surface}_{name}", kind="at most", limit=limit, value=value, passed=passed)
-            )
-            if passed:
+            if limit is None or not held.misses(f"{record.surface}_{name}", "at most", limit, value):
                 continue
             if name == "mean_label_distance":
-                failures.append(
+                held.failures.append(
                     f"{what}: {value:.2f} pixels ({record.mean_mm:.2f} mm) from their outlines in the mean over "
                     f"slices, asked for is at most {limit:g}"
                 )
@@ -149,26 +131,21 @@ def judge_fidelity(
             off = sorted((one for one in record.slices if one.greatest_pixels > limit), key=lambda s: -s.greatest_mm)
             worst, others = off[0], ", ".join(str(one.slice) for one in sorted(off[1:], key=lambda s: s.slice))
             x, y, z = worst.at_mm
-            failures.append(
+            held.failures.append(
                 f"{what}: {value:.1f} pixels ({worst.greatest_mm:.1f} mm) from the outline in slice {worst.slice} at "
                 f"({x:.1f}, {y:.1f}, {z:.1f})"
                 + (f", beyond the limit also in slices {others}" if others else "")
                 + f"; asked for is at most {limit:g}"
             )
-    return tuple(verdicts), tuple(failures)
+    return held
 
 
 def with_fidelity(report: QualityReport, found: Fidelity, help_: Iterable[str] = ()) -> QualityReport:
     """A quality report that holds the distances to the labels too, and its verdict; lines of help follow a failure."""
-    verdicts, failures = judge_fidelity(found.records, report.options)
-    failures = (*failures, *help_) if failures else ()
-    return report.model_copy(
-        update={
-            "fidelity": found.records,
-            "limits": (*report.limits, *verdicts),
-            "failures": (*report.failures, *failures),
-        }
-    )
+    held = judge_fidelity(found.records, report.options)
+    if held.failures:
+        held.failures += help_
+    return held.on(report, fidelity=found.records)
 
 
 def _gather(
@@ -211,8 +188,7 @@ def _slices(
     """Every slice in which the object has an outline within the planes."""
     margin = _WITHIN * _pixel(outline.obj)
     middles, contours = label_contours(outline.obj)
-    beside = [curve for obj in outline.beside for loops in label_contours(obj)[1] for curve in loops]
-    near = cKDTree(dense(beside, _STEP)) if beside else None
+    near = [ClosestFinder(surface.points, surface.triangles) for surface in outline.beside]
     finder = None
     found = []
     for middle, loops in zip(middles, contours):
@@ -224,8 +200,8 @@ def _slices(
                 middle = Plane(middle.point - _IN_PLANE * plane.normal, middle.normal)
             else:
                 kept = _both(kept, away < -margin)
-        if near is not None:
-            kept = _both(kept, np.asarray(near.query(curve)[0]) > outline.clear)
+        for neighbour in near:
+            kept = _both(kept, neighbour(curve).distance > outline.clear)
         inside = curve if kept is None else curve[kept]
         if not len(inside):
             continue
@@ -236,7 +212,7 @@ def _slices(
             continue
         section = dense(sections, _STEP)
         there = np.asarray(cKDTree(section).query(inside)[0])
-        if near is not None:
+        if near:
             found.append(_Slice(number, inside, there, len(inside), False))
             continue
         back = cKDTree(curve).query(section)[0]

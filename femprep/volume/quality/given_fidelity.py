@@ -12,8 +12,8 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import Surface, VolumeMesh
 from femprep.model.distance import SurfaceFidelity
 from femprep.model.facets import facet_triangles
-from femprep.options import CheckOptions
-from femprep.volume.quality.report import LimitRecord, QualityReport
+from femprep.volume.quality.report import QualityReport
+from femprep.volume.quality.verdicts import Verdicts
 
 #: Points at which each surface is measured.
 _SAMPLES: Final = 8000
@@ -63,43 +63,17 @@ def given_fidelity(mesh: VolumeMesh, given: Mapping[str, Surface]) -> tuple[Surf
 
 
 def with_given_fidelity(report: QualityReport, records: Iterable[SurfaceFidelity]) -> QualityReport:
-    """A quality report that holds the distances to given surfaces too, and its verdict."""
-    records = tuple(records)
-    verdicts, failures = judge_given(records, report.options)
-    return report.model_copy(
-        update={
-            "given_fidelity": records,
-            "limits": (*report.limits, *verdicts),
-            "failures": (*report.failures, *failures),
-        }
-    )
-
-
-def judge_given(
-    records: Iterable[SurfaceFidelity], options: CheckOptions
-) -> tuple[tuple[LimitRecord, ...], tuple[str, ...]]:
-    """Compare distances to given surfaces with their limits."""
-    verdicts, failures = [], []
+    """The report with the distances, and a verdict on each that its options hold a limit for."""
+    held, options, records = Verdicts(), report.options, tuple(records)
     for record in records:
         x, y, z = record.at_mm
         for name, value, limit, words in (
-            ("mean_surface_distance", record.mean_mm, options.mean_surface_distance, "in the mean"),
-            (
-                "maximum_surface_distance",
-                record.greatest_mm,
-                options.maximum_surface_distance,
-                f"at ({x:.1f}, {y:.1f}, {z:.1f})",
-            ),
+            ("mean", record.mean_mm, options.mean_surface_distance, "in the mean"),
+            ("maximum", record.greatest_mm, options.maximum_surface_distance, f"at ({x:.1f}, {y:.1f}, {z:.1f})"),
         ):
-            if limit is None:
-                continue
-            passed = value <= limit
-            verdicts.append(
-                LimitRecord(name=f"{record.surface}_{name}", kind="at most", limit=limit, value=value, passed=passed)
-            )
-            if not passed:
-                failures.append(
+            if held.misses(f"{record.surface}_{name}_surface_distance", "at most", limit, value):
+                held.failures.append(
                     f"{record.surface} against the surface given as {record.given}: {value:.2f} mm {words}, asked for "
                     f"is at most {limit:g}; more --vertices or a smaller --edge-length follow it more closely"
                 )
-    return tuple(verdicts), tuple(failures)
+    return held.on(report, given_fidelity=records)

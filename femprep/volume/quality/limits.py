@@ -12,6 +12,7 @@ from femprep.model import FloatArray
 from femprep.model.solution import SolutionRecord
 from femprep.options import CheckOptions
 from femprep.volume.quality.report import FacetRecord, LimitRecord, QualityReport, Validity
+from femprep.volume.quality.verdicts import Verdicts
 
 #: Counts that have to be zero, and how a failure is told.
 _FAULTS: Final[Mapping[str, str]] = {
@@ -59,26 +60,18 @@ def judge(
     failures : tuple of str
     """
     tets = [table for name, table in measures.items() if family(name) == "tetra"]
-    verdicts: list[LimitRecord] = []
-    failures: list[str] = []
+    held = Verdicts()
 
     def compare(
         name: str, kind: Literal["at least", "at most"], limit: float | None, value: float | None, what: str
     ) -> None:
-        if limit is None or value is None:
-            return
-        passed = value >= limit if kind == "at least" else value <= limit
-        verdicts.append(LimitRecord(name=name, kind=kind, limit=limit, value=value, passed=passed))
-        if not passed:
-            failures.append(f"{what} is {value:.4g}, asked for is {kind} {limit:g}")
+        if held.misses(name, kind, limit, value):
+            held.failures.append(f"{what} is {value:.4g}, asked for is {kind} {limit:g}")
 
     for name, what in _FAULTS.items():
         value = getattr(validity, name)
-        if value is None:
-            continue
-        verdicts.append(LimitRecord(name=name, kind="exactly", limit=0.0, value=float(value), passed=value == 0))
-        if value:
-            failures.append(f"{value} {what}")
+        if held.misses(name, "exactly", 0.0, value):
+            held.failures.append(f"{value} {what}")
     for name, record in facet_tags.items():
         if record.off_plane is not None:
             compare(
@@ -121,7 +114,7 @@ def judge(
         compare("minimum_dihedral", "at least", options.minimum_dihedral, smallest, f"smallest {degrees}")
         compare("maximum_dihedral", "at most", options.maximum_dihedral, largest, f"largest {degrees}")
         compare("mean_of_mean_ratio", "at least", options.mean_of_mean_ratio, mean, "mean of the mean ratio")
-    return tuple(verdicts), tuple(failures)
+    return tuple(held.limits), tuple(held.failures)
 
 
 def judge_wall_volume(report: QualityReport, difference: float | None) -> QualityReport:
@@ -137,17 +130,14 @@ def judge_wall_volume(report: QualityReport, difference: float | None) -> Qualit
     limit = report.options.maximum_wall_volume_difference
     if limit is None or difference is None:
         return report
-    passed = abs(difference) <= limit
-    verdict = LimitRecord(
-        name="wall_volume_difference", kind="at most", limit=limit, value=abs(difference), passed=passed
-    )
-    more = "more" if difference > 0 else "less"
-    line = (
-        f"the wall of the left ventricle has {abs(difference):.1f} % {more} volume than its labels (what was "
-        f"extrapolated at the apex aside), asked for is at most {limit:g} %; compare the outlines in report.html"
-    )
-    failures = report.failures if passed else (*report.failures, line)
-    return report.model_copy(update={"limits": (*report.limits, verdict), "failures": failures})
+    held = Verdicts()
+    if held.misses("wall_volume_difference", "at most", limit, abs(difference)):
+        more = "more" if difference > 0 else "less"
+        held.failures.append(
+            f"the wall of the left ventricle has {abs(difference):.1f} % {more} volume than its labels (what was "
+            f"extrapolated at the apex aside), asked for is at most {limit:g} %; compare the outlines in report.html"
+        )
+    return held.on(report)
 
 
 def judge_solution(report: QualityReport, solution: SolutionRecord) -> QualityReport:

@@ -159,6 +159,11 @@ class QualityReport(Record):
         verdict = "passed" if self.passed else f"failed: {'; '.join(self.failures)}"
         return f"QualityReport({self.n_points} points, {cells}, {verdict})"
 
+    def worst_few(self, count: int) -> list[WorstElement]:
+        """So many of the worst elements by each measure."""
+        measures = [item.measure for item in self.worst]
+        return [item for k, item in enumerate(self.worst) if measures[:k].count(item.measure) < count]
+
     def raise_if_failed(self) -> Self:
         """Raise where a check failed, else return the report itself.
 

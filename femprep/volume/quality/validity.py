@@ -6,14 +6,14 @@ from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.least_corner import Parts, by_least_corner
 from femprep.mesh.numbering import row_numbers
+from femprep.mesh.topology import components
 from femprep.model import FloatArray, IntArray, VolumeMesh, is_blood
+from femprep.model.blocks import nodes_of
 from femprep.volume.quality.face_table import FaceTable, corner_rings, face_table
 from femprep.volume.quality.neighbours import Neighbours
 from femprep.volume.quality.report import Validity
@@ -35,7 +35,7 @@ def validity(mesh: VolumeMesh, relative_jacobian: FloatArray, faces: Neighbours)
     count, facet = table.count, table.facet_number
     boundary = corner_rings({kind: own.nodes for kind, own in faces.boundary.items()}, 4)
     edges = _BoundaryEdges(boundary)
-    used = used_points(mesh)
+    used = nodes_of(mesh.cells)
     outer = count[facet] == 1
     inward = ~_same_sense(_with_fourth(table.facets[outer]), _with_fourth(table.rings[table.first[facet[outer]]]))
     return Validity(
@@ -104,8 +104,7 @@ class _BoundaryEdges:
         )
         number = number.ravel()
         size = len(rings) + len(self.count)
-        links = (np.ones(len(face), dtype=np.int8), (face, len(rings) + number))
-        self.shells, _ = connected_components(coo_array(links, shape=(size, size)), directed=False)
+        self.shells = int(components(face, len(rings) + number, size).max(initial=-1)) + 1
         # A node per corner of a face. The corner starts one edge and ends the one before: link it to that end of each.
         corner = np.arange(len(start))
         index = np.full(rings.shape, -1, dtype=np.int64)
@@ -116,20 +115,9 @@ class _BoundaryEdges:
         hub = len(start) + 2 * number
         rows = np.concatenate([corner, other])
         hubs = np.concatenate([hub + (start > stop), hub + (stop > start)])
-        graph = coo_array(
-            (np.ones(len(rows), dtype=np.int8), (rows, hubs)), shape=(len(start) + 2 * len(self.count),) * 2
-        )
-        _, label = connected_components(graph, directed=False)
+        label = components(rows, hubs, len(start) + 2 * len(self.count))
         _, one = np.unique(row_numbers(np.stack([start, label[: len(start)]], axis=1)), return_index=True)
         self.pinched = int((np.bincount(start[one]) > 1).sum())
-
-
-def used_points(mesh: VolumeMesh) -> IntArray:
-    """Numbers of the points some element uses."""
-    used = np.zeros(len(mesh.points), dtype=bool)
-    for block in mesh.cells.values():
-        used[block] = True
-    return np.flatnonzero(used)
 
 
 def _duplicate_points(points: npt.NDArray[np.float64]) -> int:

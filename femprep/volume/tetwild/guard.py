@@ -12,7 +12,6 @@ child does not outlive it.
 from __future__ import annotations
 
 import json
-import logging
 import os
 import signal
 import subprocess
@@ -32,8 +31,6 @@ import numpy.typing as npt
 from femprep.errors import DiskFullError, MissingDependencyError, ResourceError, StageError, cannot_write
 from femprep.model import FloatArray, IntArray
 from femprep.volume.room import REMEDY, is_full, require_room, temporary
-
-_log = logging.getLogger(__name__)
 
 #: The script the child runs.
 WORKER: Final = Path(__file__).with_name("worker.py")

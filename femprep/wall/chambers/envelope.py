@@ -24,7 +24,7 @@ from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table, neighbour_mean
 from femprep.model import FloatArray, Notice, Surface, noted
 from femprep.model.notice import spot
-from femprep.model.products import product
+from femprep.model.products import product, unit_vectors
 from femprep.options import WallOptions
 
 logger = logging.getLogger(__name__)
@@ -139,8 +139,7 @@ class Envelope:
         finder = self._finders[number]
         signed, near = finder.sided(points)
         away = points - near.points
-        normal = np.einsum("qk,qkc->qc", near.weights, self._normals[number][finder.triangles[near.triangle]])
-        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+        normal = unit_vectors(near.at(self._normals[number]))
         # On the surface itself the way to the nearest point has no direction: the normal there serves.
         far = near.distance > 1e-6
         gradient = np.where(far[:, None], away / np.where(far, signed, 1.0)[:, None], normal)
@@ -153,9 +152,11 @@ class Envelope:
         room = max(part.thickness for part in self.parts) + max(part.blend for part in self.parts)
         low, high = corners.min(axis=0) - room, corners.max(axis=0) + room
         voxel = max(_FINEST, float((high - low).max()) / _ALONG)
-        count = np.ceil((high - low) / voxel).astype(int) + 2 * PADDING
+        # As far from one end as from the other, so that it does not matter along which axes the image is stored.
+        count = np.ceil((high - low) / voxel - 1e-9).astype(int) + 2 * PADDING
         i, j, k = (int(n) for n in count)
-        grid = Grid((i, j, k), np.full(3, voxel), product(low - PADDING * voxel, axes.T), axes)
+        first = 0.5 * (low + high - (count - 1) * voxel)
+        grid = Grid((i, j, k), np.full(3, voxel), product(first, axes.T), axes)
         return make_object(self._inside(grid), grid, name)
 
     def _inside(self, grid: Grid) -> npt.NDArray[np.bool_]:
@@ -202,8 +203,7 @@ class Envelope:
     def folds(self, surface: Surface) -> int:
         """Number of triangles of a settled surface that cross others, or whose normal is far from the body's."""
         points, triangles = surface.points, surface.triangles
-        way = self.with_gradients(points[triangles].mean(axis=1))[1]
-        way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
+        way = unit_vectors(self.with_gradients(points[triangles].mean(axis=1))[1])
         turned = np.flatnonzero(np.einsum("ij,ij->i", normals(points, triangles), way) < _UPRIGHT)
         return len(np.union1d(turned, self_intersections(points, triangles).ravel()))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,15 +13,15 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.mesh.measures.triangles import vertex_normals
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, Notice, Surface, noted
 from femprep.model.notice import spot
-from femprep.wall.clipping.thickness import spread
+from femprep.model.products import unit_vectors
+from femprep.wall.clipping.thickness import push
 
 logger = logging.getLogger(__name__)
 
-#: Rounds of pushing, and the margin by which each aims beyond the limit.
-_ROUNDS, _MARGIN = 40, 1.05
+#: Margin by which a push aims beyond the limit.
+_MARGIN = 1.05
 
 
 def keep_apart(
@@ -74,17 +75,12 @@ def _give_way(
 ) -> tuple[Surface, dict[str, Any] | None]:
     """Push the vertices of one surface away from another one."""
     finder = ClosestFinder(other.points, other.triangles)
-    edges = edge_table(surface.triangles).nodes
     points = surface.points.copy()
-    lacking, along = _lacking(points, surface, finder, least)
+    lacking, _ = _lacking(points, surface, finder, least)
     if lacking.max() <= 0.0:
         return surface, None
     before, worst = least - float(lacking.max()), points[int(lacking.argmax())].copy()
-    for _ in range(_ROUNDS):
-        lacking, along = _lacking(points, surface, finder, _MARGIN * least)
-        if lacking.max() <= (_MARGIN - 1.0) * least:
-            break
-        points += spread(lacking, edges)[:, None] * along
+    push(points, surface.triangles, least, _MARGIN, partial(_lacking, points, surface, finder))
     moved = float(np.linalg.norm(points - surface.points, axis=1).max())
     reached = least - float(_lacking(points, surface, finder, least)[0].max())
     if reached < 0.9 * least or moved > most:
@@ -115,9 +111,7 @@ def _lacking(
 ) -> tuple[FloatArray, FloatArray]:
     """What each vertex lacks to the least distance, mm (at least 0), and which way leads away."""
     signed, near = finder.sided(points)
-    normal = vertex_normals(finder.points, finder.triangles)
-    along = np.einsum("qk,qkc->qc", near.weights, normal[finder.triangles[near.triangle]])
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+    along = unit_vectors(near.at(vertex_normals(finder.points, finder.triangles)))
     lacking = np.maximum(least - signed, 0.0)
     # A vertex of the other surface may come near the middle of a triangle of this one: its corners have to go.
     own, nearest = ClosestFinder(points, surface.triangles).sided(finder.points)

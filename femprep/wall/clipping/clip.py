@@ -14,7 +14,9 @@ from femprep.errors import InputError
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import border_edges, edge_table, loops_of
 from femprep.model import FloatArray, IntArray, Plane, Surface
+from femprep.model.blocks import numbers_among
 from femprep.model.notice import spot
+from femprep.model.products import unit_vectors
 from femprep.wall.clipping.clipped_surface import Sheet, reach
 from femprep.wall.clipping.sampled import SampledMap
 
@@ -66,7 +68,7 @@ def _cut(sheet: Sheet, number: int, name: str, plane: Plane) -> None:
         side = "cuts all of it away" if not inside else "cuts nothing away"
         raise InputError(
             f"the {name} plane misses surface {sheet.name!r} and {side} (the surface lies {away.min():.2f} to "
-            f"{away.max():.2f} mm from it along its normal); move the plane"
+            f"{away.max():.2f} mm from it along its normal); move the plane, the base by --base-offset or --base"
         )
     away = _snap(sheet, number, plane, away)
     away = _split(sheet, number, plane, away)
@@ -130,8 +132,7 @@ def _split(sheet: Sheet, number: int, plane: Plane, away: FloatArray) -> FloatAr
         raise InputError(f"two planes meet on surface {sheet.name!r} at {spot(where)}; move one of them")
     share = (np.abs(away[crossing[:, 0]]) / np.abs(away[crossing]).sum(axis=1))[:, None]
     ends = sheet.directions[crossing]
-    start = (1.0 - share) * ends[:, 0] + share * ends[:, 1]
-    start /= np.linalg.norm(start, axis=1, keepdims=True)
+    start = unit_vectors((1.0 - share) * ends[:, 0] + share * ends[:, 1])
     found, points, directions = reach(sheet.smooth, plane, start)
     # Where the smooth surface runs along the plane, the point of the edge itself serves.
     chord = (1.0 - share) * sheet.points[crossing[:, 0]] + share * sheet.points[crossing[:, 1]]
@@ -181,9 +182,7 @@ def _pieces(
 def _compress(sheet: Sheet) -> None:
     """Drop vertices that no triangle uses; vertices in a plane that is no rim any more count as inner ones."""
     used = np.unique(sheet.triangles)
-    number = np.full(len(sheet.points), -1)
-    number[used] = np.arange(len(used))
-    sheet.triangles = number[sheet.triangles]
+    sheet.triangles = numbers_among(used, len(sheet.points))[sheet.triangles]
     for name in ("points", "directions", "template", "on_plane"):
         setattr(sheet, name, getattr(sheet, name)[used])
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from femprep.model import BoolArray, FloatArray, IntArray, Plane, SphereMap
-from femprep.model.products import product
+from femprep.model.products import product, unit_vectors
 from femprep.wall.clipping.sampled import SampledMap
 
 #: Least quality Q of a wall's triangles.
@@ -99,8 +99,7 @@ def reach(
         if not len(active):
             break
         tangent = smooth.tangents(directions[active])
-        normal = np.cross(tangent[:, 0], tangent[:, 1])
-        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+        normal = unit_vectors(np.cross(tangent[:, 0], tangent[:, 1]))
         # The steepest way to the plane along the surface is the part of the plane's normal that is tangent to it.
         steepest = plane.normal - product(normal, plane.normal)[:, None] * normal
         square = np.maximum((steepest**2).sum(axis=1), _STEEP**2)

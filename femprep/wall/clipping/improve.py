@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from femprep.mesh.measures.triangles import area_vectors, areas, normals, triangle_quality
+from femprep.mesh.measures.triangles import area_vectors, areas, edge_lengths, normals, triangle_quality, vertex_sums
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import border_edges, edge_table
 from femprep.model import BoolArray, FloatArray, IntArray, SphereMap
 from femprep.wall.clipping.clipped_surface import Sheet, reach
@@ -16,6 +17,9 @@ from femprep.wall.clipping.clipped_surface import Sheet, reach
 _RINGS, _POOR = 3, 0.5
 #: Share of the way to the middle of the neighbours that one sweep goes.
 _RELAX = 0.6
+#: How far vertices may leave the surface as it was behind, in mean edge lengths: those that hold a sharp edge slide to
+#: either side of it, and triangles cut it off. They, and the ring around them, stay then; tries.
+_CUT_OFF, _TRIES = 0.12, 4
 #: An edge flips only where both triangles lie nearly in one plane (cosine of the angle between normals).
 _FLAT = 0.9
 
@@ -30,7 +34,21 @@ def improve(sheet: Sheet, sweeps: int = 8) -> None:
     sweeps : int
         Most sweeps of sliding.
     """
+    points, directions, triangles = sheet.points.copy(), sheet.directions.copy(), sheet.triangles.copy()
+    farthest = _CUT_OFF * float(edge_lengths(points, triangles).mean())
     active = _active(sheet)
+    for _ in range(_TRIES):
+        _improve(sheet, active, sweeps)
+        cut = ClosestFinder(sheet.points, sheet.triangles)(points).distance > farthest
+        if not (cut & active).any():
+            return
+        cut[triangles[cut[triangles].any(axis=1)]] = True
+        active &= ~cut
+        sheet.points, sheet.directions, sheet.triangles = points.copy(), directions.copy(), triangles.copy()
+    _improve(sheet, active, sweeps)
+
+
+def _improve(sheet: Sheet, active: BoolArray, sweeps: int) -> None:
     for _ in range(sweeps):
         _flip(sheet, active)
         if not _slide(sheet, active):
@@ -122,19 +140,9 @@ def _middle(sheet: Sheet) -> FloatArray:
     """Where each vertex would like to be: the centre of area around it; on the rim midway between its neighbours."""
     size = areas(sheet.points, sheet.triangles)
     centre = sheet.points[sheet.triangles].mean(axis=1)
-    total = np.bincount(sheet.triangles.ravel(), weights=np.repeat(size, 3), minlength=len(sheet.points))
-    middle = (
-        np.stack(
-            [
-                np.bincount(
-                    sheet.triangles.ravel(), weights=np.repeat(size * centre[:, k], 3), minlength=len(sheet.points)
-                )
-                for k in range(3)
-            ],
-            axis=1,
-        )
-        / np.maximum(total, 1e-300)[:, None]
-    )
+    own, count = sheet.triangles, len(sheet.points)
+    middle = np.stack([vertex_sums(size * centre[:, k], own, count) for k in range(3)], axis=1)
+    middle /= np.maximum(vertex_sums(size, own, count), 1e-300)[:, None]
     rim = border_edges(sheet.triangles)
     total_rim = np.zeros_like(middle)
     np.add.at(total_rim, rim[:, 0], 0.5 * sheet.points[rim[:, 1]])

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import border_edges
 from femprep.model import FloatArray, IntArray
+from femprep.model.products import unit_vectors
 from femprep.wall.clipping.clipped_surface import LEAST_QUALITY, Sheet
 
 #: An edge of a rim is split where it is longer than this many times its distance from the nearest other rim, and both
@@ -69,8 +70,7 @@ def _split(sheet: Sheet, number: int, edges: IntArray, others: cKDTree) -> int:
     plane = sheet.plane_of(number)
     middle = sheet.points[edges].mean(axis=1)
     middle -= plane.signed_distance(middle)[:, None] * plane.normal
-    direction = sheet.directions[edges].mean(axis=1)
-    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    direction = unit_vectors(sheet.directions[edges].mean(axis=1))
     first = len(sheet.points)
     sheet.points = np.concatenate([sheet.points, middle])
     sheet.directions = np.concatenate([sheet.directions, direction])

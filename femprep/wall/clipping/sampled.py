@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from femprep.mesh.tangents import tangents
 from femprep.model import FloatArray, IntArray
-from femprep.model.products import solve_definite
+from femprep.model.products import solve_definite, unit_vectors
 
 #: Samples each local expansion is fitted to (two rings of a triangulation), and expansions blended at a point.
 _FITTED = 18
@@ -94,8 +94,7 @@ class SampledMap:
         gram = np.einsum("nac,nbc->nab", tangent, tangent)
         gram += 1e-12 * np.trace(gram, axis1=1, axis2=2)[:, None, None] * np.eye(2)
         move = solve_definite(gram, np.einsum("nac,nc->na", tangent, displacement)[..., None])[..., 0]
-        further = self.directions[near] + np.einsum("na,nac->nc", local + move, self._frame[near])
-        return np.asarray(further / np.linalg.norm(further, axis=1, keepdims=True))
+        return unit_vectors(self.directions[near] + np.einsum("na,nac->nc", local + move, self._frame[near]))
 
     def _tangents(self, directions: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
         near = self._nearest(directions, 1)[1][:, 0]

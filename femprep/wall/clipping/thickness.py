@@ -7,8 +7,9 @@ changed sides.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray, Notice, noted
 from femprep.model.notice import spot
-from femprep.model.products import product
+from femprep.model.products import product, unit_vectors
 from femprep.wall.clipping.clipped_surface import Sheet
 from femprep.wall.clipping.sampled import SampledMap
 
@@ -58,9 +59,7 @@ def measure(epi: Sheet, endo: Sheet) -> Thickness:
 def _signed(finder: ClosestFinder, sheet: Sheet, where: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
     """Signed distance from an open sheet, positive on its outer side; its normal at the nearest point, and triangle."""
     near = finder(where)
-    normal = vertex_normals(sheet.points, sheet.triangles)[sheet.triangles[near.triangle]]
-    across = np.einsum("qk,qkc->qc", near.weights, normal)
-    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
+    across = unit_vectors(near.at(vertex_normals(sheet.points, sheet.triangles)))
     side = np.einsum("qc,qc->q", where - near.points, across)
     return np.where(side < 0, -near.distance, near.distance), across, near.triangle
 
@@ -86,17 +85,17 @@ def summary(epi: Sheet, endos: Sequence[Sheet]) -> dict[str, Any]:
     }
 
 
-def require_nested(epi: Sheet, endo: Sheet, share: float = 0.2) -> None:
+def require_nested(epi: Sheet, endo: Sheet) -> None:
     """Refuse an endocardium that is not, by and large, inside the epicardium.
 
     Raises
     ------
     InputError
-        More than the given share of its vertices lies outside.
+        More than a fifth of its vertices lie outside.
     """
     thickness = measure(epi, endo).endo
     outside = thickness < 0
-    if outside.mean() > share:
+    if outside.mean() > 0.2:
         worst = int(thickness.argmin())
         raise InputError(
             f"surface {endo.name!r} does not lie inside surface {epi.name!r}: "
@@ -137,12 +136,8 @@ def push_apart(epi: Sheet, endo: Sheet, limit: float, most: float) -> dict[str, 
     worst_epi, worst_endo = int(before.epi.argmin()), int(before.endo.argmin())
     place = epi.points[worst_epi] if before.epi.min() <= before.endo.min() else endo.points[worst_endo]
     finder = ClosestFinder(endo.points, endo.triangles)
-    edges = edge_table(epi.triangles).nodes
-    for _ in range(_ROUNDS):
-        lacking, along = _lacking(epi, endo, finder, _MARGIN * limit)
-        if lacking.max(initial=0.0) <= (_MARGIN - 1.0) * limit:
-            break
-        epi.points += _within_planes(epi, spread(lacking, edges)[:, None] * along)
+    lacking = partial(_lacking, epi, endo, finder)
+    push(epi.points, epi.triangles, limit, _MARGIN, lacking, partial(_within_planes, epi))
     moved = np.linalg.norm(epi.points - start, axis=1)
     reached = measure(epi, endo).least
     if reached < limit - 1e-9 or moved.max() > most:
@@ -184,8 +179,7 @@ def _lacking(epi: Sheet, endo: Sheet, finder: ClosestFinder, limit: float) -> tu
     outside, across, _ = _signed(finder, endo, epi.points)
     own = vertex_normals(epi.points, epi.triangles)
     # Near a rim or a sharp apex the nearest point's normal jumps; the sheet's own normal steadies it.
-    along = across + own * np.maximum(np.einsum("ij,ij->i", across, own), 0.0)[:, None]
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+    along = unit_vectors(across + own * np.maximum(np.einsum("ij,ij->i", across, own), 0.0)[:, None])
     lacking = np.maximum(limit - outside, 0.0)
     # An endocardial vertex may come near the middle of an epicardial triangle: its corners have to go.
     inside, _, nearest = _signed(ClosestFinder(epi.points, epi.triangles), epi, endo.points)
@@ -194,7 +188,27 @@ def _lacking(epi: Sheet, endo: Sheet, finder: ClosestFinder, limit: float) -> tu
     return lacking, along
 
 
-def spread(push: FloatArray, edges: IntArray) -> FloatArray:
+def push(
+    points: FloatArray,
+    triangles: IntArray,
+    limit: float,
+    margin: float,
+    lacking: Callable[[float], tuple[FloatArray, FloatArray]],
+    held: Callable[[FloatArray], FloatArray] = lambda moves: moves,
+) -> None:
+    """Push vertices in place until they lack no more to a limit, mm, aiming beyond it by a margin.
+
+    ``lacking`` tells what each lacks to a limit and which way leads out; moves are passed through ``held``.
+    """
+    edges = edge_table(triangles).nodes
+    for _ in range(_ROUNDS):
+        short, along = lacking(margin * limit)
+        if short.max(initial=0.0) <= (margin - 1.0) * limit:
+            break
+        points += held(_spread(short, edges)[:, None] * along)
+
+
+def _spread(push: FloatArray, edges: IntArray) -> FloatArray:
     """Let a push fade over the neighbours instead of ending at once; never less than it was."""
     count = np.bincount(edges.ravel(), minlength=len(push))
     result = push.copy()

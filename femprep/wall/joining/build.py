@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -26,8 +25,6 @@ from femprep.wall.clipping.thickness import push_apart, pushed, require_nested, 
 from femprep.wall.joining.checks import check_sheet, check_surface, check_wall
 from femprep.wall.joining.planar import flat_cap
 from femprep.wall.joining.solid import join
-
-logger = logging.getLogger(__name__)
 
 #: Rounds in which the wall beside all endocardia is brought to the least thickness once more.
 _AGAIN = 3

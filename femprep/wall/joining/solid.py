@@ -78,15 +78,8 @@ def join(epi: Sheet, endo: Mapping[str, Sheet]) -> tuple[IntArray, IntArray]:
         # In this frame the base is exactly z = 0: what the vertices on it were projected to.
         turned[: len(sheet.points)][sheet.on_plane == 0, 2] = 0.0
         # Triangles that close a sheet get an identity of their own, so that they can be told apart.
-        own = len(sheet.triangles)
         closing = manifold3d.Manifold.reserve_ids(1)
-        mesh = manifold3d.Mesh64(
-            np.ascontiguousarray(turned),
-            np.ascontiguousarray(triangles, dtype=np.uint64),
-            run_index=np.array([0, 3 * own, 3 * len(triangles)], dtype=np.uint64),
-            run_original_id=np.array([first_id + number, closing], dtype=np.uint32),
-        )
-        solid = manifold3d.Manifold(mesh)
+        solid = _solid(turned, triangles, [0, len(sheet.triangles)], [first_id + number, closing])
         if solid.status() != manifold3d.Error.NoError:
             raise StageError(f"surface {sheet.name!r}, clipped and closed, is no solid: {solid.status().name}")
         if solid.volume() <= 0:
@@ -98,6 +91,19 @@ def join(epi: Sheet, endo: Mapping[str, Sheet]) -> tuple[IntArray, IntArray]:
     if wall.status() != manifold3d.Error.NoError:
         raise StageError(f"the boolean difference of the surfaces failed: {wall.status().name}")
     return _sheet_facets(wall.to_mesh64(), sheets, first_id, rotation, origin)
+
+
+def _solid(points: FloatArray, triangles: IntArray, starts: Sequence[int], ids: Sequence[int]) -> Any:
+    """A solid of triangles, those from each of ``starts`` on with a number that what is cut from it keeps."""
+    import manifold3d
+
+    mesh = manifold3d.Mesh64(
+        np.ascontiguousarray(points),
+        np.ascontiguousarray(triangles, dtype=np.uint64),
+        run_index=np.array([*(3 * s for s in starts), 3 * len(triangles)], dtype=np.uint64),
+        run_original_id=np.array(ids, dtype=np.uint32),
+    )
+    return manifold3d.Manifold(mesh)
 
 
 def _close(sheet: Sheet, plug: float) -> tuple[FloatArray, IntArray]:
@@ -190,13 +196,7 @@ def drill(wall: Wall, holes: Sequence[tuple[str, FloatArray]]) -> Wall:
     first = manifold3d.Manifold.reserve_ids(len(tags) + len(holes))
 
     def solid(points: FloatArray, triangles: IntArray, starts: list[int], ids: list[int]) -> Any:
-        mesh = manifold3d.Mesh64(
-            np.ascontiguousarray(points - origin),
-            np.ascontiguousarray(triangles, dtype=np.uint64),
-            run_index=np.array([*(3 * s for s in starts), 3 * len(triangles)], dtype=np.uint64),
-            run_original_id=np.array(ids, dtype=np.uint32),
-        )
-        made = manifold3d.Manifold(mesh)
+        made = _solid(points - origin, triangles, starts, ids)
         if made.status() != manifold3d.Error.NoError or made.volume() <= 0:
             raise StageError(f"the wall or a hole in it is no solid: {made.status().name}, {made.volume():.4g} mm3")
         return made

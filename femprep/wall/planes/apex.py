@@ -156,7 +156,7 @@ def _pile(seg: Segmentation, obj: LabelObject, options: WallOptions) -> Pile:
     """The slices of the ventricle from apex to base, on the object's grid."""
     stack = read_stack(seg, basal_end=options.basal_end, what="the apex")
     whole = np.moveaxis(obj.mask, stack.axis, 0)
-    cavity = np.moveaxis(_on_grid(seg, obj, "lv"), stack.axis, 0) & whole
+    cavity = np.moveaxis(_on_grid(seg, obj), stack.axis, 0) & whole
     spacing = np.asarray(obj.grid.spacing, dtype=float)
     filled = np.flatnonzero(cavity.any(axis=(1, 2)))
     if not len(filled):
@@ -175,8 +175,8 @@ def _pile(seg: Segmentation, obj: LabelObject, options: WallOptions) -> Pile:
     )
 
 
-def _on_grid(seg: Segmentation, obj: LabelObject, structure: str) -> BoolArray:
-    """Mask of a structure on an object's own grid."""
+def _on_grid(seg: Segmentation, obj: LabelObject) -> BoolArray:
+    """Mask of the left cavity on an object's own grid."""
     first = np.rint(seg.grid.to_index(obj.grid.to_world(np.zeros((1, 3))))[0]).astype(int)
     mask = np.zeros(obj.mask.shape, dtype=bool)
     source, target = [], []
@@ -184,7 +184,7 @@ def _on_grid(seg: Segmentation, obj: LabelObject, structure: str) -> BoolArray:
         low, high = max(start, 0), min(start + want, have)
         source.append(slice(low, high))
         target.append(slice(low - start, high - start))
-    mask[tuple(target)] = seg.mask(structure)[tuple(source)]
+    mask[tuple(target)] = seg.mask("lv")[tuple(source)]
     return mask
 
 

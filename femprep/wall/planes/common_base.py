@@ -60,7 +60,7 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     if chosen.base is not None:
         return given_base(chosen)
     stack = read_stack(seg, basal_end=chosen.basal_end, what="the base")
-    base = base_slice(stack)
+    base = base_slice(seg, stack)
     start, note, notices = base.number, base.note, base_notices(seg, stack, base)
     right = np.moveaxis(seg.mask("rv"), stack.axis, 0)
     area = right.sum(axis=(1, 2))

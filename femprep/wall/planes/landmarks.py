@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 #: in the next one bare: there a wall could only be guessed (4 of the 200 ACDC maps, all with shifted slices).
 _STEPS_IN, _BARE = 2, 0.1
 
+#: A slice may be advised for the base where no more than this share of its cavity's outline is open, and no more than
+#: this beyond the least.
+_GAPING, _ABOUT = 0.5, 0.05
+
 logger = logging.getLogger(__name__)
 
 
@@ -81,7 +85,7 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     if chosen.base is not None:
         return given_base(chosen)
     stack = read_stack(seg, basal_end=chosen.basal_end, what="the base")
-    base = base_slice(stack)
+    base = base_slice(seg, stack)
     source = f"labels: centre of slice {base.number}, {stack.evidence['basal_end']} end basal{base.note}"
     logger.info("base plane: %s; %s", source, stack.evidence)
     notices = base_notices(seg, stack, base)
@@ -147,9 +151,9 @@ def _cavity_below(seg: Segmentation, stack: Stack, number: int) -> float:
     return voxels * float(np.prod(seg.grid.spacing)) / 1000.0
 
 
-def base_slice(stack: Stack) -> BaseSlice:
+def base_slice(seg: Segmentation, stack: Stack) -> BaseSlice:
     """The slice the base of the left ventricle is put in, and what was passed over for it."""
-    first, last = _rings(stack, "the base")
+    first, last = _rings(stack, "the base", seg)
     slice_ = last if stack.basal > 0 else first
     passed = []
     for _ in range(_STEPS_IN):
@@ -202,13 +206,25 @@ def find_apex(seg: Segmentation, *, options: WallOptions | None = None, **change
     return slice_plane(seg, stack, slice_, -stack.basal, 0.0, source)
 
 
-def _rings(stack: Stack, what: str) -> tuple[int, int]:
-    """The run of closed rings, or an error that says where it breaks."""
+def _rings(stack: Stack, what: str, seg: Segmentation | None = None) -> tuple[int, int]:
+    """The run of closed rings, or an error that says where a base could be put all the same, in this label map."""
     first, last = stack.ring
     if last < first:
         slices = np.flatnonzero(stack.cavity)
         raise InputError(
             f"the myocardium closes around the cavity in none of slices {slices[0]} to {slices[-1]}, so {what} "
-            "cannot be found; mend the labels or give a plane by hand"
+            f"cannot be found; mend the labels{'' if seg is None else _nearly_closed(seg, stack)}"
         )
     return first, last
+
+
+def _nearly_closed(seg: Segmentation, stack: Stack) -> str:
+    """The plane of the most basal of the slices that are about as closed as any, as advice; none where all gape."""
+    share = stack.open
+    if share.min() > _GAPING:
+        return ""
+    near = np.flatnonzero(share <= share.min() + _ABOUT)
+    number = int(near[-1] if stack.basal > 0 else near[0])
+    plane = slice_plane(seg, stack, number, stack.basal, 0.0, "")
+    told = ",".join(f"{x + 0.0:.6g}" for x in (*np.round(plane.point, 3), *np.round(plane.normal, 6)))
+    return f", or cut at slice {number}, where {100.0 * share[number]:.0f} % of the outline is open, by --base={told}"

@@ -79,7 +79,7 @@ def base_moved_with_phases(distance: float) -> list[Notice]:
 def _profile(seg: Segmentation, options: WallOptions) -> tuple[FloatArray, FloatArray]:
     """Depths below the own base plane, mm, and the share of the cavity's voxels beyond each, ascending."""
     stack = read_stack(seg, basal_end=options.basal_end, what="the base")
-    slice_ = base_slice(stack).number
+    slice_ = base_slice(seg, stack).number
     area = stack.cavity[:: -stack.basal].astype(float)
     base = len(area) - 1 - slice_ if stack.basal > 0 else slice_
     held = np.flatnonzero(area)

@@ -1,4 +1,4 @@
-"""Label map in, the slices of one ventricle seen along the stack out: areas, closed rings, and which end is basal."""
+"""Label map in, the slices of the left ventricle out: areas, closed rings, and which end is basal."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Stack:
-    """The slices of one ventricle, seen along the stack.
+    """The slices of the left ventricle, seen along the stack.
 
     Attributes
     ----------
     axis : int
         Grid axis of the stack.
-    cavity, muscle : (s,) array
-        Voxels of cavity and of myocardium in each slice of the grid.
+    cavity : (s,) array
+        Voxels of the cavity in each slice of the grid.
     bare : (s,) array
         Share of the cavity in each slice that the next slice towards the base does not cover.
-    closed : (s,) array
-        Whether the myocardium closes around a cavity in the slice.
+    open : (s,) array
+        Share of the cavity's outline in each slice that does not border on myocardium; 1 without cavity.
     basal : int
         +1 where the slices run from apex to base, -1 where they run from base to apex.
     evidence : mapping
@@ -38,11 +38,15 @@ class Stack:
 
     axis: int
     cavity: npt.NDArray[np.int64]
-    muscle: npt.NDArray[np.int64]
     bare: FloatArray
-    closed: BoolArray
+    open: FloatArray
     basal: int
     evidence: dict[str, Any]
+
+    @property
+    def closed(self) -> BoolArray:
+        """Whether the myocardium closes around a cavity in each slice, ``(s,)``."""
+        return np.asarray(self.open == 0.0)
 
     @property
     def ring(self) -> tuple[int, int]:
@@ -59,17 +63,13 @@ class Stack:
         return best
 
 
-def read_stack(
-    seg: Segmentation, cavity: str = "lv", muscle: str = "myo", basal_end: str = "auto", what: str = "the base"
-) -> Stack:
-    """Look at the slices of a ventricle: areas, closed rings, basal end.
+def read_stack(seg: Segmentation, basal_end: str = "auto", what: str = "the base") -> Stack:
+    """Look at the slices of the left ventricle: areas, closed rings, basal end.
 
     Parameters
     ----------
     seg : Segmentation
         The label map.
-    cavity, muscle : str
-        Names of the structures.
     basal_end : {"auto", "first", "last"}
         Which end of the stack is basal, where it is known.
     what : str
@@ -81,20 +81,20 @@ def read_stack(
         A structure is empty, lies in one slice only, or both ends look alike.
     """
     axis = int(seg.stack_axis)
-    inside = np.moveaxis(np.asarray(seg.mask(cavity), dtype=bool), axis, 0)
-    tissue = np.moveaxis(np.asarray(seg.mask(muscle), dtype=bool), axis, 0)
+    inside = np.moveaxis(np.asarray(seg.mask("lv"), dtype=bool), axis, 0)
+    tissue = np.moveaxis(np.asarray(seg.mask("myo"), dtype=bool), axis, 0)
     both = inside | tissue
-    for name, mask in ((cavity, inside), (muscle, tissue)):
+    for name, mask in (("lv", inside), ("myo", tissue)):
         if not mask.any():
             raise InputError(f"structure {name!r} has no voxel, so {what} cannot be found; check the label numbers")
-    closed = np.array([_closes(c, b) for c, b in zip(inside, both)])
+    open_ = np.array([_open(c, b) for c, b in zip(inside, both)])
     cavity_area, muscle_area = (m.sum(axis=(1, 2)).astype(np.int64) for m in (inside, tissue))
     slices = np.flatnonzero(cavity_area + muscle_area)
     if len(slices) < 2:
-        raise InputError(f"{cavity!r} and {muscle!r} lie in slice {slices[0]} alone; {what} needs at least 2 slices")
-    other = cavity == "lv" and "rv" in seg.structures and set(seg.structures["rv"]) <= set(seg.present)
+        raise InputError(f"'lv' and 'myo' lie in slice {slices[0]} alone; {what} needs at least 2 slices")
+    other = "rv" in seg.structures and set(seg.structures["rv"]) <= set(seg.present)
     right = np.moveaxis(seg.mask("rv"), axis, 0).sum(axis=(1, 2)) if other else np.zeros_like(cavity_area)
-    trend, evidence = _trend(cavity_area, muscle_area, right, closed, slices)
+    trend, evidence = _trend(cavity_area, muscle_area, right, open_ == 0.0, slices)
     if basal_end == "auto":
         if trend == 0.0:
             raise InputError(
@@ -107,17 +107,19 @@ def read_stack(
     covering = np.roll(both, -basal, axis=0)
     bare = (inside & ~covering).sum(axis=(1, 2)) / np.maximum(cavity_area, 1)
     evidence["basal_end"] = "last" if basal > 0 else "first"
-    return Stack(axis, cavity_area, muscle_area, bare, closed, basal, evidence)
+    return Stack(axis, cavity_area, bare, open_, basal, evidence)
 
 
-def _closes(cavity: BoolArray, both: BoolArray) -> bool:
-    """Whether every voxel edge of the cavity in this slice borders on myocardium."""
+def _open(cavity: BoolArray, both: BoolArray) -> float:
+    """Share of the pixels next to the cavity in this slice that are no myocardium; beyond the image there is none."""
     if not cavity.any():
-        return False
-    padded = np.pad(cavity, 1)
-    around = padded[2:, 1:-1] | padded[:-2, 1:-1] | padded[1:-1, 2:] | padded[1:-1, :-2]
-    at_border = cavity[0].any() or cavity[-1].any() or cavity[:, 0].any() or cavity[:, -1].any()
-    return not (at_border or (around & ~both).any())
+        return 1.0
+    inside = np.pad(cavity, 1)
+    around = np.zeros_like(inside)
+    around[1:-1, 1:-1] = inside[2:, 1:-1] | inside[:-2, 1:-1] | inside[1:-1, 2:] | inside[1:-1, :-2]
+    around[0], around[-1], around[:, 0], around[:, -1] = inside[1], inside[-2], inside[:, 1], inside[:, -2]
+    around &= ~inside
+    return float((around & ~np.pad(both, 1)).sum() / around.sum())
 
 
 def _trend(

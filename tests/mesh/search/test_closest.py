@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from femprep.errors import InputError
-from femprep.mesh.search.closest import ClosestFinder, signed_distance
+from femprep.mesh.search.closest import ClosestFinder
 
 
 def box():
@@ -26,7 +26,7 @@ def test_signed_distance_of_a_box_is_exact_at_faces_edges_and_corners():
     q = np.random.default_rng(1).uniform(-2.5, 2.5, size=(4000, 3))
     corner = np.array([[2.0, 2, 2], [-2, 2, 0.3], [0.2, 0.1, 3], [0, 0, 0.5], [0.9, 0.9, 0.9]])
     q = np.vstack([q, corner])
-    np.testing.assert_allclose(signed_distance(*box(), q), box_distance(q), atol=1e-14)
+    np.testing.assert_allclose(ClosestFinder(*box()).signed(q), box_distance(q), atol=1e-14)
 
 
 def test_foot_points_lie_on_the_surface_where_the_weights_say():
@@ -69,11 +69,11 @@ def test_a_point_on_a_vertex_has_distance_zero():
 def test_bad_input_is_refused():
     points, cells = box()
     with pytest.raises(InputError, match="not closed"):
-        signed_distance(points, cells[1:], points)
+        ClosestFinder(points, cells[1:]).signed(points)
     flipped = cells.copy()
     flipped[0] = flipped[0, ::-1]
     with pytest.raises(InputError, match="not consistently wound"):
-        signed_distance(points, flipped, points)
+        ClosestFinder(points, flipped).signed(points)
     with pytest.raises(InputError, match="no triangles"):
         ClosestFinder(points, np.empty((0, 3), dtype=int))
     with pytest.raises(InputError, match=r"query points have shape \(3,\)"):

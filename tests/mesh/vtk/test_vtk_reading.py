@@ -47,6 +47,15 @@ def test_a_list_of_cells_that_contradicts_itself(ball: Path) -> None:
         load(ball)
 
 
+def test_a_file_that_ends_the_process_which_reads_it(ball: Path) -> None:
+    """Cells are written otherwise since version 5: the reader of version 4 takes their offsets for cells."""
+    data = ball.read_bytes()
+    assert b"Version 5.1" in data
+    ball.write_bytes(data.replace(b"Version 5.1", b"Version 4.1"))
+    with pytest.raises(fp.FileError, match="damaged: VTK's reader breaks down on it"):
+        fp.read_surface(ball)
+
+
 def test_file_cut_off_in_its_last_array(ball: Path) -> None:
     """VTK says so in a warning, and gives what it has read."""
     data = ball.read_bytes()

@@ -1,0 +1,155 @@
+"""Coverage-guided fuzzing (atheris) of the readers of others' files: what is no refusal is kept, with its input.
+
+    pip install atheris
+    python tests/fuzz/guided.py abaqus --minutes 60 --corpus corpus
+    python tests/fuzz/guided.py --list
+
+One reader a run, in this process: a reader that crashes, waits for longer than 20 s or takes more than 3 GB ends it,
+and libFuzzer leaves the input beside the corpus. An exception that is no refusal is noted once for each place it comes
+from, and the run goes on. Inputs that reach code that none before reached stay in the corpus, so that the next run
+begins with them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import pkgutil
+import shutil
+import sys
+import tempfile
+import traceback
+import warnings
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import atheris
+
+import femprep.mesh
+
+# Compiled functions cannot be followed: they are imported before.
+for module in pkgutil.walk_packages(femprep.mesh.__path__, "femprep.mesh."):
+    import_module(module.name)
+import_module("femprep.export.deck.text")
+
+with atheris.instrument_imports(include=["meshio", "femprep"]):
+    import meshio  # noqa: F401
+
+    import femprep as fp
+    import femprep.export
+    import femprep.image.reading.reader
+    import femprep.surface.given
+
+    for package in (femprep.export, femprep.image, femprep.surface.given):
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            import_module(module.name)
+
+sys.path[:0] = [str(Path(__file__).resolve().parent.parent)]
+
+from fuzz.sources import Sources  # noqa: E402
+
+from femprep.errors import FemprepError  # noqa: E402
+
+SECONDS, MEGABYTES, LONGEST = 20, 3000, 1 << 20
+Reader = tuple[Callable[[Path], Any], list[Path]]
+
+
+def readers(folder: Path) -> dict[str, Reader]:
+    """Each reader by name: what reads a file, and sound files (those beside them are needed too)."""
+    sources = Sources(folder / "sound")
+    found: dict[str, Reader] = {}
+    for path in [*sources.meshes, *sources.foreign]:
+        name = path.parent.name if path.parent.name != "in" else path.stem
+        if path.is_file():
+            found.setdefault(name, (fp.read_mesh, []))[1].append(path)
+    for path in sources.surfaces:
+        found[f"surface{path.suffix}"] = (fp.read_surface, [path])
+    for ending in (".nii", ".nii.gz", ".nrrd", ".mha"):
+        path = folder / f"labels{ending}"
+        fp.write_segmentation(sources.maps["lv"], path)
+        found[f"labels{ending}"] = (lambda path: fp.read_segmentation(path, preset="acdc"), [path])
+    return found
+
+
+class Target:
+    """One reader, fed bytes as one file among its sound neighbours; what it said that it must not say.
+
+    Parameters
+    ----------
+    read : callable
+    sound : Path
+        A file it reads.
+    folder : Path
+        For the files it is to read.
+    kept : Path
+        Folder of what fell short.
+    """
+
+    def __init__(self, read: Callable[[Path], Any], sound: Path, folder: Path, kept: Path) -> None:
+        self.read, self.kept = read, kept
+        place = folder / "in"
+        if sound.parent == folder or sound.parent.name == "surfaces":
+            place.mkdir()
+        else:
+            shutil.copytree(sound.parent, place)
+        self.path = place / sound.name
+        self.told: list[str] = []
+        self.count = self.refused = 0
+
+    def __call__(self, data: bytes) -> None:
+        self.count += 1
+        self.path.write_bytes(data)
+        try:
+            with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere), warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                self.read(self.path)
+        except FemprepError:
+            self.refused += 1
+        except Exception as error:
+            last = traceback.extract_tb(error.__traceback__)[-1]
+            where = f"{type(error).__name__} {Path(last.filename).name}:{last.lineno}"
+            if where not in self.told:
+                self.told.append(where)
+                (self.kept / f"{len(self.told)}-{self.path.name}").write_bytes(data)
+                (self.kept / f"{len(self.told)}.txt").write_text("".join(traceback.format_exception(error)))
+        if self.count % 100 == 1:
+            tally = {"inputs": self.count, "refused": self.refused, "no refusal": self.told}
+            (self.kept / "tally.json").write_text(json.dumps(tally))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("reader", nargs="?", help="which; --list tells")
+    parser.add_argument("--minutes", type=float, default=60.0)
+    parser.add_argument("--corpus", type=Path, default=Path("corpus"), help="folder of inputs, kept between runs")
+    parser.add_argument("--list", action="store_true")
+    given = parser.parse_args()
+    memory = "/dev/shm" if os.path.isdir("/dev/shm") else None
+    with tempfile.TemporaryDirectory(dir=memory) as folder:
+        found = readers(Path(folder))
+        if given.list or given.reader not in found:
+            print("\n".join(found))
+            return
+        read, sound = found[given.reader]
+        corpus, kept = given.corpus / given.reader, given.corpus / f"{given.reader}-kept"
+        for place in (corpus, kept):
+            place.mkdir(parents=True, exist_ok=True)
+        for number, path in enumerate(sound):
+            shutil.copy(path, corpus / f"sound-{number}{path.suffix}")
+        child = os.fork()
+        if not child:  # libFuzzer leaves by _exit(): who comes after it is the parent
+            limits = [f"-max_total_time={int(60 * given.minutes)}", f"-timeout={SECONDS}", f"-rss_limit_mb={MEGABYTES}"]
+            words = [*limits, f"-max_len={LONGEST}", f"-artifact_prefix={kept}/", "-verbosity=0", str(corpus)]
+            atheris.Setup([sys.argv[0], *words], Target(read, sound[0], Path(folder), kept))
+            atheris.Fuzz()
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        tally = json.loads((kept / "tally.json").read_text())
+        print(json.dumps({"reader": given.reader, "status": status, "reached": len(list(corpus.iterdir())), **tally}))
+
+
+if __name__ == "__main__":
+    main()
