@@ -1,6 +1,6 @@
 """A heart's beat in fenicsx-pulse, from femprep's dolfinx folder: filling, contraction, ejection, relaxation.
 
-    python fenicsx_pulse_beat.py OUT/dolfinx RESULT.npz [--fibres ldrb] [--tension 60]
+    python fenicsx_pulse_beat.py OUT/dolfinx RESULT.npz [--fibres ldrb] [--tension 100]
 
 Run by the Python that fenicsx-pulse and cardiac-geometriesx belong to (``examples/07_beating_heart.py`` calls it and
 draws). The folder is of a left ventricle at end-diastole, in metres, with fibres and the pericardium's springs
@@ -19,19 +19,21 @@ import math
 import time
 from pathlib import Path
 
-import dolfinx
-import h5py  # before cardiac_geometries: the libraries that it loads bear no HDF5 after theirs
+# This order is needed where the packages are wheels: their libraries of MPI and HDF5 shut others out.
+import h5py  # isort: skip
 import numpy as np
+
+from mpi4py import MPI  # isort: skip
+import dolfinx  # isort: skip
 import pulse
 import ufl
 from cardiac_geometries.geometry import Geometry
-from mpi4py import MPI
 
 MMHG, ML = 133.322387415, 1e-6
-#: End-diastolic pressure and that of the aorta when its valve opens, mmHg.
-FILLED, AORTA = 10.0, 75.0
+#: End-diastolic pressure, and the aorta's when filling begins, mmHg.
+FILLED, AORTA = 10.0, 95.0
 #: Seconds: the atrium fills until the first, tension rises from there to the second, and is gone at the third.
-FILL, PEAK, END, STEP = 0.30, 0.50, 0.75, 0.01
+FILL, PEAK, END, STEP = 0.30, 0.50, 0.74, 0.02
 
 
 def load(folder: Path) -> Geometry:
@@ -74,13 +76,18 @@ def ldrb(geo: Geometry) -> tuple[dolfinx.fem.Function, dolfinx.fem.Function]:
     return found.f0, found.s0
 
 
+def _corners(mesh: dolfinx.mesh.Mesh) -> np.ndarray:
+    """Numbers of the points of each tetrahedron."""
+    cells = mesh.geometry.dofmaps[0] if hasattr(mesh.geometry, "dofmaps") else mesh.geometry.dofmap
+    return np.asarray(cells)[:, :4]
+
+
 def springs(mesh: dolfinx.mesh.Mesh, folder: Path) -> dolfinx.fem.Function:
     """The pericardium's stiffness at the points of the mesh, kPa/mm."""
     with h5py.File(folder / "mesh.h5", "r") as store:
         given = store["point_data/pericardium"][()]
     stiffness = dolfinx.fem.Function(dolfinx.fem.functionspace(mesh, ("Lagrange", 1)))
-    corners = np.asarray(mesh.geometry.dofmap)[:, :4]
-    stiffness.x.array[stiffness.function_space.dofmap.list] = given[mesh.geometry.input_global_indices][corners]
+    stiffness.x.array[stiffness.function_space.dofmap.list] = given[mesh.geometry.input_global_indices][_corners(mesh)]
     return stiffness
 
 
@@ -89,12 +96,13 @@ def nodes(mesh: dolfinx.mesh.Mesh, u: dolfinx.fem.Function) -> np.ndarray:
     linear = dolfinx.fem.Function(dolfinx.fem.functionspace(mesh, ("Lagrange", 1, (3,))))
     linear.interpolate(u)
     out = np.empty((len(mesh.geometry.x), 3))
-    corners = np.asarray(mesh.geometry.dofmap)[:, :4]
-    out[mesh.geometry.input_global_indices[corners]] = linear.x.array.reshape(-1, 3)[linear.function_space.dofmap.list]
+    out[mesh.geometry.input_global_indices[_corners(mesh)]] = linear.x.array.reshape(-1, 3)[
+        linear.function_space.dofmap.list
+    ]
     return out
 
 
-def main(folder: Path, result: Path, fibres: str = "femprep", tension: float = 60.0) -> dict[str, float]:
+def main(folder: Path, result: Path, fibres: str = "femprep", tension: float = 100.0) -> dict[str, float]:
     """Unload, beat, and save the loop and the two shapes."""
     began = time.process_time()
     geo = load(folder)
@@ -201,6 +209,6 @@ if __name__ == "__main__":
     parser.add_argument("folder", type=Path)
     parser.add_argument("result", type=Path)
     parser.add_argument("--fibres", choices=("femprep", "ldrb"), default="femprep")
-    parser.add_argument("--tension", type=float, default=60.0, help="greatest active tension along the fibres, kPa")
+    parser.add_argument("--tension", type=float, default=100.0, help="greatest active tension along the fibres, kPa")
     given = parser.parse_args()
     main(given.folder, given.result, given.fibres, given.tension)

@@ -8,10 +8,11 @@
 import json
 import sys
 
-import dolfinx
-import h5py  # noqa: F401  # before cardiac_geometries: the libraries that it loads bear no HDF5 after theirs
+# This order is needed where the packages are wheels: their libraries of MPI and HDF5 shut others out.
+import h5py  # noqa: F401  # isort: skip
+from mpi4py import MPI  # isort: skip
+import dolfinx  # isort: skip
 from cardiac_geometries.geometry import Geometry
-from mpi4py import MPI
 
 folder, how = sys.argv[1:]
 if how == "file":
