@@ -70,7 +70,7 @@ def draw(folder: Path, results: dict[str, Path], labels: list[float] | None, pic
     up /= np.linalg.norm(up)
     across = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
     view = np.cross(across / np.linalg.norm(across), up)
-    plotter = pv.Plotter(off_screen=True, shape=(1, 2), window_size=(1000, 560), border=False)
+    plotter = pv.Plotter(off_screen=True, shape=(1, 2), window_size=(1000, 620), border=False)
     centre = shapes["end_diastole"].mean(axis=0)
     for column, (name, points) in enumerate(shapes.items()):
         plotter.subplot(0, column)
@@ -81,7 +81,7 @@ def draw(folder: Path, results: dict[str, Path], labels: list[float] | None, pic
         outline = rest.extract_surface(algorithm=None).slice(normal=view, origin=centre)
         plotter.add_mesh(outline, color="black", line_width=2)
         plotter.add_text(name.replace("_", "-"), font_size=11, color="black")
-        plotter.camera_position = [centre + 330 * view, centre, up]
+        plotter.camera_position = [centre + 230 * view, centre, up]
     image = plotter.screenshot(return_img=True)
     plotter.close()
     figure, axes = plt.subplots(1, 2, figsize=(12, 4.4), gridspec_kw={"width_ratios": [1.75, 1]})
