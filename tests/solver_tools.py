@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 from pathlib import Path
@@ -44,6 +45,26 @@ def _system(command: list[str], folder: Path) -> subprocess.CompletedProcess[str
     keep = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "VIRTUAL_ENV"))}
     environment = {**keep, "PATH": "/usr/bin:/bin", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=600)
+
+
+def dolfinx_python(needs: str) -> list[str]:
+    """The command of the Python that FEMPREP_DOLFINX_PYTHON names, the system's otherwise; skip where it lacks some."""
+    command = shlex.split(os.environ.get("FEMPREP_DOLFINX_PYTHON", SYSTEM_PYTHON))
+    try:
+        there = run_dolfinx_python([*command, "-c", needs]).returncode == 0
+    except OSError:
+        there = False
+    if not there:
+        pytest.skip(f"{command[0]} fails at {needs!r}; name a Python that does not in FEMPREP_DOLFINX_PYTHON")
+    return command
+
+
+def run_dolfinx_python(command: list[str], limit: float = 600) -> subprocess.CompletedProcess[str]:
+    """Run that Python, free of this environment."""
+    keep = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "VIRTUAL_ENV"))}
+    # Debian's ADIOS2 takes its library with MPI, which the readers need, by this alone.
+    keep |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "ADIOS2_ALWAYS_USE_MPI": "1"}
+    return subprocess.run(command, env=keep, capture_output=True, text=True, timeout=limit)
 
 
 def run_calculix(deck: Path) -> subprocess.CompletedProcess[str]:

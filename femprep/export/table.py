@@ -53,7 +53,8 @@ class Format:
     beside : tuple of str
         Names of the files it always writes beside that one, or into that folder.
     optional : tuple of str
-        Names of files in its folder that not every mesh has: those of an earlier mesh go when another is written there.
+        Names of files and folders in its folder that not every mesh has: those of an earlier mesh go when another is
+        written there.
     """
 
     name: str
@@ -142,15 +143,22 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 endings=(),
                 filename="dolfinx/mesh.xdmf",
                 home="xdmf.write:write",
-                program="dolfinx, cardiac_geometries",
+                program="dolfinx, cardiac_geometries, fenicsx-pulse",
                 carries=(
-                    "cell tags, facet tags, names (markers.json), fibres and other cell and point data "
-                    "(cardiac_geometries takes the fibres by examples/cardiac_geometries_fibres.py)"
+                    "cell tags, facet tags, names (markers.json), fibres as a checkpoint (microstructure.bp; in "
+                    "mesh.h5 with all else), other cell and point data"
                 ),
                 elements="tetra, tetra10, hexahedron; of hexahedron20 the corners; others cut into tetrahedra",
                 units="as asked, named in info.json",
-                read_by="dolfinx 0.5; cardiac_geometries 0.12 on dolfinx 0.9, where a Python has them",
-                beside=("mesh.h5", "markers.json", "info.json"),
+                read_by=(
+                    "dolfinx 0.5; cardiac_geometries 0.9 on dolfinx 0.9 and 0.16 on 0.11, fenicsx-pulse 0.9 and 0.12, "
+                    "where FEMPREP_DOLFINX_PYTHON names a Python that has them"
+                ),
+                beside=(
+                    *("mesh.h5", "markers.json", "info.json", "microstructure.json"),
+                    *("markers_mesh.json", "info_mesh.json", "microstructure_mesh.json"),
+                ),
+                optional=("microstructure.bp",),
             ),
             Format(
                 name="fenics",

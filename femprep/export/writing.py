@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -64,16 +65,15 @@ def write_mesh(
     kind.require(content_of(mesh), options)
     path = path.absolute()
     with whole_files(path.parent) as (partial, moved):
-        if kind.folder:
-            made = partial / path.name
-            made.mkdir()
-            kind.writer(mesh, made, path.name, options)
-            stale = [path / name for name in kind.optional if not (made / name).exists()]
-        else:
-            kind.writer(mesh, partial, path.stem, options)
-            stale = []
+        made, home = (partial / path.name, path) if kind.folder else (partial, path.parent)
+        made.mkdir(exist_ok=True)
+        kind.writer(mesh, made, path.name if kind.folder else path.stem, options)
+        stale = [home / name for name in kind.optional if not (made / name).exists()]
     for file in stale:
-        file.unlink(missing_ok=True)
+        if file.is_dir():
+            shutil.rmtree(file)
+        else:
+            file.unlink(missing_ok=True)
     return moved
 
 

@@ -1,4 +1,4 @@
-"""cardiac_geometries takes our dolfinx folder: mesh, tags, markers, info, and by the example's script the fibres.
+"""cardiac_geometries takes our dolfinx folder as it is: mesh, tags, markers, info and fibres.
 
 It needs dolfinx 0.9 or newer: ``FEMPREP_DOLFINX_PYTHON`` names a Python that has both, where the system's has not.
 """
@@ -6,39 +6,21 @@ It needs dolfinx 0.9 or newer: ``FEMPREP_DOLFINX_PYTHON`` names a Python that ha
 from __future__ import annotations
 
 import json
-import os
-import shlex
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from meshes import truncated_ellipsoid, with_fibres
-from solver_tools import SYSTEM_PYTHON
+from solver_tools import dolfinx_python, run_dolfinx_python
 
 from femprep.export import write_format
 from femprep.export.deck.split import to_tetrahedra
 from femprep.model import VolumeMesh
 
-SCRIPT = Path(__file__).parents[2] / "examples" / "cardiac_geometries_fibres.py"
-
-
-def python() -> list[str]:
-    """The command of a Python that has the library; the test is skipped where there is none."""
-    command = shlex.split(os.environ.get("FEMPREP_DOLFINX_PYTHON", SYSTEM_PYTHON))
-    try:
-        found = run([*command, "-c", "import cardiac_geometries"])
-    except OSError:
-        found = None
-    if found is None or found.returncode:
-        pytest.skip(f"{command[0]} has no cardiac_geometries; name a Python that has in FEMPREP_DOLFINX_PYTHON")
-    return command
-
-
-def run(command: list[str]) -> subprocess.CompletedProcess[str]:
-    keep = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "VIRTUAL_ENV"))}
-    return subprocess.run(command, env={**keep, "OMP_NUM_THREADS": "1"}, capture_output=True, text=True, timeout=600)
+SCRIPT = Path(__file__).parent / "cardiac_geometries_read.py"
+#: How each is read, and what must be there for it.
+READERS = {"folder": "import adios2, cardiac_geometries", "file": "import io4dolfinx, cardiac_geometries"}
 
 
 def expected(mesh: VolumeMesh) -> dict[str, Any]:
@@ -56,14 +38,13 @@ def expected(mesh: VolumeMesh) -> dict[str, Any]:
 
 
 @pytest.mark.solver
-@pytest.mark.parametrize("saved", [False, True], ids=["ours", "saved-again"])
+@pytest.mark.parametrize("how", READERS)
 @pytest.mark.parametrize("kind", ["tetra", "tetra10", "wedge"])
-def test_from_folder_gives_tags_and_fibres(kind: str, saved: bool, tmp_path: Path) -> None:
-    command = python()
+def test_it_gives_tags_and_fibres(kind: str, how: str, tmp_path: Path) -> None:
+    command = dolfinx_python(READERS[how])
     mesh = with_fibres(truncated_ellipsoid(kind))
     write_format(mesh, tmp_path, "dolfinx")
-    more = [str(tmp_path / "saved")] if saved else []
-    result = run([*command, str(SCRIPT), str(tmp_path / "dolfinx"), *more])
+    result = run_dolfinx_python([*command, str(SCRIPT), str(tmp_path / "dolfinx"), how])
     assert result.returncode == 0, result.stdout + result.stderr
     line = next(line for line in result.stdout.splitlines() if line.startswith("RESULT"))
     found, wanted = json.loads(line[7:]), expected(mesh)

@@ -17,6 +17,7 @@ from femprep.export.deck.fibres import directions
 from femprep.export.deck.names import facet_names, region_names
 from femprep.export.deck.split import linear, to_tetrahedra
 from femprep.export.deck.units import UNITS
+from femprep.export.xdmf.checkpoint import elements, write_fibres, write_into
 from femprep.model import VolumeMesh, verdict_of
 from femprep.model.verdict import VERDICT
 from femprep.options import ExportOptions
@@ -53,15 +54,16 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     (fibres, sheets, AHA segments) are attributes of the grid ``Mesh`` and arrays ``cell_data/<name>`` of the HDF5
     file, a row per cell of the file: dolfinx' cell i is row ``mesh.topology.original_cell_index[i]``.
 
-    ``cardiac_geometries.Geometry.from_folder`` takes mesh, tags, markers and info from the folder. Fibres it takes from
-    ADIOS checkpoints alone: ``examples/cardiac_geometries_fibres.py`` fills them in, and saves such a folder.
+    ``cardiac_geometries.Geometry.from_folder`` takes mesh, tags, markers, info and fibres from the folder, the last of
+    ``microstructure.bp`` through ADIOS2. Where Python has no ADIOS2, the HDF5 file is a checkpoint of all of it:
+    ``Geometry.from_file(comm, "mesh.h5")`` after ``io4dolfinx.set_default_backend("h5py")``.
 
     Raises
     ------
     InputError
         Data of a cell or point array are no numbers.
     """
-    _write(mesh, folder, stem, options, whole=WHOLE["dolfinx"])
+    write_fibres(folder, _write(mesh, folder, stem, options, whole=WHOLE["dolfinx"], checkpoint=True))
 
 
 def write_fenics(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
@@ -92,7 +94,9 @@ def reduced(mesh: VolumeMesh, whole: tuple[str, ...]) -> str:
     return ""
 
 
-def _write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions, whole: tuple[str, ...]) -> VolumeMesh:
+def _write(
+    mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions, whole: tuple[str, ...], checkpoint: bool = False
+) -> VolumeMesh:
     units = UNITS[options.length_unit]
     note = reduced(mesh, whole)
     if note.endswith(_CORNERS):
@@ -115,12 +119,19 @@ def _write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions, wh
             grid = document.grid(FACET_TAGS, facet_kind, block, "facet_tags")
             document.geometry(grid)
             document.attribute(grid, FACET_TAGS, "Cell", "facet_tags/values", mesh.facet_tag)
+        if checkpoint:
+            write_into(document.store, mesh)
     tags = {name.upper(): [tag, 3] for name, tag in region_names(mesh).items()}
     tags |= {name.upper(): [tag, 2] for name, tag in facet_names(mesh).items()}
     info: dict[str, Any] = {"length_unit": units.length, "units": units.line, "source": "femprep", "changed": note}
     info |= {VERDICT: verdict} if (verdict := verdict_of(mesh)) else {}
-    (folder / "markers.json").write_text(json.dumps(tags, indent=2) + "\n", encoding="utf-8")
-    (folder / "info.json").write_text(json.dumps(info, indent=2) + "\n", encoding="utf-8")
+    texts = {"markers": tags, "info": info}
+    if checkpoint:
+        # from_folder reads the former, from_file on the HDF5 file the latter.
+        texts["microstructure"] = elements(mesh)
+        texts |= {f"{name}_{stem}": text for name, text in texts.items()}
+    for name, text in texts.items():
+        (folder / f"{name}.json").write_text(json.dumps(text, indent=2) + "\n", encoding="utf-8")
     return mesh
 
 
@@ -150,7 +161,7 @@ class Document:
 
         self._path, self._h5 = folder / f"{stem}.xdmf", f"{stem}.h5"
         self._content = BytesIO()  # in memory first: HDF5 does not bear a full disk
-        self._store = h5py.File(self._content, "w")
+        self.store = h5py.File(self._content, "w")
         self._root = ElementTree.Element("Xdmf", {"Version": "3.0"})
         self._points: Mapping[str, str] = {}
         self.domain = ElementTree.SubElement(self._root, "Domain")
@@ -159,7 +170,7 @@ class Document:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        self._store.close()
+        self.store.close()
         if kind is None:
             self._path.with_name(self._h5).write_bytes(self._content.getbuffer())
             ElementTree.indent(self._root)
@@ -171,7 +182,7 @@ class Document:
         if array.dtype.kind not in "biuf":
             raise InputError(f"data {where.rsplit('/', 1)[-1]!r} are {array.dtype}; XDMF holds numbers")
         array = array.astype(np.uint8) if array.dtype.kind == "b" else array
-        self._store.create_dataset(where, data=array, track_times=False)
+        self.store.create_dataset(where, data=array, track_times=False)
         number = {"i": "Int", "u": "UInt", "f": "Float"}[array.dtype.kind]
         size = " ".join(map(str, array.shape))
         attributes = {"Dimensions": size, "NumberType": number, "Precision": str(array.dtype.itemsize), "Format": "HDF"}
