@@ -36,13 +36,13 @@ def acdc(case: str) -> tuple[fp.Segmentation, list[float]]:
     return hearts[order[0]], [volumes[i] for i in order]
 
 
-def beat(command: list[str], folder: Path, result: Path, fibres: str, tension: float) -> dict[str, Any]:
+def beat(command: list[str], folder: Path, result: Path, fibres: str, *options: str) -> dict[str, Any]:
     """Figures of a beat, by the other Python, which must not see this one's packages."""
     clean = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "VIRTUAL_ENV"))}
     clean |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "ADIOS2_ALWAYS_USE_MPI": "1"}
     script = Path(__file__).resolve().parent / "fenicsx_pulse_beat.py"
     done = subprocess.run(
-        [*command, str(script), str(folder), str(result), "--fibres", fibres, "--tension", str(tension)],
+        [*command, str(script), str(folder), str(result), "--fibres", fibres, *options],
         env=clean,
         capture_output=True,
         text=True,
@@ -127,7 +127,10 @@ def main(
     out.mkdir(parents=True, exist_ok=True)
     fp.export.write_format(run.mesh, out, "dolfinx", length_unit="m")
     results = {name: out / f"beat_{name}.npz" for name in (("femprep", "ldrb") if compare else ("femprep",))}
-    figures = {name: beat(shlex.split(command), out / "dolfinx", path, name, tension) for name, path in results.items()}
+    options = ["--tension", str(tension), *(["--mirrored"] if run.mesh.info["fibres"]["mirrored"] else [])]
+    figures = {
+        name: beat(shlex.split(command), out / "dolfinx", path, name, *options) for name, path in results.items()
+    }
     for name, found in figures.items():
         for key, value in found.items():
             print(f"{name:8s} {key:28s} {value:.4g}" if isinstance(value, float) else f"{name:8s} {key:28s} {value}")

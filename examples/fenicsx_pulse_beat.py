@@ -66,12 +66,13 @@ class Windkessel:
         return [into - out, (out - aorta / self.body) / self.compliance]
 
 
-def ldrb(geo: Geometry) -> tuple[dolfinx.fem.Function, dolfinx.fem.Function]:
-    """Fibres and sheets of fenicsx-ldrb on the same mesh, at femprep's angles."""
+def ldrb(geo: Geometry, mirrored: bool) -> tuple[dolfinx.fem.Function, dolfinx.fem.Function]:
+    """Fibres and sheets of fenicsx-ldrb on the same mesh, at femprep's angles; it cannot tell a mirrored heart."""
     import ldrb as rules
 
     markers = {"lv": geo.markers["ENDO"][0], "epi": geo.markers["EPI"][0], "base": geo.markers["BASE"][0]}
-    angles = {"alpha_endo_lv": 60, "alpha_epi_lv": -60, "beta_endo_lv": 0, "beta_epi_lv": 0}
+    helix = -60 if mirrored else 60
+    angles = {"alpha_endo_lv": helix, "alpha_epi_lv": -helix, "beta_endo_lv": 0, "beta_epi_lv": 0}
     found = rules.dolfinx_ldrb(mesh=geo.mesh, ffun=geo.ffun, markers=markers, fiber_space="DG_0", **angles)
     return found.f0, found.s0
 
@@ -102,12 +103,14 @@ def nodes(mesh: dolfinx.mesh.Mesh, u: dolfinx.fem.Function) -> np.ndarray:
     return out
 
 
-def main(folder: Path, result: Path, fibres: str = "femprep", tension: float = 100.0) -> dict[str, float]:
+def main(
+    folder: Path, result: Path, fibres: str = "femprep", tension: float = 100.0, mirrored: bool = False
+) -> dict[str, float]:
     """Unload, beat, and save the loop and the two shapes."""
     began = time.process_time()
     geo = load(folder)
     mesh = geo.mesh
-    f0, s0 = (geo.f0, geo.s0) if fibres == "femprep" else ldrb(geo)
+    f0, s0 = (geo.f0, geo.s0) if fibres == "femprep" else ldrb(geo, mirrored)
     angle = 0.0
     if fibres != "femprep":
         one = dolfinx.fem.form(ufl.acos(ufl.min_value(abs(ufl.inner(f0, geo.f0)), 1.0)) * ufl.dx)
@@ -210,5 +213,6 @@ if __name__ == "__main__":
     parser.add_argument("result", type=Path)
     parser.add_argument("--fibres", choices=("femprep", "ldrb"), default="femprep")
     parser.add_argument("--tension", type=float, default=100.0, help="greatest active tension along the fibres, kPa")
+    parser.add_argument("--mirrored", action="store_true", help="the heart is stored mirrored: so are ldrb's angles")
     given = parser.parse_args()
-    main(given.folder, given.result, given.fibres, given.tension)
+    main(given.folder, given.result, given.fibres, given.tension, given.mirrored)

@@ -86,7 +86,11 @@ def _directions(mesh: VolumeMesh) -> dict[str, FloatArray]:
 def _functions(mesh: VolumeMesh) -> dict[str, dict[str, FloatArray | IntArray]]:
     """Of each direction what a checkpoint says: degrees of freedom cell by cell, where each cell's begin, values."""
     count = 3 * mesh.n_cells
-    shared = {"dofmap": np.arange(count), "XDofmap": np.arange(0, count + 1, 3), "time": np.zeros(1)}
+    shared: dict[str, FloatArray | IntArray] = {
+        "dofmap": np.arange(count),
+        "XDofmap": np.arange(0, count + 1, 3),
+        "time": np.zeros(1),
+    }
     return {name: {**shared, "values": values.ravel()} for name, values in _directions(mesh).items()}
 
 
