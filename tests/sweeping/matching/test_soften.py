@@ -1,4 +1,4 @@
-"""Walls with a ledge, as a shifted slice leaves one: softened there alone, told, and then filled by sound layers."""
+"""Walls with a ledge, as a shifted slice leaves one: filled as they are, else softened there alone, which is told."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from femprep.mesh.patches import PatchSurface
 from femprep.model import Plane, Surface
 from femprep.report.notices import lines
 from femprep.sweeping import sweep
+from femprep.sweeping.matching import match
 from femprep.sweeping.matching.match import match_surfaces
 from femprep.sweeping.matching.soften import soften
 from femprep.template import charge_template
@@ -38,16 +39,31 @@ def test_smooth_walls_are_left_alone(endo) -> None:
     assert lines(matched.info) == []
 
 
+def least_scaled_jacobian(matched) -> float:
+    mesh = sweep(matched, element="wedge")
+    ((kind, cells),) = mesh.cells.items()
+    return float(element_measures(mesh.points, cells, kind)["scaled_jacobian"].min())
+
+
 @pytest.mark.slow
-def test_a_ledge_is_softened_until_layers_are_sound(endo) -> None:
+def test_a_ledge_that_mended_layers_can_fill_is_kept(endo) -> None:
+    epi = ellipsoid((34.0, 34.0, 52.0), "epi", SHIFT)
+    matched = match_surfaces(endo=endo, epi=epi, base=BASE, edge_length=2.5, element="wedge")
+    assert matched.info["softened_mm"] == 0.0
+    assert least_scaled_jacobian(matched) > 0.15
+    # Its edge, the part of the shifted slice farthest out, is the one that was given.
+    assert matched.outer[:, 0].max() > epi.points[:, 0].max() - 1.0
+
+
+@pytest.mark.slow
+def test_a_ledge_is_softened_until_layers_are_as_good_as_asked_for(endo, monkeypatch) -> None:
+    monkeypatch.setattr(match, "_BENT", 2.0)
     epi = ellipsoid((34.0, 34.0, 52.0), "epi", SHIFT)
     matched = match_surfaces(endo=endo, epi=epi, base=BASE, edge_length=2.5, element="wedge")
     assert 0.0 < matched.info["softened_mm"] < 0.5 * SHIFT
     (notice,) = (line for line in lines(matched.info) if "softened" in line)
     assert f"{matched.info['softened_mm']:.1f} mm" in notice
-    mesh = sweep(matched, element="wedge")
-    ((kind, cells),) = mesh.cells.items()
-    assert element_measures(mesh.points, cells, kind)["scaled_jacobian"].min() > 0.15
+    assert least_scaled_jacobian(matched) > 0.15
     # Far from the ledge the epicardium is the one that was given.
     outer = matched.outer_surface.points
     far = outer[(outer[:, 2] < LEDGE - 25.0) | (outer[:, 2] > LEDGE + 20.0)]
