@@ -14,7 +14,8 @@ def test_every_example_has_a_line_a_section_and_a_test() -> None:
     scripts = sorted(EXAMPLES.glob("[0-9]*.py"))
     sections = re.split(r"^## ", FIGURES, flags=re.MULTILINE)[1:]
     assert [script.name for script in scripts] == [re.findall(r"examples/(\w+\.py)", text)[0] for text in sections]
-    tests = "".join(path.read_text() for path in Path(__file__).parent.glob("test_examples_*.py"))
+    here = Path(__file__).parent
+    tests = "".join(path.read_text() for path in (*here.glob("test_examples_*.py"), *here.glob("solvers/test_*.py")))
     for script in scripts:
         assert f"python examples/{script.name}" in FIGURES
         assert f"]({script.name})" in TEXT

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
@@ -15,6 +14,7 @@ import numpy as np
 
 from femprep.errors import FemprepError, FileError, InputError, MissingDependencyError
 from femprep.export.deck.units import units_of
+from femprep.export.ending import ending_files
 from femprep.export.foreign import from_meshio
 from femprep.export.hdf5 import require_hdf5
 from femprep.export.verdict import verdict_in
@@ -126,26 +126,6 @@ def _medit(path: Path) -> VolumeMesh:
     return mesh.with_data(cell=solutions(path, mesh))
 
 
-def _tecplot(path: Path) -> VolumeMesh:
-    """meshio goes on looking for nodes and elements behind the end of the file, for as many as there should be."""
-    with path.open("rb") as file:
-        head = file.read(_HEAD)
-    size = path.stat().st_size
-    for match in re.finditer(rb"\b(NODES|N|ELEMENTS|E)\s*=\s*(\d{1,18})", head, re.IGNORECASE):
-        if int(match[2]) > size:
-            raise FileError(f"{str(path)!r} is damaged: it says {match[0].decode()!r} and has {size} bytes")
-    zone = re.search(rb"\bNODES\s*=\s*(\d+),\s*ELEMENTS\s*=\s*(\d+)", head)
-    kind = re.search(rb"ZONETYPE\s*=\s*(FE\w+)", head)
-    if zone and kind and b"VARLOCATION" not in head:
-        line = re.search(rb"VARIABLES\s*=([^\r\n]*)", head)
-        need = int(zone[1]) * max(3, line[1].count(b'"') // 2 if line else 3)
-        need += int(zone[2]) * {b"FETRIANGLE": 3, b"FEBRICK": 8}.get(kind[1].upper(), 4)
-        there = len(re.findall(rb"(?<!\S)[-+.\d][-+.\deE]*(?!\S)", path.read_bytes()))
-        if there < need:
-            raise FileError(f"{str(path)!r} is damaged: it needs {need} numbers and has {there}")
-    return _meshio(path)
-
-
 def _meshio(path: Path) -> VolumeMesh:
     return from_meshio(meshio_mesh(path))
 
@@ -172,7 +152,7 @@ def meshio_mesh(path: Path) -> Any:
     topological_dimension.setdefault("wedge15", 3)  # meshio 5.3.5 reads it, then stumbles over its own table
     said = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), ending_files():
             return meshio.read(path)
     except ImportError as error:
         raise MissingDependencyError(f"{str(path)!r} needs the package {error.name}; install it with pip") from error
@@ -181,9 +161,6 @@ def meshio_mesh(path: Path) -> Any:
         reason = " ".join(reason.split()) or type(error).__name__
         raise FileError(f"{str(path)!r} is damaged or of an unknown format: {reason}") from error
 
-
-#: Bytes of a file in which its head is looked for.
-_HEAD: Final = 2**16
 
 #: Coordinates from here on, 1000 km in micrometres, are no numbers of a heart: their squares may overflow.
 _FARTHEST: Final = 1e12
@@ -210,6 +187,4 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".med": _med,
     ".msh": _with_unit,
     ".mesh": _medit,
-    ".dat": _tecplot,
-    ".tec": _tecplot,
 }

@@ -23,6 +23,8 @@ from pathlib import Path
 import numpy as np
 
 sys.path[:0] = [str(Path(__file__).resolve().parent.parent)]
+# Each case is run in a fork, which GNU OpenMP does not survive.
+os.environ["NUMBA_THREADING_LAYER"] = "workqueue"
 
 from fuzz.cases import KINDS, REAL, make_case  # noqa: E402
 from fuzz.judge import Outcome, fresh, run  # noqa: E402
