@@ -27,7 +27,7 @@ def stored_by_content(obj: LabelObject, boundary: BoundaryPoints | None = None) 
     The stack's axis becomes the last one, the others are ordered by the spread of the voxels along them; along each the
     voxels are skew to the same side. Both are told from sums of whole numbers, which no rounding changes. Where they
     are equal the voxels are compared one by one; of a mask that is symmetric, so that these are equal as well, the
-    storage next to the heart's own axes is taken, or the one it has where these are not known.
+    storage next to the heart's own axes is taken, or where these are not known one whose axes are a rotation.
 
     Parameters
     ----------
@@ -88,7 +88,8 @@ def _storage(obj: LabelObject) -> _Storage:
     voxels = [np.packbits(_stored(obj.mask, way)).tobytes() for way in ways]
     ways = [way for way, own in zip(ways, voxels) if own == min(voxels)]
     if obj.frame is None:
-        return ways[0]
+        # Of a mask with one plane of symmetry one of the two is left: the one whose axes are a rotation.
+        return next((way for way in ways if np.linalg.det(grid.direction[:, way[0]] * way[1]) > 0.0), ways[0])
     frame: FloatArray = obj.frame
     along = [round(float((obj.grid.direction[:, order] * signs * frame).sum()), _DECIMALS) for order, signs in ways]
     return ways[along.index(max(along))]

@@ -25,6 +25,16 @@ def stacked(turn: float, tilt: float, axis_tilt: float = 0.0):
     return heart, heart.segmentation(SPACING, direction=heart.rotation @ image)
 
 
+def lopsided(seg):
+    """One voxel of the left ventricle given to its wall.
+
+    Of a symmetric mask the heart's axes tell which of its equal storages is fitted; of this one its voxels do.
+    """
+    labels = seg.labels.copy()
+    labels[tuple(np.argwhere(seg.mask("lv"))[0])] = seg.structures["myo"][0]
+    return replace(seg, labels=labels)
+
+
 def in_heart(phantom, points):
     """World points in the phantom's own coordinates."""
     return (points - phantom.origin) @ phantom.rotation
@@ -63,7 +73,7 @@ def test_axes_point_to_base_and_right_ventricle():
 
 @pytest.mark.slow
 def test_the_smooth_surface_does_not_depend_on_it():
-    _, seg = stacked(80.0, 0.0)
+    seg = lopsided(stacked(80.0, 0.0)[1])
     one, other = (fp.fit_surface(s.object("lv"), vertices=600) for s in (seg, orient(seg)))
     np.testing.assert_array_equal(one.shape.surface.points, other.shape.surface.points)
     assert one.volume == pytest.approx(other.volume, rel=1e-4)
@@ -71,7 +81,7 @@ def test_the_smooth_surface_does_not_depend_on_it():
 
 @pytest.mark.slow
 def test_the_harmonic_surface_does_not_depend_on_it():
-    _, seg = stacked(80.0, 0.0)
+    seg = lopsided(stacked(80.0, 0.0)[1])
     one, other = (fp.fit_surface(s.object("lv"), vertices=300, method="paper") for s in (seg, orient(seg)))
     directions = fp.fit_surface(seg.object("lv"), vertices=100).directions
     np.testing.assert_allclose(one.shape(directions), other.shape(directions), atol=1e-12)
