@@ -50,9 +50,12 @@ _ROUNDING, _LEAST_ROUNDING = 3.0, 0.5
 _BELOW: Final = (2.0, 1.0, 0.5, 0.0)
 #: Width over which the grooves between the chambers of the whole heart are rounded, mm.
 _GROOVE: Final = 6.0
-#: How far from another chamber the epicardium follows one alone, mm: from the wall assumed around a right ventricle,
-#: from a labelled one, from any chamber of the whole heart, whose grooves are filled.
-_JOINT: Final = {"assumed": 5.0, "biv": 2.0 * _GROOVE, "whole-heart": 20.0}
+#: How far from another chamber the epicardium follows one alone, mm: from a labelled right ventricle, from any chamber
+#: of the whole heart, whose grooves are filled.
+_JOINT: Final = {"biv": 2.0 * _GROOVE, "whole-heart": 20.0}
+#: The same from the wall assumed around a right ventricle, by the width over which their joint is rounded: there the
+#: rounding lifts the epicardium by a twentieth of that width ((1 - .55)^2 / 4) at most.
+_ROUNDED: Final = 0.55
 
 
 @dataclass(frozen=True)
@@ -200,7 +203,7 @@ def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages:
         enclosed.append(Part(cavities["rv"], thickness, least if walled else _ROUNDING * thickness))
         enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
         epi = _enclose(enclosed, seg, options, report, repaired)
-    clear = _JOINT["biv"] if walled else thickness + _JOINT["assumed"]
+    clear = _JOINT["biv"] if walled else (1.0 + _ROUNDED * _ROUNDING) * thickness
     outlines = _outlines(objects, {**fitted, **cavities}, ("lv", "rv"), ("lv", "rv"), clear)
     return Parts(
         objects,
