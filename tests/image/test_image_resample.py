@@ -49,11 +49,29 @@ def test_shape_interpolation_is_closer_to_the_truth_than_repeating_slices():
     assert wrong < 0.5 * wrong_nearest
 
 
-def test_slices_that_hardly_overlap_fall_back_to_repeating_them():
+def test_slices_that_hardly_overlap_are_joined_along_the_way_between_them():
     mask = np.zeros((20, 8, 4), dtype=bool)
-    mask[1:6, 2:4, 1] = True
-    mask[6:14, 4:6, 2] = True
+    mask[1:7, 2:4, 1] = True
+    mask[6:12, 4:6, 2] = True
     obj = make_object(mask, Grid(mask.shape, (1.0, 1.0, 8.0), np.zeros(3), np.eye(3)), "stairs")
+    fine = isotropic(obj)
+    assert fine.report["resampled_by"] == "shape"
+    assert topology(fine.mask).pieces == 1
+    for height, middle in ((9.0, (3.5 + 0.125 * 5.0, 2.5 + 0.25)), (12.0, (6.0, 3.5)), (15.0, (8.5 - 0.625, 4.25))):
+        points = fine.grid.to_world(np.argwhere(fine.mask))
+        own = points[np.abs(points[:, 2] - height) < 0.51]
+        np.testing.assert_allclose(own[:, :2].mean(axis=0), middle, atol=0.6)
+        # Both slices are 12 mm2.
+        assert len(own) / len(np.unique(own[:, 2])) == pytest.approx(12.0, abs=4.0)
+
+
+def test_slices_whose_middles_lie_outside_fall_back_to_repeating_them():
+    x, y = np.mgrid[:24, :24] - 11.5
+    ring = np.abs(np.hypot(x, y) - 7.75) < 1.25
+    mask = np.zeros((24, 24, 4), dtype=bool)
+    mask[:, :, 1] = ring & (y < 6.0)
+    mask[:, :, 2] = ring & (np.hypot(x - 7.5, y) < 1.8)
+    obj = make_object(mask, Grid(mask.shape, (1.0, 1.0, 8.0), np.zeros(3), np.eye(3)), "open ring")
     fine = isotropic(obj)
     assert fine.report["resampled_by"] == "nearest"
     assert fine.volume == pytest.approx(obj.volume)

@@ -16,7 +16,7 @@ from femprep.model import FloatArray, IntArray, Surface, split_quads
 from femprep.surface.fitting.place import Chart, Connectivity, Placed, place_evenly
 from femprep.surface.fitting.remeshing import redraw
 from femprep.surface.fitting.ways import ACCEPTANCE, WAYS, Attempt, Way
-from femprep.surface.measure.inslice import label_distance
+from femprep.surface.measure.inslice import label_distance, missed_distance
 
 
 class Template(NamedTuple):
@@ -88,7 +88,8 @@ class Outlines:
         except InputError:
             # It has shrunk away from all slices.
             return Off(np.inf, np.inf)
-        return Off(found.nearest / self.pixel, found.farthest / self.pixel)
+        farthest = max(found.farthest, missed_distance(surface, self._obj) if found.skipped else 0.0)
+        return Off(found.nearest / self.pixel, farthest / self.pixel)
 
 
 class Laid(NamedTuple):

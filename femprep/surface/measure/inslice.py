@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from femprep.errors import InputError
 from femprep.image import LabelObject
 from femprep.mesh.plane_sections import plane_sections
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import BoolArray, FloatArray, Plane, Surface
 from femprep.model.record import Record
 from femprep.surface.measure.sections import label_contours
@@ -104,6 +105,16 @@ def label_distance(surface: Surface, obj: LabelObject, *, step: float = STEP) ->
     planes, contours = label_contours(obj)
     sections = plane_sections(surface.points, surface.triangles, planes)
     return _measure(sections, contours, step, f"surface {surface.name!r} and object {obj.name!r}")
+
+
+def missed_distance(surface: Surface, obj: LabelObject) -> float:
+    """Greatest distance, mm, of contours from a surface that does not reach their slices; 0 where there are none."""
+    planes, contours = label_contours(obj)
+    sections = plane_sections(surface.points, surface.triangles, planes)
+    missed = [contour for section, loops in zip(sections, contours) if not section for contour in loops]
+    if not missed:
+        return 0.0
+    return float(ClosestFinder(surface.points, surface.triangles)(np.concatenate(missed)).distance.max())
 
 
 def _measure(

@@ -6,7 +6,7 @@ from surface_shapes import ball_object, box, moved, sphere
 
 from femprep.errors import InputError
 from femprep.model import Plane, Surface
-from femprep.surface.measure.inslice import in_slice_distance, label_distance, nearest_distances
+from femprep.surface.measure.inslice import in_slice_distance, label_distance, missed_distance, nearest_distances
 from femprep.surface.measure.sections import slice_planes
 from femprep.surface.reference import marching_cubes
 
@@ -48,6 +48,13 @@ def test_slices_that_cut_one_surface_alone_are_counted_apart():
     assert (found.slices, found.skipped) == (1, 1)
     with pytest.raises(InputError, match="no slice cuts both"):
         in_slice_distance(sphere(10.0), sphere(20.0), slices([15.0]))
+
+
+def test_slices_that_a_surface_does_not_reach_are_as_far_as_their_outlines():
+    obj, centre = ball_object(20.0, spacing=(0.5, 0.5, 8.0))
+    assert missed_distance(sphere(20.0, tuple(centre), subdivisions=4), obj) == 0.0
+    # The slices at 16 mm are of circles 20 mm away from the middle.
+    assert missed_distance(sphere(12.0, tuple(centre), subdivisions=5), obj) == pytest.approx(8.0, abs=0.5)
 
 
 def test_distance_of_all_samples_converges_where_the_contours_cross():
