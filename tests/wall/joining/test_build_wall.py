@@ -227,6 +227,28 @@ def test_the_final_check_fires():
             check_wall(broken)
 
 
+def test_caps_may_have_poorer_triangles_than_surfaces() -> None:
+    """Their rims lie a millimetre apart where a wall is thin; nothing is smooth there that a needle would spoil."""
+    wall = ellipsoid_wall()
+
+    def with_needle(tag: str, height: float) -> Wall:
+        """A triangle cut in three at a point so far above one of its sides, of the triangle's own height."""
+        row = np.flatnonzero(wall.facet_tag == FACET_TAGS[tag])[0]
+        a, b, c = wall.triangles[row]
+        middle = 0.5 * (1.0 - height) * (wall.points[a] + wall.points[b]) + height * wall.points[c]
+        new = len(wall.points)
+        triangles = np.concatenate([np.delete(wall.triangles, row, 0), [[a, b, new], [b, c, new], [c, a, new]]])
+        tags = np.append(np.delete(wall.facet_tag, row), [FACET_TAGS[tag]] * 3)
+        points, template = np.vstack([wall.points, middle]), np.append(wall.template, -1)
+        return replace(wall, points=points, triangles=triangles, facet_tag=tags, template=template)
+
+    check_wall(with_needle("base", 0.3))
+    with pytest.raises(StageError, match=r"Q = 0\.0\d\d, below 0.2, .*\(epi\)"):
+        check_wall(with_needle("epi", 0.04))
+    with pytest.raises(StageError, match=r"Q = 0\.00\d, below 0.02, .*\(base\)"):
+        check_wall(with_needle("base", 0.04))
+
+
 @pytest.mark.parametrize(("below", "told"), [(2.0, True), (20.0, False)])
 def test_what_crosses_beside_the_base_says_how_to_move_it(below: float, told: bool) -> None:
     """As a phantom of both ventricles on voxels of 0.6 mm does, whose last slice is thin; there 2 mm are enough."""
