@@ -19,27 +19,29 @@ from femprep.model import BoolArray, FloatArray
 MOST_VOXELS: Final = 100_000_000
 
 
-def isotropic(obj: LabelObject, spacing: float | None = None) -> LabelObject:
+def isotropic(obj: LabelObject, spacing: float | None = None, *, along: bool = False) -> LabelObject:
     """Resample an object to isotropic voxels (the paper's section 2.6 needs them to erode it evenly).
 
     Each slice becomes a map of signed in-plane distances to the object's edge; these are interpolated linearly between
-    slices and cut at zero, so that contours move steadily from one slice to the next instead of jumping half-way. Both
-    are moved there by the way between the middles of their outlines: what a stack that is tilted against the heart, or
-    a right ventricle that winds around the left one, shifts by more than its width stays whole. The first and the last
-    slice keep their half thickness outward.
+    slices and cut at zero, so that contours move steadily from one slice to the next instead of jumping half-way. The
+    first and the last slice keep their half thickness outward.
 
     Parameters
     ----------
     obj : LabelObject
     spacing : float, optional
         New voxel size, mm; the smallest of the object's where not given.
+    along : bool
+        Move neighbouring outlines onto each other first, by the way between their middles: what shifts from slice to
+        slice by its width, as a right ventricle that winds around the left one, stays whole. Done in any case where the
+        object would fall into pieces.
 
     Returns
     -------
     LabelObject
         On a grid with the same directions; the object's own voxel centres are kept where the size does not change.
-        ``report`` gains ``resampled_spacing`` and ``resampled_by`` (``"shape"``, or ``"nearest"`` where neighbouring
-        slices overlap so little that interpolated shapes would come apart).
+        ``report`` gains ``resampled_spacing`` and ``resampled_by`` (``"shape"``, or ``"nearest"`` where
+        interpolated shapes would come apart either way).
 
     Raises
     ------
@@ -65,8 +67,12 @@ def isotropic(obj: LabelObject, spacing: float | None = None) -> LabelObject:
             f"{MOST_VOXELS:.0g}; check the voxel sizes of the file, or give them with --spacing"
         )
     centres = [_centres(first[a], last[a], float(obj.grid.spacing[a]), size) for a in range(3)]
-    mask, method = _by_shape(obj, axis, (first[axis], last[axis]), centres), "shape"
-    if len(label_pieces(mask)[1]) != len(label_pieces(obj.mask)[1]):
+    pieces = len(label_pieces(obj.mask)[1])
+    for moved in dict.fromkeys((along, True)):
+        mask, method = _by_shape(obj, axis, (first[axis], last[axis]), centres, moved), "shape"
+        if len(label_pieces(mask)[1]) == pieces:
+            break
+    else:
         nearest = [np.clip(np.rint(c).astype(int), 0, n - 1) for c, n in zip(centres, obj.mask.shape)]
         mask, method = obj.mask[np.ix_(*nearest)], "nearest"
     low, high = bounding_box(mask)
@@ -88,8 +94,8 @@ def _centres(first: int, last: int, old: float, new: float) -> FloatArray:
     return np.asarray(middle + (np.arange(count) - 0.5 * (count - 1)) * (new / old), dtype=np.float64)
 
 
-def _by_shape(obj: LabelObject, axis: int, ends: tuple[int, int], centres: list[FloatArray]) -> BoolArray:
-    """Interpolate signed distances of outlines moved onto each other; holds two slices at a time."""
+def _by_shape(obj: LabelObject, axis: int, ends: tuple[int, int], centres: list[FloatArray], along: bool) -> BoolArray:
+    """Interpolate signed distances, of outlines moved onto each other or not; holds two slices at a time."""
     flat = [a for a in range(3) if a != axis]
     spacing = obj.grid.spacing[flat]
     slices: dict[int, _Distances] = {}
@@ -114,7 +120,7 @@ def _by_shape(obj: LabelObject, axis: int, ends: tuple[int, int], centres: list[
         one = other = distances(below)
         if weight > 0.0:
             other = distances(below + 1)
-        way = other.middle - one.middle
+        way = other.middle - one.middle if along else np.zeros(2)
         values = (1.0 - weight) * one.moved(weight * way) + weight * other.moved((weight - 1.0) * way)
         stacked[row] = values > 0.0
     return out

@@ -54,7 +54,7 @@ def test_slices_that_hardly_overlap_are_joined_along_the_way_between_them():
     mask[1:7, 2:4, 1] = True
     mask[6:12, 4:6, 2] = True
     obj = make_object(mask, Grid(mask.shape, (1.0, 1.0, 8.0), np.zeros(3), np.eye(3)), "stairs")
-    fine = isotropic(obj)
+    fine = isotropic(obj, along=True)
     assert fine.report["resampled_by"] == "shape"
     assert topology(fine.mask).pieces == 1
     for height, middle in ((9.0, (3.5 + 0.125 * 5.0, 2.5 + 0.25)), (12.0, (6.0, 3.5)), (15.0, (8.5 - 0.625, 4.25))):
@@ -72,7 +72,7 @@ def test_slices_whose_middles_lie_outside_fall_back_to_repeating_them():
     mask[:, :, 1] = ring & (y < 6.0)
     mask[:, :, 2] = ring & (np.hypot(x - 7.5, y) < 1.8)
     obj = make_object(mask, Grid(mask.shape, (1.0, 1.0, 8.0), np.zeros(3), np.eye(3)), "open ring")
-    fine = isotropic(obj)
+    fine = isotropic(obj, along=True)
     assert fine.report["resampled_by"] == "nearest"
     assert fine.volume == pytest.approx(obj.volume)
 

@@ -23,6 +23,8 @@ _FINEST, _COARSEST = 1.0, 3.0
 _LEAST_VOXELS: Final = 1000
 #: How far outside of the voxels the mesh may run, in those voxels, step by step, until it is a ball's.
 _OFFSETS: Final = (0.0, 0.7, 1.4, 2.1, 2.8, 3.5)
+#: Voxels around the object that leave room for that.
+_ROOM: Final = int(np.ceil(_OFFSETS[-1])) + 2
 #: Smoothing of the mesh: passes and pass band of Taubin's filter.
 _PASSES: Final = 20
 _PASS_BAND: Final = 0.05
@@ -49,13 +51,27 @@ def outlines(obj: LabelObject, count: int) -> tuple[tuple[FloatArray, IntArray],
     StageError
         The mesh is not a ball's at any distance from the voxels that was tried.
     """
-    from scipy.ndimage import distance_transform_edt, gaussian_filter
-
     finest = min(_FINEST, _edge(obj.volume / _LEAST_VOXELS))
     voxel = float(np.clip(_edge(obj.volume / _VOXELS), finest, _COARSEST))
     even = isotropic(obj, voxel)
-    room = int(np.ceil(_OFFSETS[-1])) + 2
-    mask = np.pad(even.mask, room)
+    index, cells = _ball(even)
+    if not _reaches(obj, even.grid.to_world(index - _ROOM)):
+        even = isotropic(obj, voxel, along=True)
+        index, cells = _ball(even)
+    fine = taubin(index, cells, _PASSES, _PASS_BAND), cells
+
+    def along(index: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
+        points = even.grid.to_world(index - _ROOM) - obj.barycentre
+        return points, cells if volume(points, cells) > 0.0 else np.ascontiguousarray(cells[:, ::-1])
+
+    return along(*fine), along(*coarser(*fine, count))
+
+
+def _ball(even: LabelObject) -> tuple[FloatArray, IntArray]:
+    """A closed mesh of a ball's kind around even voxels: vertices in their indices, padded, and triangles."""
+    from scipy.ndimage import distance_transform_edt, gaussian_filter
+
+    mask = np.pad(even.mask, _ROOM)
     # In voxels, positive inside.
     depth = np.where(mask, distance_transform_edt(mask) - 0.5, 0.5 - distance_transform_edt(~mask))
     depth = gaussian_filter(depth, 1.0)
@@ -71,17 +87,18 @@ def outlines(obj: LabelObject, count: int) -> tuple[tuple[FloatArray, IntArray],
         if is_closed(cells) and euler_characteristic(cells) == 2:
             break
     else:
-        raise StageError(
-            f"object {obj.name!r} has tunnels too wide to be closed by {_OFFSETS[-1] * voxel:.1f} mm around its voxels"
-        )
+        widest = _OFFSETS[-1] * float(even.grid.spacing[0])
+        raise StageError(f"object {even.name!r} has tunnels too wide to be closed by {widest:.1f} mm around its voxels")
     used, cells = np.unique(cells, return_inverse=True)
-    fine = taubin(index[used], cells.reshape(-1, 3), _PASSES, _PASS_BAND), cells.reshape(-1, 3)
+    return index[used], cells.reshape(-1, 3)
 
-    def along(index: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
-        points = even.grid.to_world(index - room) - obj.barycentre
-        return points, cells if volume(points, cells) > 0.0 else np.ascontiguousarray(cells[:, ::-1])
 
-    return along(*fine), along(*coarser(*fine, count))
+def _reaches(obj: LabelObject, points: FloatArray) -> bool:
+    """Whether points lie on both sides of the middles of an object's first and last slice."""
+    across = tuple(axis for axis in range(3) if axis != obj.stack_axis)
+    slices = np.flatnonzero(obj.mask.any(axis=across))
+    height = obj.grid.to_index(points)[:, obj.stack_axis]
+    return bool(height.min() < slices[0] and height.max() > slices[-1])
 
 
 def _edge(volume: float) -> float:
