@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -135,6 +136,13 @@ class _Distances:
 
     def moved(self, way: FloatArray) -> FloatArray:
         """The slice moved by so many pixels along each of its axes."""
+        return self._sampled(way) if way.any() else self._at_rest
+
+    @cached_property
+    def _at_rest(self) -> FloatArray:
+        return self._sampled(np.zeros(2))
+
+    def _sampled(self, way: FloatArray) -> FloatArray:
         signed = self._signed
         for axis, centres in enumerate(self._centres):
             signed = _linear(signed, centres - self._offset[axis] - way[axis], axis)
