@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 import femprep as fp
+from femprep.export import write_format
 from femprep.phantoms import lv_ellipsoid
 
 
@@ -125,7 +126,7 @@ def main(
         pericardium=fp.PericardiumOptions(),
     )
     out.mkdir(parents=True, exist_ok=True)
-    fp.export.write_format(run.mesh, out, "dolfinx", length_unit="m")
+    write_format(run.mesh, out, "dolfinx", length_unit="m")
     results = {name: out / f"beat_{name}.npz" for name in (("femprep", "ldrb") if compare else ("femprep",))}
     options = ["--tension", str(tension), *(["--mirrored"] if run.mesh.info["fibres"]["mirrored"] else [])]
     figures = {

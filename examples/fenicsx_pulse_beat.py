@@ -77,7 +77,7 @@ def ldrb(geo: Geometry, mirrored: bool) -> tuple[dolfinx.fem.Function, dolfinx.f
     return found.f0, found.s0
 
 
-def _corners(mesh: dolfinx.mesh.Mesh) -> np.ndarray:
+def corners(mesh: dolfinx.mesh.Mesh) -> np.ndarray:
     """Numbers of the points of each tetrahedron."""
     cells = mesh.geometry.dofmaps[0] if hasattr(mesh.geometry, "dofmaps") else mesh.geometry.dofmap
     return np.asarray(cells)[:, :4]
@@ -88,7 +88,7 @@ def springs(mesh: dolfinx.mesh.Mesh, folder: Path) -> dolfinx.fem.Function:
     with h5py.File(folder / "mesh.h5", "r") as store:
         given = store["point_data/pericardium"][()]
     stiffness = dolfinx.fem.Function(dolfinx.fem.functionspace(mesh, ("Lagrange", 1)))
-    stiffness.x.array[stiffness.function_space.dofmap.list] = given[mesh.geometry.input_global_indices][_corners(mesh)]
+    stiffness.x.array[stiffness.function_space.dofmap.list] = given[mesh.geometry.input_global_indices][corners(mesh)]
     return stiffness
 
 
@@ -97,7 +97,7 @@ def nodes(mesh: dolfinx.mesh.Mesh, u: dolfinx.fem.Function) -> np.ndarray:
     linear = dolfinx.fem.Function(dolfinx.fem.functionspace(mesh, ("Lagrange", 1, (3,))))
     linear.interpolate(u)
     out = np.empty((len(mesh.geometry.x), 3))
-    out[mesh.geometry.input_global_indices[_corners(mesh)]] = linear.x.array.reshape(-1, 3)[
+    out[mesh.geometry.input_global_indices[corners(mesh)]] = linear.x.array.reshape(-1, 3)[
         linear.function_space.dofmap.list
     ]
     return out

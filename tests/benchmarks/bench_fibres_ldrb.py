@@ -30,7 +30,7 @@ def inside(folder: Path) -> None:
 
     geo = beat.load(folder / "dolfinx")
     fibre, _ = beat.ldrb(geo, mirrored=False)
-    corners = beat._corners(geo.mesh)
+    corners = beat.corners(geo.mesh)
     np.savez(folder / "ldrb.npz", middle=geo.mesh.geometry.x[corners].mean(axis=1), fibre=fibre.x.array.reshape(-1, 3))
 
 
