@@ -13,8 +13,10 @@ from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import volume
 from femprep.model import FloatArray, IntArray, Surface, split_quads
-from femprep.surface.fitting.place import Chart, Connectivity, Placed, place_evenly
+from femprep.surface.fitting.chart import Chart
+from femprep.surface.fitting.place import Placed, place_evenly
 from femprep.surface.fitting.remeshing import redraw
+from femprep.surface.fitting.slide import Connectivity
 from femprep.surface.fitting.ways import ACCEPTANCE, WAYS, Attempt, Way
 from femprep.surface.measure.inslice import label_distance, missed_distance
 

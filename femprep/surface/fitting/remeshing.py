@@ -13,7 +13,9 @@ from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.intersection import self_intersections
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import product
-from femprep.surface.fitting.place import Goal, Placed, Slid, slide_evenly, sphere_turned
+from femprep.surface.fitting.chart import sphere_turned
+from femprep.surface.fitting.place import Placed
+from femprep.surface.fitting.slide import Goal, Slid, slide_evenly
 
 #: A mesh is drawn from one that has at least so many times as many vertices.
 _FINER: Final = 1.5

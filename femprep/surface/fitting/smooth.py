@@ -20,10 +20,12 @@ from femprep.surface.estimate import estimate_surface
 from femprep.surface.estimate.chords import outset
 from femprep.surface.estimate.observations import Evidence
 from femprep.surface.estimate.outline import outlines
+from femprep.surface.fitting.chart import Chart
 from femprep.surface.fitting.laying import Laid, Laying, Outlines, Template
-from femprep.surface.fitting.place import Chart, Connectivity, Goal, placed_or_flipped
+from femprep.surface.fitting.place import placed_or_flipped
 from femprep.surface.fitting.placed_parametrisation import PlacedShape
 from femprep.surface.fitting.remeshing import even_mesh
+from femprep.surface.fitting.slide import Connectivity, Goal
 from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, WAYS, Attempt, Beginning
 from femprep.template import charge_template
 

@@ -22,8 +22,8 @@ from femprep.model.products import unit_vectors
 from femprep.options import SurfaceOptions
 from femprep.surface.estimate.chords import outset
 from femprep.surface.fitting.laying import Laid, Laying, Off, Template
-from femprep.surface.fitting.place import Goal
 from femprep.surface.fitting.placed_parametrisation import PlacedShape
+from femprep.surface.fitting.slide import Goal
 from femprep.surface.fitting.ways import WAYS
 from femprep.surface.given.beyond import closed_beyond
 from femprep.surface.given.lid import without_lid

@@ -15,7 +15,8 @@ from femprep.mesh.patches import PatchSurface
 from femprep.mesh.topology import volume
 from femprep.model import FloatArray, IntArray, split_quads
 from femprep.model.products import product, unit_vectors
-from femprep.surface.fitting.place import Chart, Connectivity, Goal, slide_evenly
+from femprep.surface.fitting.chart import Chart
+from femprep.surface.fitting.slide import Connectivity, Goal, slide_evenly
 from femprep.surface.harmonic.shape import HarmonicShape
 from femprep.surface.harmonic.soundness import Faults, find_faults
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.model import FloatArray, IntArray, Notice, records, split_quads
-from femprep.surface.fitting.place import Connectivity
+from femprep.surface.fitting.slide import Connectivity
 from femprep.surface.harmonic.even import even_out
 from femprep.surface.harmonic.field import Field
 from femprep.surface.harmonic.leastsquares import fit_spline

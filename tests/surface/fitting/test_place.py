@@ -11,7 +11,9 @@ from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import volume
 from femprep.model import FloatArray
-from femprep.surface.fitting.place import Chart, Goal, place_evenly
+from femprep.surface.fitting.chart import Chart
+from femprep.surface.fitting.place import place_evenly
+from femprep.surface.fitting.slide import Goal
 from femprep.template import charge_template
 from femprep.template.cubed import cubed_sphere
 
