@@ -178,3 +178,20 @@ def grown(mesh: VolumeMesh) -> VolumeMesh:
         tags.append(tag[tag > 0])
     assert all(ELEMENTS[kind].quadratic for kind in big.cells)
     return replace(big, facets=facets, facet_tag=np.concatenate(tags))
+
+
+def open_valves(mesh: VolumeMesh, centres: dict[tuple[str, str], np.ndarray], axis: int = 0) -> VolumeMesh:
+    """The mesh with parts of its base as rings of valves: of each ventricle one on either side of its centre.
+
+    ``centres`` has the ventricle's centre by (name below it, name above it); a facet belongs to the nearest one. What
+    lies between the two along the axis, 35 degrees of the ring, stays base.
+    """
+    middle = np.concatenate([mesh.points[block].mean(axis=1) for block in mesh.facets.values()])
+    tag, base = mesh.facet_tag.copy(), mesh.facet_tag == FACET_TAGS["base"]
+    away = np.stack([np.hypot(*(middle - at)[:, :2].T) for at in centres.values()])
+    for number, (names, at) in enumerate(centres.items()):
+        own = base & (away.argmin(axis=0) == number)
+        share = (middle - at)[:, axis] / np.maximum(away[number], 1e-9)
+        for name, beyond in zip(names, (share < -0.3, share > 0.3)):
+            tag[own & beyond] = FACET_TAGS[name]
+    return replace(mesh, facet_tag=tag)

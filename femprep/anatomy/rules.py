@@ -98,7 +98,7 @@ def _toward_valves(fields: WallFields) -> tuple[FloatArray, FloatArray]:
     space, found = fields.space, {}
     for ventricle in ("lv", "rv") if fields.biventricular else ("lv",):
         inflow, outflow, share = valve_fields(fields, ventricle)
-        ways = [unit_vectors(space.to_nodes(space.gradient(field))) for field in (inflow, outflow)]
+        ways = [space.to_nodes(space.gradient(field)) for field in (inflow, outflow)]
         share = np.clip(share, 0.0, 1.0)
         found[ventricle] = unit_vectors((1 - share)[:, None] * ways[0] + share[:, None] * ways[1]), share
     if not fields.biventricular:

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from anatomy_meshes import ellipsoid
+from anatomy_meshes import ellipsoid, open_valves
 
 import femprep as fp
 from femprep.anatomy import WallFields
@@ -22,17 +22,7 @@ from femprep.model.blocks import chosen_rows
 def opened(kind: str = "hexahedron", size: int = 6) -> fp.VolumeMesh:
     """The ellipsoid, its base the mitral ring on one side and the aortic one on the other, 35 degrees between them."""
     mesh = ellipsoid(kind, size=size, layers=3).mesh
-    tag, first = mesh.facet_tag.copy(), 0
-    for block in mesh.facets.values():
-        own = slice(first, first + len(block))
-        centre = mesh.points[block].mean(axis=1)
-        x = centre[:, 0] / np.maximum(np.hypot(centre[:, 0], centre[:, 1]), 1e-9)
-        base = tag[own] == FACET_TAGS["base"]
-        tag[own] = np.where(
-            base & (x < -0.3), FACET_TAGS["mitral"], np.where(base & (x > 0.3), FACET_TAGS["aortic"], tag[own])
-        )
-        first += len(block)
-    return replace(mesh, facet_tag=tag)
+    return open_valves(mesh, {("mitral", "aortic"): np.zeros(3)})
 
 
 def angles(mesh: fp.VolumeMesh, **options) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
