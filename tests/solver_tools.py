@@ -106,6 +106,22 @@ def pressure_loads(mesh: VolumeMesh, pressure: float, tag: int = FACET_TAGS["end
     return loads
 
 
+def robin_force(mesh: VolumeMesh, displacement: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    """Force ``(3,)`` on an epicardium with stiffnesses at its points, against what it moves along its moved normal."""
+    force = np.zeros(3)
+    first = 0
+    for kind, block in mesh.facets.items():
+        chosen = block[mesh.facet_tag[first : first + len(block)] == FACET_TAGS["epi"]]
+        first += len(block)
+        for weight, values, slopes in _rule(kind):
+            tangents = np.einsum("fnx,nd->fdx", (mesh.points + displacement)[chosen], slopes)
+            area = np.cross(tangents[:, 0], tangents[:, 1])
+            normal = area / np.linalg.norm(area, axis=1, keepdims=True)
+            along = np.sum(normal * np.einsum("fnx,n->fx", displacement[chosen], values), axis=1)
+            force -= weight * ((stiffness[chosen] @ values) * along) @ area
+    return force
+
+
 def _rule(kind: str) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """Weight, shape functions and their slopes at the points of a rule that is exact enough for a facet."""
     if FACET_CORNERS[kind] == 3:

@@ -20,6 +20,7 @@ from femprep.annotation.ways import WAYS, Way
 from femprep.errors import FemprepError, InputError
 from femprep.export.deck.names import FOREIGN
 from femprep.mesh.measures.tetrahedra import tetra_volumes
+from femprep.mesh.operations.turned import turned_cells
 from femprep.model import FACET_TAGS, REGION_TAGS, Notice, Plane, Progress, TagArray, VolumeMesh, noted, with_verdict
 from femprep.model.blocks import chosen_rows, nodes_of, numbers_among
 from femprep.model.stages import Stages
@@ -31,8 +32,6 @@ _log = logging.getLogger(__name__)
 
 #: Above this share, negative tetrahedra are those of a program that does not mind their sense.
 _SENSELESS = 0.1
-#: The same tetrahedron seen the other way round, by type.
-_TURNED = {"tetra": [1, 0, 2, 3], "tetra10": [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
 
 
 @takes(AnnotateOptions)
@@ -114,11 +113,11 @@ def _in_millimetres(mesh: VolumeMesh, options: AnnotateOptions) -> tuple[VolumeM
 def _positive(mesh: VolumeMesh) -> VolumeMesh:
     """Tetrahedra turned where the file lists them the other way round; a few negative ones are inverted, and stay."""
     cells, turned = dict(mesh.cells), 0
-    for kind, order in _TURNED.items():
+    for kind in ("tetra", "tetra10"):
         if kind in cells:
             negative = tetra_volumes(mesh.points, cells[kind][:, :4]) < 0
             if negative.mean() > _SENSELESS:
-                cells[kind] = np.where(negative[:, None], cells[kind][:, order], cells[kind])
+                cells[kind] = np.where(negative[:, None], turned_cells(kind, cells[kind]), cells[kind])
                 turned += int(negative.sum())
     if not turned:
         return mesh

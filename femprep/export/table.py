@@ -202,7 +202,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 program="FEBio 4",
                 carries=(
                     "parts, regions and AHA segments (ElementSet), facet tags (NodeSet, Surface), fibres and sheets "
-                    "(mat_axis), three materials and an inflation step on request"
+                    "(mat_axis), springs of the pericardium, three materials and an inflation step on request"
                 ),
                 elements="all",
                 units="as asked, named in the file",

@@ -10,14 +10,11 @@ import numpy.typing as npt
 
 from femprep.anatomy.axes.ventricular_axes import VentricularAxes
 from femprep.errors import InputError
-from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
-from femprep.model import FloatArray, IntArray, Plane, VolumeMesh
+from femprep.mesh.operations.turned import turned_cells, turned_facets
+from femprep.model import FloatArray, Plane, VolumeMesh
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
-
-#: Corners in the order that turns a mirrored element the right way round.
-_TURNED = {4: (1, 0, 2, 3), 6: (0, 2, 1, 3, 5, 4), 8: (0, 3, 2, 1, 4, 7, 6, 5)}
 
 #: Data that are vectors and mirrored with the heart.
 _VECTORS = ("fiber", "sheet", "normal")
@@ -91,8 +88,8 @@ def _flip_mesh(mesh: VolumeMesh, plane: Plane | None) -> VolumeMesh:
     return replace(
         mesh,
         points=point(mesh.points),
-        cells={name: _turn_cells(name, block) for name, block in mesh.cells.items()},
-        facets={name: _turn_facets(name, block) for name, block in mesh.facets.items()},
+        cells={name: turned_cells(name, block) for name, block in mesh.cells.items()},
+        facets={name: turned_facets(name, block) for name, block in mesh.facets.items()},
         cell_data=data(mesh.cell_data),
         point_data=data(mesh.point_data),
         facet_data=data(mesh.facet_data),
@@ -100,20 +97,3 @@ def _flip_mesh(mesh: VolumeMesh, plane: Plane | None) -> VolumeMesh:
         info=info,
         purkinje=mesh.purkinje and replace(mesh.purkinje, points=point(mesh.purkinje.points)),
     )
-
-
-def _turn_cells(name: str, block: IntArray) -> IntArray:
-    kind = ELEMENTS[name]
-    order = list(_TURNED[kind.corners])
-    if kind.quadratic:
-        number = {frozenset(edge): kind.corners + k for k, edge in enumerate(kind.edges)}
-        order += [number[frozenset((order[i], order[j]))] for i, j in kind.edges]
-    return block[:, order]
-
-
-def _turn_facets(name: str, block: IntArray) -> IntArray:
-    corners = FACET_CORNERS[name]
-    order = [0, *range(corners - 1, 0, -1)]
-    if block.shape[1] > corners:
-        order += list(range(2 * corners - 1, corners - 1, -1))
-    return block[:, order]

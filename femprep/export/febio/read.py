@@ -13,6 +13,7 @@ import numpy as np
 from femprep.errors import FileError, InputError
 from femprep.export.deck.parts import Parts, rows_of_nodes
 from femprep.export.deck.units import units_of
+from femprep.export.febio.step import INWARD
 from femprep.export.febio.write import FEBIO_FACETS, FEBIO_TYPES
 from femprep.model import FloatArray, IntArray, VolumeMesh
 
@@ -57,6 +58,8 @@ def read(path: Path) -> VolumeMesh:
         parts.cells.append((_KINDS[kind], rows, np.full(len(rows), region), axes.get(name, {})))
         numbers.append((_KINDS[kind], [int(element.get("id", "0")) for element in block]))
     for surface in found.iterfind("Surface"):
+        if surface.get("name") == INWARD:
+            continue
         by_type: dict[str, list[ElementTree.Element]] = {}
         for facet in surface:
             by_type.setdefault(facet.tag, []).append(facet)

@@ -9,14 +9,15 @@ from typing import Final
 
 import numpy as np
 
-from femprep.export.abaqus.step import endocardium
 from femprep.export.deck.fibres import directions, orthotropic, segments
 from femprep.export.deck.material import shear_and_bulk
 from femprep.export.deck.names import facet_names, facet_nodes, region_names
 from femprep.export.deck.springs import RING, ring_nodes
 from femprep.export.deck.text import wrapped
 from femprep.export.deck.units import UNITS, Units
+from femprep.export.febio.step import CONTROL, INWARD, epicardium, has_pericardium, inflation, stiffness
 from femprep.export.verdict import verdict_lines
+from femprep.mesh.operations.turned import turned_facets
 from femprep.model import IntArray, VolumeMesh
 from femprep.model.blocks import block_rows, chosen_rows
 from femprep.options import ExportOptions
@@ -62,7 +63,7 @@ def _document(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield "".join(f"<!-- {line} -->\n" for line in verdict_lines(mesh))
     yield '<febio_spec version="4.0">\n<Module type="solid"/>\n'
     if options.step == "inflation":
-        yield _CONTROL
+        yield CONTROL
     yield f'<Material>\n<material id="1" name="myocardium" type="{_TYPES[options.material]}">\n'
     yield f"<density>{_density(options):.12g}</density>\n{_constants(options, units)}</material>\n</Material>\n"
     yield "<Mesh>\n"
@@ -70,18 +71,24 @@ def _document(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield "</Mesh>\n<MeshDomains>\n"
     yield "".join(f'<SolidDomain name="{part.name}" mat="myocardium"/>\n' for part in parts)
     yield "</MeshDomains>\n"
-    found = directions(mesh)
-    if found is not None:
-        yield "<MeshData>\n"
-        for part in parts:
-            yield f'<ElementData type="mat_axis" elem_set="{part.name}">\n'
-            yield _axes(found[0][part.row], found[1][part.row])
-            yield "</ElementData>\n"
-        yield "</MeshData>\n"
+    yield from _mesh_data(mesh, parts, options)
     if options.step == "inflation":
-        yield _step(endocardium(facet_names(mesh)), options.pressure * units.per_kpa)
+        yield inflation(mesh, options.pressure * units.per_kpa)
     yield '<Output>\n<plotfile type="febio">\n<var type="displacement"/>\n<var type="stress"/>\n'
     yield '<var type="reaction forces"/>\n</plotfile>\n</Output>\n</febio_spec>\n'
+
+
+def _mesh_data(mesh: VolumeMesh, parts: list[_Part], options: ExportOptions) -> Iterator[str]:
+    """Material axes, and the stiffness of the pericardium."""
+    lines = []
+    if (found := directions(mesh)) is not None:
+        for part in parts:
+            axes = _axes(found[0][part.row], found[1][part.row])
+            lines.append(f'<ElementData type="mat_axis" elem_set="{part.name}">\n{axes}</ElementData>\n')
+    if has_pericardium(mesh):
+        lines += stiffness(mesh, options)
+    if lines:
+        yield from ("<MeshData>\n", *lines, "</MeshData>\n")
 
 
 def _parts(mesh: VolumeMesh) -> list[_Part]:
@@ -129,6 +136,11 @@ def _surfaces(mesh: VolumeMesh) -> Iterator[str]:
         for kind, nodes, rows in block_rows(chosen_rows(mesh.facets, mesh.facet_tag == tag)):
             yield _numbered(FEBIO_FACETS[kind], nodes + 1, rows.start + 1)
         yield "</Surface>\n"
+    if has_pericardium(mesh):
+        yield f'<Surface name="{INWARD}">\n'
+        for kind, nodes, rows in block_rows(epicardium(mesh)):
+            yield _numbered(FEBIO_FACETS[kind], turned_facets(kind, nodes) + 1, rows.start + 1)
+        yield "</Surface>\n"
 
 
 def _numbered(tag: str, nodes: IntArray, first: int) -> str:
@@ -153,34 +165,6 @@ _TYPES: Final = {
     "orthotropic": "orthotropic elastic",
 }
 
-# The matrix is symmetric, as the rim of the pressed surface is held: no solver but those of Intel's library, which not
-# every FEBio is built with, takes another. Those others do not order the unknowns themselves: a thousand points of
-# ten-node tetrahedra took a minute in place of two seconds. Newton steps in full, until displacements change by a
-# millionth.
-_CONTROL: Final = """<Control>
-<analysis>STATIC</analysis>
-<time_steps>10</time_steps>
-<step_size>0.1</step_size>
-<solver type="solid">
-<symmetric_stiffness>symmetric</symmetric_stiffness>
-<equation_scheme>staggered</equation_scheme>
-<optimize_bw>1</optimize_bw>
-<dtol>1e-06</dtol>
-<etol>1e-06</etol>
-<rtol>0</rtol>
-<qn_method type="BFGS">
-<max_ups>0</max_ups>
-</qn_method>
-</solver>
-<time_stepper type="default">
-<max_retries>5</max_retries>
-<opt_iter>11</opt_iter>
-<dtmin>0.001</dtmin>
-<dtmax>0.1</dtmax>
-</time_stepper>
-</Control>
-"""
-
 
 def _density(options: ExportOptions) -> float:
     """Density of myocardium, 1060 kg/m3, in the units of the deck."""
@@ -200,22 +184,3 @@ def _constants(options: ExportOptions, units: Units) -> str:
     # FEBio asks for v31, the contraction along 1 when pulled along 3.
     ratios = {"v12": m.nu12, "v23": m.nu23, "v31": m.nu13 * m.e3 / m.e1}
     return "\n".join([*lines, *(f"<{name}>{value:.12g}</{name}>" for name, value in ratios.items())]) + "\n"
-
-
-def _step(endo: list[str], pressure: float) -> str:
-    loads = "".join(
-        f'<surface_load name="pressure_{name}" type="pressure" surface="{name}">\n<pressure lc="1">{pressure:.12g}'
-        "</pressure>\n<symmetric_stiffness>1</symmetric_stiffness>\n</surface_load>\n"
-        for name in endo
-    )
-    # Prescribed to be zero, not fixed: FEBio gives reactions of the former alone.
-    held = "".join(
-        f'<bc name="base_{axis}" type="prescribed displacement" node_set="base">\n<dof>{axis}</dof>\n<value>0</value>\n'
-        "<relative>0</relative>\n</bc>\n"
-        for axis in "xyz"
-    )
-    return (
-        f"<Boundary>\n{held}</Boundary>\n<Loads>\n{loads}</Loads>\n"
-        '<LoadData>\n<load_controller id="1" type="loadcurve">\n<interpolate>LINEAR</interpolate>\n'
-        "<extend>CONSTANT</extend>\n<points>\n<pt>0,0</pt>\n<pt>1,1</pt>\n</points>\n</load_controller>\n</LoadData>\n"
-    )
