@@ -293,7 +293,8 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 program="LS-DYNA",
                 carries=(
                     "parts, regions and AHA segments (SET_SOLID), facet tags (SET_NODE_LIST, SET_SEGMENT), fibres and "
-                    "sheets (ELEMENT_SOLID_ORTHO), Purkinje fibres (ELEMENT_BEAM)"
+                    "sheets (ELEMENT_SOLID_ORTHO), Purkinje fibres (ELEMENT_BEAM), springs of the pericardium "
+                    "(ELEMENT_DISCRETE)"
                 ),
                 elements="tetra, tetra10, wedge, hexahedron; others refused",
                 units="as asked, named in the file",

@@ -12,8 +12,10 @@ from femprep.errors import InputError
 from femprep.export.content import Content
 from femprep.export.deck.fibres import directions, segments
 from femprep.export.deck.names import facet_names, facet_nodes, region_names
+from femprep.export.deck.springs import RING, ring_nodes
 from femprep.export.deck.text import number
 from femprep.export.deck.units import UNITS
+from femprep.export.lsdyna.springs import NUMBER, springs
 from femprep.export.purkinje import PURKINJE, trees
 from femprep.export.verdict import verdict_comments
 from femprep.mesh.elements import ELEMENTS
@@ -63,7 +65,8 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     of quadratic facets have their corners, as LS-DYNA wants.
 
     Purkinje fibres are beams (trusses) of one part for each endocardium, whose material number is the facet tag; they
-    end in nodes of the wall, which ``*SET_NODE_LIST`` 200 names.
+    end in nodes of the wall, which ``*SET_NODE_LIST`` 200 names. Springs of the pericardium are a part with a material,
+    ``*SET_NODE_LIST`` 201 is the basal ring.
 
     The mesh has no elements of 15 or 20 nodes, see :func:`require`.
     """
@@ -91,6 +94,8 @@ def _deck(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield from _elements(mesh, part)
     if mesh.purkinje is not None:
         yield from _beams(mesh, mesh.purkinje, count, units.per_mm)
+        count += len(trees(mesh, mesh.purkinje))
+    yield from springs(mesh, options, count + 1, len(mesh.cells) + 2)
     sets = {tag: (name, np.flatnonzero(mesh.region == tag)) for name, tag in region_names(mesh).items()}
     sets |= {1000 + int(name[4:]): (name, rows) for name, rows in segments(mesh).items()}
     for number_, (name, rows) in sets.items():
@@ -98,6 +103,8 @@ def _deck(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     for name, tag in facet_names(mesh).items():
         yield f"*SET_NODE_LIST_TITLE\n{name}\n{tag:10d}\n{_eights(facet_nodes(mesh, tag) + 1)}"
         yield f"*SET_SEGMENT_TITLE\n{name}\n{tag:10d}\n{_segments(mesh, tag)}"
+    if (ring := ring_nodes(mesh)).size:
+        yield f"*SET_NODE_LIST_TITLE\n{RING}\n{NUMBER:10d}\n{_eights(ring + 1)}"
     yield "*END\n"
 
 
