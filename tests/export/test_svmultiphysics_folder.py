@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -84,3 +85,20 @@ def test_a_mesh_without_them_leaves_nothing_of_an_earlier_one(tmp_path: Path) ->
     fp.write_mesh(bare, tmp_path / "lv", format="svmultiphysics")
     left = {path.relative_to(tmp_path / "lv").as_posix() for path in (tmp_path / "lv").rglob("*") if path.is_file()}
     assert left == {"mesh-complete.mesh.vtu", "mesh-surfaces/epi.vtp", "solver.xml"}
+
+
+@pytest.mark.parametrize("unit", ["mm", "cm"])
+def test_curved_elements_far_from_the_origin_are_written_near_it_and_read_back(unit: str, tmp_path: Path) -> None:
+    mesh = truncated_ellipsoid("tetra10")
+    mesh = replace(mesh, points=mesh.points + np.array([200.0, 300.0, -100.0]))
+    fp.write_mesh(
+        mesh, tmp_path / "lv", format="svmultiphysics", step="inflation", material="neo-hookean", length_unit=unit
+    )
+    scale = {"mm": 1.0, "cm": 0.1}[unit]
+    points = load(tmp_path / "lv" / "mesh-complete.mesh.vtu").GetPoints().GetData()
+    assert np.abs(vtk_to_numpy(points)).max() < 80.0 * scale
+    np.testing.assert_allclose(fp.read_mesh(tmp_path / "lv").points, mesh.points * scale, atol=1e-10)
+    assert "coordinates are from" in (tmp_path / "lv" / "inflation.xml").read_text()
+    # Without a pressure that follows, coordinates stay.
+    fp.write_mesh(mesh, tmp_path / "plain", format="svmultiphysics", step="inflation")
+    np.testing.assert_array_equal(fp.read_mesh(tmp_path / "plain").points, mesh.points)

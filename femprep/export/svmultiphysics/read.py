@@ -11,7 +11,8 @@ import numpy as np
 from femprep.errors import FileError
 from femprep.export.deck.names import Numbers
 from femprep.export.foreign import from_meshio
-from femprep.export.vtk.xml import arrays_of
+from femprep.export.svmultiphysics.step import ORIGIN
+from femprep.export.vtk.xml import arrays_of, record_of
 from femprep.export.vtu.read import read_foreign
 from femprep.mesh.elements import FACET_TYPES
 from femprep.mesh.vtk.reading import load
@@ -28,7 +29,7 @@ _NUMBERS: Final = ("GlobalElementID", "GlobalNodeID", "DOMAIN_ID", "ModelRegionI
 def read(folder: Path) -> VolumeMesh:
     """Read a folder: its mesh, each file of ``mesh-surfaces`` as a tagged facet set, its fibres.
 
-    Lengths are those of the files, which name no unit.
+    Lengths are those of the files, which name no unit; what a file of ours says was taken off is put back.
 
     Raises
     ------
@@ -37,7 +38,9 @@ def read(folder: Path) -> VolumeMesh:
     """
     if not (folder / MESH).is_file():
         raise FileError(f"the folder {str(folder)!r} holds no {MESH}; name the file of a mesh")
-    mesh = from_meshio(read_foreign(folder / MESH))
+    file = read_foreign(folder / MESH)
+    mesh = from_meshio(file)
+    origin = record_of(file.field_data).get(ORIGIN, (0.0, 0.0, 0.0))
     numbers = Numbers()
     numbers.foreign.update(mesh.info.get("tag_names", {}))
     blocks: dict[str, list[tuple[IntArray, int]]] = {}
@@ -47,11 +50,12 @@ def read(folder: Path) -> VolumeMesh:
             blocks.setdefault(kind, []).append((nodes, tag))
     tags = [np.full(len(nodes), tag, dtype=np.int32) for parts in blocks.values() for nodes, tag in parts]
     cell_data = {name: values for name, values in mesh.cell_data.items() if name not in _NUMBERS}
-    for file, name in _FIBRES.items():
-        if (folder / file).is_file():
-            cell_data[name] = np.concatenate(read_foreign(folder / file).cell_data["FIB_DIR"])
+    for fibres, name in _FIBRES.items():
+        if (folder / fibres).is_file():
+            cell_data[name] = np.concatenate(read_foreign(folder / fibres).cell_data["FIB_DIR"])
     return replace(
         mesh,
+        points=mesh.points + origin,
         facets={kind: np.concatenate([nodes for nodes, _ in parts]) for kind, parts in blocks.items()},
         facet_tag=np.concatenate([np.empty(0, dtype=np.int32), *tags]),
         cell_data=cell_data,

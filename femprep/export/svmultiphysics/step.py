@@ -9,13 +9,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 from femprep.errors import InputError
 from femprep.export.abaqus.step import endocardium
 from femprep.export.abaqus.step import require as require_step
 from femprep.export.content import Content
 from femprep.export.deck.names import facet_names
 from femprep.export.deck.units import UNITS
-from femprep.model import VolumeMesh
+from femprep.model import FloatArray, VolumeMesh
 from femprep.options import ExportOptions
 
 #: Elements svMultiPhysics solves on; a mesh of it has one type alone. It reads wedges too, but takes the slopes of
@@ -25,6 +27,9 @@ STEPS: Final = 10
 PRESSURE: Final = "inflation.dat"
 #: The epicardium with stiffnesses, where a mesh has a pericardium.
 PERICARDIUM: Final = "pericardium.vtp"
+
+#: Name in the record of the mesh's file: what was taken off its coordinates, in the units of the file.
+ORIGIN: Final = "origin"
 
 #: Equation, and what stands in it of the material. The linear one is for small displacements.
 _EQUATIONS: Final = {
@@ -62,6 +67,16 @@ def require(content: Content, options: ExportOptions) -> None:
         )
 
 
+def origin_of(mesh: VolumeMesh, options: ExportOptions) -> FloatArray:
+    """What is taken off the coordinates ``(3,)``, mm: zeros, or the middle of the mesh.
+
+    Where pressure follows facets of ten-node tetrahedra, svMultiPhysics looks their points up in the elements, to a
+    millionth of the coordinates but asks for a ten-thousandth of an element: far from the origin it stops there.
+    """
+    curved = options.step != "none" and options.material == "neo-hookean" and "tetra10" in mesh.cells
+    return np.asarray(np.round(mesh.points.mean(axis=0)), dtype=np.float64) if curved else np.zeros(3)
+
+
 def write_step(mesh: VolumeMesh, folder: Path, options: ExportOptions) -> None:
     """Write ``inflation.xml`` and ``inflation.dat`` beside the mesh, to be run in that folder."""
     pressure = options.pressure * UNITS[options.length_unit].per_kpa
@@ -74,6 +89,9 @@ def _document(mesh: VolumeMesh, folder: Path, options: ExportOptions) -> str:
     names = facet_names(mesh)
     equation, material = _EQUATIONS[options.material]
     text = f'<?xml version="1.0" encoding="UTF-8"?>\n<!-- femprep volume mesh; {units.line} -->\n'
+    if (origin := origin_of(mesh, options)).any():
+        x, y, z = (origin * units.per_mm).tolist()
+        text += f"<!-- coordinates are from ({x:g}, {y:g}, {z:g}): svMultiPhysics wants curved facets near 0 -->\n"
     text += '<svMultiPhysicsFile version="0.1">\n' + _GENERAL
     text += '<Add_mesh name="wall">\n<Mesh_file_path> mesh-complete.mesh.vtu </Mesh_file_path>\n'
     for name in names:

@@ -12,7 +12,7 @@ from femprep.export.deck.fibres import directions
 from femprep.export.deck.names import facet_names
 from femprep.export.deck.springs import per_millimetre
 from femprep.export.deck.units import UNITS
-from femprep.export.svmultiphysics.step import PERICARDIUM, write_step
+from femprep.export.svmultiphysics.step import ORIGIN, PERICARDIUM, origin_of, write_step
 from femprep.export.vtk.polydata import polydata
 from femprep.export.vtk.xml import add_arrays, add_record, save
 from femprep.export.vtu.write import bare_grid
@@ -34,14 +34,18 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     coupling with a model of the circulation (``Chamber_cap_surface``); ``pericardium.vtp`` is the epicardium with the
     stiffness of its springs. With a step there are ``inflation.xml``, to be run in the folder, and ``inflation.dat``.
     """
-    scaled = replace(mesh, points=mesh.points * UNITS[options.length_unit].per_mm)
+    origin = origin_of(mesh, options)
+    scaled = replace(mesh, points=(mesh.points - origin) * UNITS[options.length_unit].per_mm)
     grid = bare_grid(scaled)
     nodes = {"GlobalNodeID": _counted(len(mesh.points)), **mesh.point_data}
     add_arrays(grid.GetPointData(), nodes, "point data")
     ids = {"GlobalElementID": _counted(mesh.n_cells), "DOMAIN_ID": mesh.region, "ModelRegionID": mesh.region}
     add_arrays(grid.GetCellData(), {**ids, **mesh.cell_data}, "cell data")
-    if verdict := verdict_of(mesh):
-        add_record(grid, {VERDICT: verdict})
+    record = {VERDICT: verdict} if (verdict := verdict_of(mesh)) else {}
+    if origin.any():
+        record[ORIGIN] = (origin * UNITS[options.length_unit].per_mm).tolist()
+    if record:
+        add_record(grid, record)
     save(grid, folder / "mesh-complete.mesh.vtu")
     (folder / "mesh-surfaces").mkdir()
     element, _ = match_facets(mesh.cells, mesh.facets)
