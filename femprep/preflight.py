@@ -87,6 +87,10 @@ def check_second_images(
     ------
     OptionError, InputError
     """
+    if options.conforming and tissue is None:
+        raise OptionError(
+            "conforming cuts elements along the tissue of a second image; give it by --regions FILE scar=1"
+        )
     if tissue is None and not images:
         return
     if options.anatomy == "whole-heart":

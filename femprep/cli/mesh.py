@@ -110,6 +110,12 @@ def mesh_options(
     blood_pool: Annotated[
         bool, typer.Option("--blood-pool", help="Mesh the blood in the cavities as well.", rich_help_panel=VOLUME)
     ] = False,
+    conforming: Annotated[
+        bool,
+        typer.Option(
+            "--conforming", help="Cut elements along the outlines of the tissue of --regions.", rich_help_panel=IMAGES
+        ),
+    ] = False,
     order: Annotated[str | None, option(VolumeOptions, "order", panel=VOLUME)] = None,
     time_limit: Annotated[float | None, option(VolumeOptions, "time_limit", panel=VOLUME)] = None,
     fibres: Annotated[
@@ -151,6 +157,7 @@ def mesh_options(
         "structures": parse_structures(structure),
         "formats": tuple(format) if format else None,
         "blood_pool": blood_pool or None,
+        "conforming": conforming or None,
         "wall__policy": policy,
         "wall__base": parse_plane(base),
         "wall__valves": parse_valves(valve),

@@ -25,7 +25,9 @@ class TissueRecord(Record):
         description="What the region would be if each element had the label of the voxel at its centre, mL."
     )
     edge_mm: float = Field(description="How far within the outline between the slices its edge was put, mm.")
-    threshold: float = Field(description="Least share of an element of the region.")
+    threshold: float | None = Field(
+        description="Least share of an element of the region; none where elements were cut along the outline."
+    )
     centroid_mm: tuple[float, float, float] | None = Field(None, description="Centroid of its shares, mm LPS.")
     transmurality_percent: float | None = Field(
         None,

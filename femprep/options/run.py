@@ -49,6 +49,11 @@ class Options(StageOptions):
         description="Mesh the blood in the cavities together with the wall: regions blood_lv, blood_rv..., facets "
         "cap_lv, cap_rv... over their openings.",
     )
+    conforming: bool = Field(
+        False,
+        description="Cut tetrahedra along the outlines of the tissue of a second image, so that its regions end "
+        "there and not at the nearest faces.",
+    )
     flip: bool = Field(False, description="Mirror the label map first, for a heart that was stored mirrored.")
     formats: tuple[str, ...] = Field((), description="Further file formats of the mesh beside mesh.vtu.")
     image: ImageOptions = ImageOptions()
@@ -131,6 +136,18 @@ class Options(StageOptions):
             raise ValueError(
                 f"step {self.export.step!r} is for a wall alone: the deck has one material, which blood has not; leave "
                 "blood_pool or the step out"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _tetrahedra_are_cut(self) -> Options:
+        swept = self.volume.mesher == "sweep"
+        element = self.layers.element if swept else "tetra"
+        order = self.layers.order if swept else self.volume.order
+        if self.conforming and (element != "tetra" or order != 1):
+            raise ValueError(
+                f"conforming cuts tetrahedra of order 1, not elements of type {element} and order {order}; leave "
+                "conforming out, or take those"
             )
         return self
 

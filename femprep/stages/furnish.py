@@ -56,12 +56,12 @@ def furnish(
         with stages("anatomy") as report:
             axes = find_axes()
             mesh = _with_anatomy(mesh, axes, options, report)
+    if tissue is not None or images:
+        with stages("second images"):
+            mesh = _with_images(mesh, axes or find_axes(), tissue, images or {}, options)
     if options.purkinje is not None or options.activation is not None:
         with stages("activation"):
             mesh = _with_activation(mesh, axes, options)
-    if tissue is not None or images:
-        with stages("second images"):
-            mesh = _with_images(mesh, axes or find_axes(), tissue, images or {})
     return mesh
 
 
@@ -126,7 +126,11 @@ def _with_activation(mesh: VolumeMesh, axes: VentricularAxes | None, options: Op
 
 
 def _with_images(
-    mesh: VolumeMesh, axes: VentricularAxes, tissue: Segmentation | None, images: Mapping[str, IntensityImage]
+    mesh: VolumeMesh,
+    axes: VentricularAxes,
+    tissue: Segmentation | None,
+    images: Mapping[str, IntensityImage],
+    options: Options,
 ) -> VolumeMesh:
     """The mesh with what second images show along its wall; with coordinates and segments, where it had none.
 
@@ -138,7 +142,7 @@ def _with_images(
             found = on_wall(mesh, lambda part: add_aha(add_coordinates(part, axes=axes), axes=axes))
         for name, image in images.items():
             found = sample_image(found, image, name)
-        return found if tissue is None else add_regions(found, tissue)
+        return found if tissue is None else add_regions(found, tissue, conforming=options.conforming)
     except FemprepError as error:
         earlier = verdict_of(mesh).get("failures", {})
         return with_verdict(mesh, failures={**earlier, "second images": [f"second images: not laid on: {error}"]})

@@ -87,9 +87,11 @@ def test_a_mesh_without_them_leaves_nothing_of_an_earlier_one(tmp_path: Path) ->
     assert left == {"mesh-complete.mesh.vtu", "mesh-surfaces/epi.vtp", "solver.xml"}
 
 
-@pytest.mark.parametrize("unit", ["mm", "cm"])
-def test_curved_elements_far_from_the_origin_are_written_near_it_and_read_back(unit: str, tmp_path: Path) -> None:
-    mesh = truncated_ellipsoid("tetra10")
+@pytest.mark.parametrize(("kind", "unit"), [("tetra10", "mm"), ("tetra10", "cm"), ("hexahedron", "mm")])
+def test_curved_elements_far_from_the_origin_are_written_near_it_and_read_back(
+    kind: str, unit: str, tmp_path: Path
+) -> None:
+    mesh = truncated_ellipsoid(kind)
     mesh = replace(mesh, points=mesh.points + np.array([200.0, 300.0, -100.0]))
     fp.write_mesh(
         mesh, tmp_path / "lv", format="svmultiphysics", step="inflation", material="neo-hookean", length_unit=unit

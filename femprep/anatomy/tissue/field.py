@@ -66,6 +66,33 @@ class TissueField:
         found[~feet.known] = -1e3
         return found
 
+    def at_points(self) -> FloatArray:
+        """Scores at the points of the mesh ``(n, tissues)``, far outside for those of no wall."""
+        every = np.arange(len(self.mesh.points))
+        return self.between(np.stack([every, every], axis=1), np.zeros(len(every)))
+
+    def between(self, ends: IntArray, share: FloatArray) -> FloatArray:
+        """Scores so far from the first to the second of pairs of points of an element ``(q, 2)``."""
+        found = np.full((len(ends), len(self._labels)), -1e3)
+        for number, part in enumerate(self.parts):
+            own = np.full(len(self.mesh.points), -1)
+            own[part.points] = np.arange(len(part.points))
+            rows = np.flatnonzero((own[ends] >= 0).all(axis=1))
+            weights = np.stack([1.0 - share[rows], share[rows]], axis=1)
+            found[rows] = self.scores(self.feet(number, own[ends[rows]], weights))
+        return found
+
+    def at_middles(self) -> FloatArray:
+        """Scores in the middle of the elements of the mesh ``(m, tissues)``, far outside for those of no wall."""
+        found = np.full((self.mesh.n_cells, len(self._labels)), -1e3)
+        for number, part in enumerate(self.parts):
+            first = 0
+            for nodes in part.mesh.cells.values():
+                weights = np.full(nodes.shape, 1.0 / nodes.shape[1])
+                found[part.cells[first : first + len(nodes)]] = self.scores(self.feet(number, nodes, weights))
+                first += len(nodes)
+        return found
+
     def nearest(self, feet: Feet) -> IntArray:
         """Number of the tissue, from 1, of the nearest pixel of the nearer slice; 0 for none."""
         return np.where(feet.known, self.maps.nearest(feet).astype(np.int64), 0)

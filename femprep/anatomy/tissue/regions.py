@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 
+from femprep.anatomy.tissue.conformed import conformed
 from femprep.anatomy.tissue.field import TissueField
 from femprep.anatomy.tissue.levels import classes_of, levels_for
+from femprep.anatomy.tissue.sampled import Sampled, levels_of, sample, volumes_of
 from femprep.anatomy.tissue.transmurality import transmurality
-from femprep.anatomy.tissue.wall_samples import Samples, sample_part
 from femprep.errors import InputError
 from femprep.image.segmentation import Segmentation
 from femprep.mesh.measures.volume_elements import all_centroids
@@ -29,23 +30,14 @@ HEALTHY: Final = "healthy"
 WALL_REGION: Final = "wall_region"
 #: End of the name of the cell data that are shares. The name itself is that of the region, in files too.
 SHARE: Final = "_share"
-#: Outlines give way by no more than this many pixels.
-_GIVE: Final = 1.0
-
-
-class _Sampled(NamedTuple):
-    """Points of all parts: their scores, nearest labels, elements of the mesh, volumes, and what is known."""
-
-    scores: FloatArray
-    nearest: IntArray
-    element: IntArray
-    volume: FloatArray
-    position: FloatArray
-    place: FloatArray
 
 
 def add_regions(
-    mesh: VolumeMesh, image: Segmentation, labels: Mapping[str, int | Sequence[int]] | None = None
+    mesh: VolumeMesh,
+    image: Segmentation,
+    labels: Mapping[str, int | Sequence[int]] | None = None,
+    *,
+    conforming: bool = False,
 ) -> VolumeMesh:
     """Mark scar, border zone, fat or other tissue that a second image shows, as regions of a mesh.
 
@@ -59,6 +51,9 @@ def add_regions(
         Labels by tissue: ``scar``, ``border``, ``fat``, ``edema``, ``hypoperfused``; the image's own structures where
         not given. ``healthy`` names the rest of the wall: where it is given, voxels of neither tell nothing, and the
         nearest ones that do count; else every voxel in the wall tells.
+    conforming : bool
+        Cut the elements, tetrahedra of order 1, along the outlines of the tissue first, so that regions end there and
+        not at the nearest faces. The mesh then has other points and elements; Purkinje fibres are left out.
 
     Returns
     -------
@@ -70,7 +65,8 @@ def add_regions(
     Raises
     ------
     InputError
-        Coordinates are missing, a name is none of these, a label does not occur, or the image does not meet the wall.
+        Coordinates are missing, a name is none of these, a label does not occur, the image does not meet the wall, or
+        elements to be cut are no linear tetrahedra.
 
     Examples
     --------
@@ -82,11 +78,13 @@ def add_regions(
     image = _named(image, labels)
     names = [name for name in image.structures if name != HEALTHY]
     mesh = without_tissue(mesh)
+    cut = None
+    if conforming:
+        mesh, cut = conformed(mesh, image, names)
     field = TissueField(mesh, image, names)
-    sampled = _sample(field)
-    wanted = np.array([sampled.volume[sampled.nearest == k + 1].sum() for k in range(len(names))])
-    pixel = float(max(field.grid.spacing[field.maps.plane]))
-    levels = levels_for(sampled.scores, sampled.volume, wanted, 0.0, _GIVE * pixel)
+    sampled = sample(field)
+    wanted = volumes_of(sampled)
+    levels = levels_of(field, sampled, wanted)
     chosen = classes_of(sampled.scores, levels)
     size: FloatArray = np.asarray(
         np.bincount(sampled.element, weights=sampled.volume, minlength=mesh.n_cells), dtype=np.float64
@@ -102,9 +100,12 @@ def add_regions(
         / np.maximum(size, 1e-300)[:, None]
     )
     shares = np.asarray(shares, dtype=np.float64)
-    ranked = _ranked(shares, sampled, size)
-    thresholds = levels_for(ranked, size, (shares * size[:, None]).sum(axis=0), 0.5, 0.4999)
-    tagged = classes_of(ranked, thresholds)
+    thresholds = None
+    if cut is None:
+        ranked = _ranked(shares, sampled, size)
+        thresholds = levels_for(ranked, size, (shares * size[:, None]).sum(axis=0), 0.5, 0.4999)
+        cut = classes_of(ranked, thresholds)
+    tagged = cut
     tags = np.array([REGION_TAGS[name] for name in names], dtype=np.int32)
     region = np.where(tagged >= 0, tags[tagged], mesh.region).astype(np.int32)
     record = _record(field, names, sampled, wanted, levels, thresholds, shares, size, tagged)
@@ -114,7 +115,7 @@ def add_regions(
     return replace(found, region=region, info=noted(info, *_notices(record, _said(image))))
 
 
-def _ranked(shares: FloatArray, sampled: _Sampled, size: FloatArray) -> FloatArray:
+def _ranked(shares: FloatArray, sampled: Sampled, size: FloatArray) -> FloatArray:
     """The shares; equal ones told apart by how far inside the tissue the element lies, in the mean."""
     out = shares.copy()
     for k in range(shares.shape[1]):
@@ -160,25 +161,13 @@ def require_tissues(image: Segmentation) -> None:
         image.numbers(name)
 
 
-def _sample(field: TissueField) -> _Sampled:
-    step = float(min(field.grid.spacing[field.maps.plane]))
-    found = []
-    for k, part in enumerate(field.parts):
-        samples: Samples = sample_part(part, step)
-        feet = field.feet(k, samples.nodes, samples.weights)
-        place = np.einsum("qi,qij->qj", samples.weights, part.mesh.points[samples.nodes])
-        element = part.cells[samples.element]
-        found.append((field.scores(feet), field.nearest(feet), element, samples.volume, feet.position, place))
-    return _Sampled(*(np.concatenate(parts) for parts in zip(*found)))
-
-
 def _record(
     field: TissueField,
     names: list[str],
-    sampled: _Sampled,
+    sampled: Sampled,
     wanted: FloatArray,
     levels: FloatArray,
-    thresholds: FloatArray,
+    thresholds: FloatArray | None,
     shares: FloatArray,
     size: FloatArray,
     tagged: IntArray,
@@ -210,7 +199,7 @@ def _record(
                 region_ml=float(size[tagged == k].sum()) / 1e3,
                 nearest_voxel_ml=float(size[plain == k + 1].sum()) / 1e3,
                 edge_mm=float(levels[k]),
-                threshold=float(thresholds[k]),
+                threshold=None if thresholds is None else float(thresholds[k]),
                 centroid_mm=_centroid(sampled.place[mine], weight),
                 transmurality_percent=through[k].whole,
                 transmurality_of_segments=None if aha is None else through[k].segments,

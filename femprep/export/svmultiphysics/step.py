@@ -70,10 +70,11 @@ def require(content: Content, options: ExportOptions) -> None:
 def origin_of(mesh: VolumeMesh, options: ExportOptions) -> FloatArray:
     """What is taken off the coordinates ``(3,)``, mm: zeros, or the middle of the mesh.
 
-    Where pressure follows facets of ten-node tetrahedra, svMultiPhysics looks their points up in the elements, to a
-    millionth of the coordinates but asks for a ten-thousandth of an element: far from the origin it stops there.
+    Where pressure follows facets of elements that may be curved or warped, svMultiPhysics looks their points up in the
+    elements, to a millionth of the coordinates but asks for a ten-thousandth of an element: far from the origin it
+    stops there.
     """
-    curved = options.step != "none" and options.material == "neo-hookean" and "tetra10" in mesh.cells
+    curved = options.step != "none" and options.material == "neo-hookean" and set(mesh.cells) != {"tetra"}
     return np.asarray(np.round(mesh.points.mean(axis=0)), dtype=np.float64) if curved else np.zeros(3)
 
 
@@ -91,7 +92,7 @@ def _document(mesh: VolumeMesh, folder: Path, options: ExportOptions) -> str:
     text = f'<?xml version="1.0" encoding="UTF-8"?>\n<!-- femprep volume mesh; {units.line} -->\n'
     if (origin := origin_of(mesh, options)).any():
         x, y, z = (origin * units.per_mm).tolist()
-        text += f"<!-- coordinates are from ({x:g}, {y:g}, {z:g}): svMultiPhysics wants curved facets near 0 -->\n"
+        text += f"<!-- coordinates are from ({x:g}, {y:g}, {z:g}): svMultiPhysics wants curved elements near 0 -->\n"
     text += '<svMultiPhysicsFile version="0.1">\n' + _GENERAL
     text += '<Add_mesh name="wall">\n<Mesh_file_path> mesh-complete.mesh.vtu </Mesh_file_path>\n'
     for name in names:

@@ -18,7 +18,11 @@ def carried(coarse: VolumeMesh, fine: VolumeMesh, ways: Mapping[str, TagArray]) 
     """The fine mesh with the coarse one's point data."""
     if not coarse.point_data:
         return fine
-    matrix = prolongation(coarse, fine.points, fine.cells, ways)
+    return fine.with_data(point=at_nodes(coarse, prolongation(coarse, fine.points, fine.cells, ways)))
+
+
+def at_nodes(coarse: VolumeMesh, matrix: Any) -> dict[str, Any]:
+    """Point data of a mesh at other nodes, of which a sparse matrix has the weights of its own."""
     found: dict[str, Any] = {}
     for name, values in coarse.point_data.items():
         array = np.asarray(values)
@@ -39,7 +43,7 @@ def carried(coarse: VolumeMesh, fine: VolumeMesh, ways: Mapping[str, TagArray]) 
             found[part] = np.divide(found[part], size, out=np.zeros_like(size), where=size > 0.0)
         turn = np.arctan2(found["rotational_sin"], found["rotational_cos"]) / (2.0 * np.pi) % 1.0
         found["rotational"] = np.where(turn >= 1.0, 0.0, turn)
-    return fine.with_data(point=found)
+    return found
 
 
 def _heaviest(matrix: Any) -> Any:

@@ -1,0 +1,69 @@
+"""Labels along a wall in; points all over it, each with its volume, scores and label, and the outlines' levels, out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from femprep.anatomy.tissue.field import TissueField
+from femprep.anatomy.tissue.levels import levels_for
+from femprep.anatomy.tissue.wall_samples import sample_part
+from femprep.model import FloatArray, IntArray
+
+#: Outlines give way by no more than this many pixels.
+_GIVE: Final = 1.0
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Points of all parts of a wall.
+
+    Attributes
+    ----------
+    scores : (q, tissues) array
+        How far inside each tissue, mm.
+    nearest : (q,) array
+        Number of the tissue of the nearest pixel, from 1; 0 for none.
+    element : (q,) array
+        Element of the mesh.
+    volume : (q,) array
+        mm3.
+    position : (q,) array
+        Slice of the image, 0 the first; outside of it below or beyond.
+    place : (q, 3) array
+        mm.
+    """
+
+    scores: FloatArray
+    nearest: IntArray
+    element: IntArray
+    volume: FloatArray
+    position: FloatArray
+    place: FloatArray
+
+
+def sample(field: TissueField) -> Sampled:
+    """Sample a wall, finer than the pixels of the image."""
+    step = float(min(field.grid.spacing[field.maps.plane]))
+    found = []
+    for k, part in enumerate(field.parts):
+        samples = sample_part(part, step)
+        feet = field.feet(k, samples.nodes, samples.weights)
+        place = np.einsum("qi,qij->qj", samples.weights, part.mesh.points[samples.nodes])
+        element = part.cells[samples.element]
+        found.append((field.scores(feet), field.nearest(feet), element, samples.volume, feet.position, place))
+    return Sampled(*(np.concatenate(parts) for parts in zip(*found)))
+
+
+def volumes_of(sampled: Sampled) -> FloatArray:
+    """Volume of each tissue by its labels, mm3."""
+    count = sampled.scores.shape[1]
+    return np.array([sampled.volume[sampled.nearest == k + 1].sum() for k in range(count)])
+
+
+def levels_of(field: TissueField, sampled: Sampled, wanted: FloatArray) -> FloatArray:
+    """How far the outline of each tissue gives way for a volume, mm."""
+    pixel = float(max(field.grid.spacing[field.maps.plane]))
+    return levels_for(sampled.scores, sampled.volume, wanted, 0.0, _GIVE * pixel)
