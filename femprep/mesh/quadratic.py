@@ -54,11 +54,16 @@ def number_edges(mesh: VolumeMesh) -> Edges:
     InputError
         The elements are quadratic already.
     """
-    total = len(mesh.points)
-    pairs = {}
-    for name, block in mesh.cells.items():
+    for name in mesh.cells:
         if name not in _QUADRATIC:
             raise InputError(f"elements of type {name!r} are quadratic already; give a mesh of linear elements")
+    return edges_of(mesh.cells, len(mesh.points))
+
+
+def edges_of(cells: Mapping[str, IntArray], total: int) -> Edges:
+    """Number the edges of linear elements by type, of so many points."""
+    pairs = {}
+    for name, block in cells.items():
         nodes = np.sort(block[:, np.array(ELEMENTS[name].edges)], axis=2)
         pairs[name] = nodes[..., 0] * total + nodes[..., 1]
     key, place = np.unique(np.concatenate([p.ravel() for p in pairs.values()]), return_inverse=True)

@@ -43,7 +43,8 @@ def conformed(mesh: VolumeMesh, image: Segmentation, names: Sequence[str]) -> tu
     require_tetrahedra(mesh)
     if mesh.purkinje is not None:
         words = "the Purkinje fibres, which end at points of the mesh before it was cut; grow them anew"
-        mesh = replace(mesh, purkinje=None, info=noted(mesh.info, Notice.of("left out", words)))
+        info = {name: entry for name, entry in mesh.info.items() if name != "purkinje"}
+        mesh = replace(mesh, purkinje=None, info=noted(info, Notice.of("left out", words)))
     surfaces: tuple[IntArray, ...] = ()
     tissue = np.full(mesh.n_cells, -1)
     for k in range(len(names)):

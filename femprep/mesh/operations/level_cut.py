@@ -15,15 +15,16 @@ from typing import Final
 import numpy as np
 from scipy.sparse import csr_array, vstack
 
+from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.measures.tetrahedra import tetra_measures
-from femprep.mesh.numbering import set_numbers
+from femprep.mesh.quadratic import edges_of
 from femprep.model import BoolArray, FloatArray, IntArray
 
 #: A node is moved onto the surface along an edge that crosses it within this share of its length.
 _NEAR: Final = 0.3
 #: A move that leaves an element around with a smaller mean ratio than this, and a smaller one than before, is not made.
 _SOUND: Final = 0.2
-_EDGES: Final = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
+_EDGES: Final = np.array(ELEMENTS["tetra"].edges)
 
 
 @dataclass(frozen=True)
@@ -79,10 +80,11 @@ def cut_along_level(
         linear in between where not given.
     """
     count = len(points)
-    edges, of_cell = _edges_of(cells)
-    crossed = np.zeros(len(edges), dtype=np.bool_)
-    crossed[of_cell[cut].ravel()] = True
-    on_facet = _among(edges, facets)
+    table = edges_of({"tetra": cells}, count)
+    edges = table.ends
+    crossed, on_facet = (np.zeros(len(edges), dtype=np.bool_) for _ in range(2))
+    crossed[table.of_cells["tetra"][cut].ravel()] = True
+    on_facet[table.find(facets, np.roll(facets, -1, axis=1)).ravel()] = True
     crossed &= value[edges].prod(axis=1) < 0.0
     at = np.zeros(len(edges))
     if crossing is not None:
@@ -117,24 +119,6 @@ def _weights(ends: IntArray, share: FloatArray, count: int) -> csr_array:
     row = np.arange(len(ends))
     data = np.concatenate([1.0 - share, share])
     return csr_array((data, (np.tile(row, 2), ends.T.ravel())), shape=(len(ends), count))
-
-
-def _edges_of(cells: IntArray) -> tuple[IntArray, IntArray]:
-    """All edges ``(e, 2)``, lower number first and ascending, and those of each tetrahedron ``(m, 6)``."""
-    pairs = np.sort(cells[:, _EDGES].reshape(-1, 2), axis=1)
-    number = set_numbers(pairs)
-    edges = np.empty((int(number.max(initial=-1)) + 1, 2), dtype=np.int64)
-    edges[number] = pairs
-    return edges, number.reshape(-1, 6)
-
-
-def _among(edges: IntArray, facets: IntArray) -> BoolArray:
-    """Which edges are sides of facets."""
-    sides = np.concatenate([facets[:, [0, 1]], facets[:, [1, 2]], facets[:, [2, 0]]])
-    number = set_numbers(edges, sides)
-    known = np.zeros(int(number.max(initial=-1)) + 1, dtype=np.bool_)
-    known[number[len(edges) :]] = True
-    return np.asarray(known[number[: len(edges)]])
 
 
 def _snapped(
