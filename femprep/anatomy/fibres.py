@@ -42,6 +42,7 @@ from femprep.anatomy.axes.ventricular_axes import VentricularAxes, hand_notices
 from femprep.anatomy.frames import make_frames
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.laplace.shapes import quadrature
+from femprep.anatomy.laplace.valves import closed_valves
 from femprep.anatomy.rules import Sites, at_centres, at_points, node_fields, triads
 from femprep.errors import InputError
 from femprep.model import FloatArray, Notice, VolumeMesh, frozen, noted, without_failure
@@ -129,6 +130,9 @@ def add_fibres(
         record["assumed"] = "the heart is not mirrored: nothing in the mesh tells"
     if chosen.mirrored == "auto":
         record = noted(record, *hand_notices(fields.axes))
+    for ventricle, names in closed_valves(fields).items() if chosen.rule == "doste" else ():
+        words = f"the {ventricle} has no outflow tract, as it has no open {' and '.join(names)} valve"
+        record = noted(record, Notice.of("assumed", words))
     if degenerate.any():
         where = fields.space.to_cells(mesh.points[fields.space.nodes])[np.flatnonzero(degenerate)[0]]
         words = "{amount} have no fibre direction of their own, the first near {place}: theirs follows from no rule"

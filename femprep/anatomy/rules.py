@@ -25,7 +25,7 @@ from femprep.anatomy.frames import bislerp, make_frames, rotate
 from femprep.anatomy.laplace.fem import LinearElements
 from femprep.anatomy.laplace.fields import WallFields
 from femprep.anatomy.laplace.shapes import shape_functions
-from femprep.anatomy.laplace.valves import valve_fields
+from femprep.anatomy.laplace.valves import closed_valves, valve_fields
 from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.model.products import unit_vectors
 from femprep.options import FibreOptions
@@ -78,7 +78,8 @@ def node_fields(fields: WallFields, rule: str = "linear") -> Sites:
     """The fields at the nodes, with gradients averaged over the elements around each.
 
     By the rule ``doste`` "to the base" is from the apex to the inflow valve, near the outflow tract to the outflow
-    valve, of each ventricle by itself; in the septum from one to the other by depth.
+    valve, of each ventricle by itself; in the septum from one to the other by depth. Where but one ventricle has both
+    valves open, the other has no outflow tract.
     """
     space = fields.space
     field = fields.across if fields.biventricular else fields.across_distance
@@ -96,7 +97,12 @@ def node_fields(fields: WallFields, rule: str = "linear") -> Sites:
 def _toward_valves(fields: WallFields) -> tuple[FloatArray, FloatArray]:
     """Direction to the valves ``(n, 3)`` and share of the outflow tract ``(n,)`` at the nodes (Doste et al. 2019)."""
     space, found = fields.space, {}
-    for ventricle in ("lv", "rv") if fields.biventricular else ("lv",):
+    ventricles = ("lv", "rv") if fields.biventricular else ("lv",)
+    shut = closed_valves(fields)
+    for ventricle in ventricles:
+        if ventricle in shut and len(shut) < len(ventricles):
+            found[ventricle] = unit_vectors(space.to_nodes(space.gradient(fields.upward))), np.zeros(space.n)
+            continue
         inflow, outflow, share = valve_fields(fields, ventricle)
         ways = [space.to_nodes(space.gradient(field)) for field in (inflow, outflow)]
         share = np.clip(share, 0.0, 1.0)

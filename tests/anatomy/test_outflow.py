@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from anatomy_meshes import ellipsoid, open_valves
+from biventricular import biventricular
 
 import femprep as fp
 from femprep.anatomy import WallFields
@@ -88,3 +89,24 @@ def test_it_is_right_handed_and_orthonormal_and_repeats() -> None:
 def test_closed_valves_are_refused() -> None:
     with pytest.raises(fp.InputError, match="tagged mitral"):
         fp.add_fibres(ellipsoid("hexahedron", size=3, layers=1).mesh, rule="doste")
+
+
+def test_a_ventricle_without_its_valves_has_no_outflow_tract_and_that_is_said() -> None:
+    centres = {("mitral", "aortic"): np.zeros(3), ("tricuspid", "pulmonary"): np.array([-75.0, 0.0, 0.0])}
+    both = open_valves(biventricular(6.0), centres, axis=1)
+    shut = replace(
+        both, facet_tag=np.where(both.facet_tag == FACET_TAGS["pulmonary"], FACET_TAGS["base"], both.facet_tag)
+    )
+    one, other = (fp.add_fibres(mesh, rule="doste") for mesh in (both, shut))
+    said = [notice["what"] for notice in other.info["fibres"]["notices"]]
+    assert "the rv has no outflow tract, as it has no open pulmonary valve" in said
+    assert not any("outflow" in notice["what"] for notice in one.info["fibres"].get("notices", ()))
+    sites = node_fields(WallFields(shut), "doste")
+    right = (sites.side < 0) & (sites.across < -0.5)
+    assert sites.outflow[right].max() < 0.26  # of the septum's right half the left ventricle has a share
+    assert sites.outflow.max() > 0.99
+    # The free wall of the left ventricle is as with both.
+    fields = WallFields(both)
+    left = node_fields(fields, "doste")
+    free = (left.outside > 0.5) & (left.side > 0)
+    np.testing.assert_allclose(left.outflow[free], sites.outflow[free], atol=1e-6)

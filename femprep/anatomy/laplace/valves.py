@@ -15,6 +15,13 @@ from femprep.model import FloatArray
 VALVES: Final = {"lv": ("mitral", "aortic"), "rv": ("tricuspid", "pulmonary")}
 
 
+def closed_valves(fields: WallFields) -> dict[str, list[str]]:
+    """Valves that are not open, by ventricle; ventricles where both are, are left out."""
+    ventricles = ("lv", "rv") if fields.biventricular else ("lv",)
+    shut = {one: [name for name in VALVES[one] if not len(fields.facet_nodes(name))] for one in ventricles}
+    return {one: names for one, names in shut.items() if names}
+
+
 def valve_fields(fields: WallFields, ventricle: str) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Harmonic fields of a ventricle with open valves (Doste et al. 2019, doi 10.1002/cnm.3185, section 2.3).
 
