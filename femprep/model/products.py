@@ -7,6 +7,8 @@ three columns, a handful of unknowns.
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 import numpy.typing as npt
 
@@ -47,10 +49,14 @@ def length(vector: npt.ArrayLike) -> float:
     return float(np.sqrt(square.sum()))
 
 
+#: Squares of numbers this small have few digits left.
+_SHORTEST: Final = 1e-150
+
+
 def unit_vectors(vectors: FloatArray) -> FloatArray:
-    """Vectors ``(..., k)`` with length 1; one of length zero stays zero."""
+    """Vectors ``(..., k)`` with length 1; one of length zero, or too short for its squares, is zero."""
     size = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(np.divide(vectors, size, out=np.zeros_like(vectors), where=size != 0.0))
+    return np.asarray(np.divide(vectors, size, out=np.zeros_like(vectors), where=size > _SHORTEST))
 
 
 def solve_definite(matrix: FloatArray, right: FloatArray) -> FloatArray:
