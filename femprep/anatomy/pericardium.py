@@ -24,10 +24,10 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError
-from femprep.mesh.measures.nodal_areas import nodal_areas
 from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
-from femprep.model.blocks import chosen_rows, nodes_of
+from femprep.model.blocks import chosen_rows
 from femprep.options import PericardiumOptions, choose, takes
+from femprep.volume.pericardium import with_springs
 
 #: The pericardium ends at this apicobasal coordinate, and its stiffness is a cubic of the distance from there.
 _END: Final = 0.82
@@ -94,18 +94,4 @@ def add_pericardium(mesh: VolumeMesh, options: PericardiumOptions | None = None,
             "the pericardium's stiffness depends on the point data apicobasal, which the mesh does not have; add them "
             "(add_coordinates, or --fibres)"
         )
-    area, normal = nodal_areas(mesh.points, facets)
-    on = np.zeros(len(mesh.points), dtype=bool)
-    on[nodes_of(facets)] = True
-    stiffness = np.where(on, options.stiffness * pericardium_scale(mesh.point_data["apicobasal"]), 0.0)
-    ring = np.zeros(len(mesh.points), dtype=np.int32)
-    ring[nodes_of(chosen_rows(mesh.facets, mesh.facet_tag == FACET_TAGS["base"]))] = 1
-    ring[~on] = 0
-    return mesh.with_data(
-        point={
-            "pericardium": stiffness,
-            "pericardium_area": area,
-            "pericardium_normal": normal,
-            "basal_ring": ring,
-        }
-    )
+    return with_springs(mesh, options.stiffness * pericardium_scale(mesh.point_data["apicobasal"]))

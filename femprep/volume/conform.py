@@ -22,6 +22,7 @@ from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh, frozen
 from femprep.model.products import unit_vectors
 from femprep.volume.optimise import POOR, optimise, tet_quality
 from femprep.volume.optimise.constraints import Constraints, FacetGroup, Group
+from femprep.volume.pericardium import springs_renewed
 from femprep.volume.refine.boundary import constraints_of, moved_onto, untagged_faces
 from femprep.volume.refine.fields import at_nodes
 from femprep.volume.refine.sheets import Sheets, find_sheets, membership, placed
@@ -110,7 +111,7 @@ def conform(
         point_data={},
         purkinje=None,
     )
-    fine = fine.with_data(point=at_nodes(mesh, found.matrix))
+    fine = springs_renewed(fine.with_data(point=at_nodes(mesh, found.matrix)))
     return Conformed(fine, inside, found.cell, surfaces)
 
 

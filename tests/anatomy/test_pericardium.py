@@ -61,3 +61,26 @@ def test_what_it_lies_on_has_to_be_there() -> None:
         fp.add_pericardium(fp.VolumeMesh(mesh.points, mesh.cells, mesh.region, point_data=mesh.point_data))
     with pytest.raises(fp.OptionError):
         fp.add_pericardium(with_heights("tetra"), stiffness=-1.0)
+
+
+def facet_area(mesh: fp.VolumeMesh) -> float:
+    corners = mesh.points[mesh.facets["triangle"][mesh.facet_tag == FACET_TAGS["epi"]]]
+    return float(
+        np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+    )
+
+
+@pytest.mark.parametrize("levels", [1, 2])
+def test_a_refined_mesh_has_the_springs_of_its_own_facets(levels: int) -> None:
+    """Areas are no values in between: interpolated, springs came out six times too stiff with each level."""
+    mesh = truncated_ellipsoid("tetra")
+    height = (mesh.points[:, 2] - APEX_HEIGHT) / (BASE_HEIGHT - APEX_HEIGHT)
+    mesh = fp.add_pericardium(mesh.with_data(point={"apicobasal": height}), stiffness=0.5)
+    fine = fp.refine(mesh, levels=levels)
+    assert np.sum(fine.point_data["pericardium_area"]) == pytest.approx(facet_area(fine), rel=1e-12)
+    off = np.setdiff1d(
+        np.arange(len(fine.points)), fine.facets["triangle"][fine.facet_tag == FACET_TAGS["epi"]].ravel()
+    )
+    assert not np.any(fine.point_data["pericardium"][off])
+    assert set(np.unique(np.linalg.norm(fine.point_data["pericardium_normal"], axis=1).round(12))) == {0.0, 1.0}
+    np.testing.assert_allclose(fine.points[fine.point_data["basal_ring"] == 1, 2], BASE_HEIGHT, atol=1e-9)

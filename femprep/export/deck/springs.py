@@ -56,6 +56,11 @@ def pericardial_springs(mesh: VolumeMesh, options: ExportOptions) -> Springs | N
     return Springs(node, (stiffness * area)[node] * scale, normal[node]) if node.size else None
 
 
+def has_pericardium(mesh: VolumeMesh) -> bool:
+    """Whether a mesh has a pericardium, for programs that take its stiffness on the facets."""
+    return "pericardium" in mesh.point_data and "epi" in facet_names(mesh)
+
+
 def per_millimetre(options: ExportOptions) -> float:
     """What 1 kPa/mm is in the units of a deck, pressure per length."""
     units = UNITS[options.length_unit]

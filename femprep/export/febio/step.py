@@ -13,7 +13,7 @@ import numpy as np
 
 from femprep.export.abaqus.step import endocardium
 from femprep.export.deck.names import facet_names
-from femprep.export.deck.springs import per_millimetre
+from femprep.export.deck.springs import has_pericardium, per_millimetre
 from femprep.mesh.operations.turned import turned_facets
 from femprep.model import IntArray, VolumeMesh
 from femprep.model.blocks import block_rows, chosen_rows
@@ -50,11 +50,6 @@ CONTROL: Final = """<Control>
 </time_stepper>
 </Control>
 """
-
-
-def has_pericardium(mesh: VolumeMesh) -> bool:
-    """Whether a mesh has a pericardium."""
-    return "pericardium" in mesh.point_data and "epi" in facet_names(mesh)
 
 
 def epicardium(mesh: VolumeMesh) -> dict[str, IntArray]:

@@ -12,10 +12,10 @@ import numpy as np
 from femprep.export.deck.fibres import directions, orthotropic, segments
 from femprep.export.deck.material import shear_and_bulk
 from femprep.export.deck.names import facet_names, facet_nodes, region_names
-from femprep.export.deck.springs import RING, ring_nodes
+from femprep.export.deck.springs import RING, has_pericardium, ring_nodes
 from femprep.export.deck.text import wrapped
 from femprep.export.deck.units import UNITS, Units
-from femprep.export.febio.step import CONTROL, INWARD, epicardium, has_pericardium, inflation, stiffness
+from femprep.export.febio.step import CONTROL, INWARD, epicardium, inflation, stiffness
 from femprep.export.verdict import verdict_lines
 from femprep.mesh.operations.turned import turned_facets
 from femprep.model import IntArray, VolumeMesh
@@ -80,15 +80,18 @@ def _document(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
 
 def _mesh_data(mesh: VolumeMesh, parts: list[_Part], options: ExportOptions) -> Iterator[str]:
     """Material axes, and the stiffness of the pericardium."""
-    lines = []
-    if (found := directions(mesh)) is not None:
-        for part in parts:
-            axes = _axes(found[0][part.row], found[1][part.row])
-            lines.append(f'<ElementData type="mat_axis" elem_set="{part.name}">\n{axes}</ElementData>\n')
+    found = directions(mesh)
+    if found is None and not has_pericardium(mesh):
+        return
+    yield "<MeshData>\n"
+    for part in parts if found else ():
+        assert found
+        yield f'<ElementData type="mat_axis" elem_set="{part.name}">\n'
+        yield _axes(found[0][part.row], found[1][part.row])
+        yield "</ElementData>\n"
     if has_pericardium(mesh):
-        lines += stiffness(mesh, options)
-    if lines:
-        yield from ("<MeshData>\n", *lines, "</MeshData>\n")
+        yield from stiffness(mesh, options)
+    yield "</MeshData>\n"
 
 
 def _parts(mesh: VolumeMesh) -> list[_Part]:

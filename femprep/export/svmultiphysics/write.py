@@ -10,7 +10,7 @@ import numpy as np
 
 from femprep.export.deck.fibres import directions
 from femprep.export.deck.names import facet_names
-from femprep.export.deck.springs import per_millimetre
+from femprep.export.deck.springs import has_pericardium, per_millimetre
 from femprep.export.deck.units import UNITS
 from femprep.export.svmultiphysics.step import ORIGIN, PERICARDIUM, origin_of, write_step
 from femprep.export.vtk.polydata import polydata
@@ -60,7 +60,7 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     for name in open_cavities(mesh):
         caps.mkdir(exist_ok=True)
         save(_cap(scaled, name), caps / f"{name}.vtp")
-    if "pericardium" in mesh.point_data and "epi" in facet_names(mesh):
+    if has_pericardium(mesh):
         save(_robin(scaled, element, options), folder / PERICARDIUM)
     if options.step != "none":
         write_step(mesh, folder, options)

@@ -11,6 +11,7 @@ from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.quadratic import add_middles, number_edges
 from femprep.model import FloatArray, IntArray, TagArray, VolumeMesh, frozen
 from femprep.volume.optimise import optimise
+from femprep.volume.pericardium import springs_renewed
 from femprep.volume.refine.boundary import constraints_of, moved_onto
 from femprep.volume.refine.fields import carried
 from femprep.volume.refine.level import cut_cells, cut_facets, number_nodes
@@ -60,7 +61,7 @@ def step(
     )
     if any(ELEMENTS[name].quadratic for name in mesh.cells):
         fine, fine_held = _curved(fine, fine_held, sheets, of_facet)
-    fine = carried(mesh, fine, ways)
+    fine = springs_renewed(carried(mesh, fine, ways))
     return State(fine, of_facet, fine_held), ways, record
 
 

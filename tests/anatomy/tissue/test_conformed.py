@@ -23,7 +23,7 @@ def wrong(mesh: fp.VolumeMesh) -> float:
 
 
 def test_a_scar_in_the_middle_of_the_wall_has_its_own_faces() -> None:
-    wall, image = ventricle(size=7), late_enhancement(stack(PIXELS), 0.25, 0.75)
+    wall, image = fp.add_pericardium(ventricle(size=7)), late_enhancement(stack(PIXELS), 0.25, 0.75)
     plain, found = fp.add_regions(wall, image), fp.add_regions(wall, image, conforming=True)
     assert wrong(found) < 0.9 * wrong(plain)
     told = found.info["tissues"]["tissues"][0]
@@ -40,6 +40,9 @@ def test_a_scar_in_the_middle_of_the_wall_has_its_own_faces() -> None:
     faces = boundary_faces(found.cells)["triangle"].nodes
     assert len(faces) == found.n_facets
     assert set(wall.point_data) <= set(found.point_data)
+    epi = found.points[found.facets["triangle"][found.facet_tag == fp.FACET_TAGS["epi"]]]
+    area = np.linalg.norm(np.cross(epi[:, 1] - epi[:, 0], epi[:, 2] - epi[:, 0]), axis=1).sum() / 2
+    assert found.point_data["pericardium_area"].sum() == pytest.approx(area, rel=1e-12)
     assert np.hypot(found.point_data["rotational_cos"], found.point_data["rotational_sin"]).min() > 1 - 1e-9
     assert fp.add_regions(wall, image, conforming=True).points.tobytes() == found.points.tobytes()
 
