@@ -84,3 +84,12 @@ def test_a_refined_mesh_has_the_springs_of_its_own_facets(levels: int) -> None:
     assert not np.any(fine.point_data["pericardium"][off])
     assert set(np.unique(np.linalg.norm(fine.point_data["pericardium_normal"], axis=1).round(12))) == {0.0, 1.0}
     np.testing.assert_allclose(fine.points[fine.point_data["basal_ring"] == 1, 2], BASE_HEIGHT, atol=1e-9)
+
+
+def test_a_mirrored_mesh_has_mirrored_springs() -> None:
+    mesh = truncated_ellipsoid("tetra")
+    height = (mesh.points[:, 2] - APEX_HEIGHT) / (BASE_HEIGHT - APEX_HEIGHT)
+    mesh = mesh.with_data(point={"apicobasal": height})
+    twin, wanted = fp.flip(fp.add_pericardium(mesh)), fp.add_pericardium(fp.flip(mesh))
+    for name in ("pericardium", "pericardium_area", "pericardium_normal", "basal_ring"):
+        np.testing.assert_allclose(twin.point_data[name], wanted.point_data[name], atol=1e-12)

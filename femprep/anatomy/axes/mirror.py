@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
 
 #: Data that are vectors and mirrored with the heart.
-_VECTORS = ("fiber", "sheet", "normal")
+_VECTORS = ("fiber", "sheet", "normal", "pericardium_normal")
 
 
 @overload
