@@ -13,13 +13,13 @@ from femprep.annotation.given import given_facets, given_regions, with_places
 from femprep.annotation.reading import Attempt, Name, NoReading, Question, Reading, area_by_name
 from femprep.annotation.records import Annotation
 from femprep.annotation.region_facets import facets_of_regions
-from femprep.annotation.regions import match_regions, regions_by_place, volumes
+from femprep.annotation.regions import match_regions, regions_by_place
 from femprep.annotation.shell import Shell, shell_of
 from femprep.annotation.ventricles import with_anatomy
 from femprep.annotation.ways import WAYS, Way
 from femprep.errors import FemprepError, InputError
 from femprep.export.deck.names import FOREIGN
-from femprep.mesh.measures.tetrahedra import tetra_volumes
+from femprep.mesh.measures.volume_elements import all_volumes, element_volumes
 from femprep.mesh.operations.turned import turned_cells
 from femprep.model import FACET_TAGS, REGION_TAGS, Notice, Plane, Progress, TagArray, VolumeMesh, noted, with_verdict
 from femprep.model.blocks import chosen_rows, nodes_of, numbers_among
@@ -111,14 +111,15 @@ def _in_millimetres(mesh: VolumeMesh, options: AnnotateOptions) -> tuple[VolumeM
 
 
 def _positive(mesh: VolumeMesh) -> VolumeMesh:
-    """Tetrahedra turned where the file lists them the other way round; a few negative ones are inverted, and stay."""
+    """Elements turned where the file lists them the other way round; a few negative ones are inverted, and stay."""
     cells, turned = dict(mesh.cells), 0
-    for kind in ("tetra", "tetra10"):
-        if kind in cells:
-            negative = tetra_volumes(mesh.points, cells[kind][:, :4]) < 0
-            if negative.mean() > _SENSELESS:
-                cells[kind] = np.where(negative[:, None], turned_cells(kind, cells[kind]), cells[kind])
-                turned += int(negative.sum())
+    for kind, block in mesh.cells.items():
+        # The corners of a curved tetrahedron tell its side.
+        straight = (block[:, :4], "tetra") if kind.startswith("tetra") else (block, kind)
+        negative = element_volumes(mesh.points, *straight) < 0
+        if len(block) and negative.mean() > _SENSELESS:
+            cells[kind] = np.where(negative[:, None], turned_cells(kind, block), block)
+            turned += int(negative.sum())
     if not turned:
         return mesh
     words = "{amount} list their corners the other way round, and were turned"
@@ -228,7 +229,7 @@ def _regions(
         because = "between the surfaces that are nearest"
         names = {label[int(t)]: Name(0.9 if len(np.unique(ours)) > 1 else 1.0, because) for t in np.unique(ours)}
         return replace(mesh, region=ours), names, []
-    region, names, questions = match_regions(theirs, ours, volumes(mesh), given)
+    region, names, questions = match_regions(theirs, ours, np.abs(all_volumes(mesh.points, mesh.cells)), given)
     return replace(mesh, region=region), names, questions
 
 

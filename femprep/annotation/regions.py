@@ -9,7 +9,6 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
 from femprep.annotation.reading import Name, Question
-from femprep.mesh.measures.tetrahedra import tetra_volumes
 from femprep.model import REGION_TAGS, FloatArray, TagArray, VolumeMesh
 from femprep.model.blocks import block_rows, nodes_of
 from femprep.model.facets import facet_triangles
@@ -93,15 +92,3 @@ def match_regions(
             words = f"the file's region {tag} may be {name} or another"
             questions.append(Question(words, f'names = {{ "{tag}" = "{name}" }}'))
     return out, names, questions
-
-
-def volumes(mesh: VolumeMesh) -> FloatArray:
-    """Volume of each element by its first four corners' tetrahedron, or its box: a weight, mm3."""
-    found = []
-    for kind, block in mesh.cells.items():
-        if kind.startswith("tetra"):
-            found.append(np.abs(tetra_volumes(mesh.points, block[:, :4])))
-        else:
-            corners = mesh.points[block[:, :8]]
-            found.append(np.ptp(corners, axis=1).prod(axis=1))
-    return np.concatenate(found)

@@ -7,11 +7,11 @@ from html import escape
 from pathlib import Path
 
 from femprep.annotation import Annotation
-from femprep.annotation.regions import volumes
 from femprep.annotation.shell import shell_of
 from femprep.errors import FemprepError
 from femprep.export import write_facets, write_format, write_mesh, write_surface
 from femprep.export.losses import losses
+from femprep.mesh.measures.volume_elements import all_volumes
 from femprep.model import Notice, Progress, noted, verdict_of
 from femprep.report.folder.output_folder import whole_folder
 from femprep.report.manifest import (
@@ -134,7 +134,7 @@ def _cavities(found: Annotation, folder: Path) -> list[Notice]:
 def _names(found: Annotation) -> tuple[list[NameRecord], list[NameRecord]]:
     shell = shell_of(found.mesh)
     area = {name: float(shell.area[found.mesh.facet_tag == tag].sum()) for name, tag in found.mesh.facet_names.items()}
-    size = volumes(found.mesh)
+    size = all_volumes(found.mesh.points, found.mesh.cells)
     volume = {name: float(size[found.mesh.region == tag].sum()) for name, tag in found.mesh.region_names.items()}
 
     def records(amounts: dict[str, float]) -> list[NameRecord]:

@@ -17,6 +17,8 @@ import femprep as fp
 from femprep.annotation.given import given_facets
 from femprep.annotation.shell import shell_of
 from femprep.cli import main
+from femprep.mesh.measures.volume_elements import all_volumes
+from femprep.mesh.operations.turned import turned_cells
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
 from femprep.model.units import guess_unit
 from femprep.phantoms import lv_ellipsoid
@@ -92,9 +94,10 @@ def test_what_is_no_heart_in_any_unit_is_refused() -> None:
         guess_unit(np.array([[0.0, 0.0, 0.0], [1e9, 0.0, 0.0]]))
 
 
-def test_tetrahedra_listed_the_other_way_round_are_turned() -> None:
-    truth = ellipsoid("tetra").mesh
-    cells = {"tetra": truth.cells["tetra"][:, [1, 0, 2, 3]]}
+@pytest.mark.parametrize("kind", ["tetra", "wedge", "hexahedron"])
+def test_elements_listed_the_other_way_round_are_turned(kind: str) -> None:
+    truth = ellipsoid(kind).mesh
+    cells = {name: turned_cells(name, block) for name, block in truth.cells.items()}
     found = fp.annotate(VolumeMesh(truth.points, cells, np.ones(truth.n_cells)), fibres=None)
     assert found.quality.validity.inverted_elements == 0
     assert right(truth, found) == 1.0
@@ -190,6 +193,8 @@ def test_the_command_writes_the_folder_with_every_attempt(tmp_path: Path, capsys
     assert status in (0, 1), capsys.readouterr().err
     record = json.loads((out / "run.json").read_text())
     assert {one["name"]: one["sure"] for one in record["facets"]} == {"endo": 1.0, "epi": 1.0, "base": 1.0}
+    assert [one["name"] for one in record["regions"]] == ["lv"]
+    assert record["regions"][0]["amount"] == pytest.approx(all_volumes(truth.points, truth.cells).sum(), abs=0.01)
     assert [one["way"] for one in record["attempts"]] == ["closed sheets", "flat pieces"]
     assert record["source_unit"] == "cm"
     assert "*SURFACE" in (out / "mesh.inp").read_text().upper()
