@@ -7,6 +7,13 @@ The heart is that of the wheel ``ansys-health-heart`` (MIT; mesh after Rodero et
     python tests/benchmarks/bench_annotate.py ansys/health/heart/data_examples/rodero_01_fullheart_1.5mm.vtu
 
 Once with the bare points and tetrahedra, once with the numbers of its seven volumes, shuffled.
+
+``--examples`` takes instead the left ventricles that svMultiPhysics is shown with, against their own surfaces, and the
+fibres of the one that has some (helix angle 90 to -90 degrees). Its repository keeps pointers to large files alone; the
+one of its tests before holds them::
+
+    git clone --depth 1 https://github.com/SimVascular/svFSI-Tests
+    python tests/benchmarks/bench_annotate.py --examples svFSI-Tests
 """
 
 from __future__ import annotations
@@ -42,6 +49,13 @@ WORDS = (
     ("aorta wall", "aorta_wall"),
     ("pulmonary artery wall", "pulmonary_artery_wall"),
 )
+#: Left ventricles of the examples: ten-node tetrahedra, hexahedra, tetrahedra.
+EXAMPLES = (
+    "05-struct/02-LV-Guccione-passive/mesh/P2",
+    "05-struct/02-LV-Guccione-passive/mesh/Q1",
+    "06-ustruct/03-LV-Guccione-active/mesh/P1",
+)
+KINDS = {10: "tetra", 24: "tetra10", 12: "hexahedron"}
 CAPS = {
     1001: "mitral",
     1002: "aortic",
@@ -60,9 +74,14 @@ def ours(name: str) -> str | None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("mesh", type=Path)
+    parser.add_argument("mesh", type=Path, help="the published heart, or the folder of the examples")
     parser.add_argument("--numbers", action="store_true", help="only with the numbers of the volumes")
+    parser.add_argument("--examples", action="store_true", help="the left ventricles of svMultiPhysics's examples")
     arguments = parser.parse_args()
+    if arguments.examples:
+        for name in EXAMPLES:
+            example(arguments.mesh / name)
+        return
     file = pyvista.read(arguments.mesh)
     names = json.loads(arguments.mesh.with_suffix(".namemap.json").read_text())["_surface_id_to_name"]
     tetra, triangles = file.cells_dict[10].astype(np.int64), file.cells_dict[5].astype(np.int64)
@@ -95,16 +114,45 @@ def main() -> None:
             print(f"fibres: the file has the same direction {fibre[0]} everywhere, so there is nothing to compare with")
         elif "fiber" in found.mesh.cell_data:
             at = np.isin(found.mesh.region, [1, 2, 3]) & (np.linalg.norm(fibre, axis=1) > 0.5)
-            cosine = np.abs(np.einsum("ij,ij->i", fibre, np.asarray(found.mesh.cell_data["fiber"])))[at]
-            angle = np.degrees(np.arccos(np.clip(cosine, 0, 1)))
-            print(f"fibres: median {np.median(angle):.1f}, mean {angle.mean():.1f} degrees off in {at.sum()} elements")
+            angles("fibres", fibre[at], found.mesh.cell_data["fiber"][at])
         print("verdict:", found.quality.failures or "passed")
+
+
+def example(folder: Path) -> None:
+    """A left ventricle of SimVascular's: a file of elements, one of facets for each surface, perhaps two of fibres."""
+    file = pyvista.read(folder / "mesh-complete.mesh.vtu")
+    kind, cells = next((KINDS[int(code)], block) for code, block in file.cells_dict.items())
+    mesh = VolumeMesh(np.asarray(file.points, dtype=float), {kind: cells.astype(np.int64)}, np.ones(file.n_cells))
+    start = time.perf_counter()
+    found = fp.annotate(mesh, fibres={"endo_angle": 90.0, "epi_angle": -90.0})
+    print(f"\n## {folder}: {file.n_cells} {kind}, {time.perf_counter() - start:.1f} s")
+    nodes, truth = [], []
+    for name in ("endo", "epi", "base"):
+        surface = pyvista.read(folder / "mesh-surfaces" / f"{name}.vtp")
+        corners = 4 if kind == "hexahedron" else 3
+        facets = surface.faces.reshape(surface.n_cells, -1)[:, 1 : 1 + corners]
+        nodes.append(surface.point_data["GlobalNodeID"][facets] - 1)
+        truth.append(np.full(surface.n_cells, FACET_TAGS[name]))
+    report(found, np.concatenate(nodes), np.concatenate(truth))
+    for own, theirs in (("fiber", "fibersLong.vtu"), ("sheet", "fibersSheet.vtu")):
+        if (folder / theirs).is_file():
+            angles(own, pyvista.read(folder / theirs)["FIB_DIR"], found.mesh.cell_data[own])
+    print("verdict:", found.quality.failures or "passed")
+
+
+def angles(what: str, theirs: np.ndarray, own: np.ndarray) -> None:
+    """How many degrees one direction is from another, either way along it."""
+    cosine = np.abs(np.einsum("ij,ij->i", theirs, own)) / np.linalg.norm(theirs, axis=1)
+    off = np.degrees(np.arccos(np.clip(cosine, 0, 1)))
+    told = f"median {np.median(off):.2f}, mean {off.mean():.2f}, 95 % {np.percentile(off, 95):.2f}"
+    print(f"{what}: {told}, at most {off.max():.1f} degrees off in {len(off)} elements")
 
 
 def report(found: fp.Annotation, triangles: np.ndarray, truth: np.ndarray) -> None:
     """Share of area named right, by name."""
     shell = shell_of(found.mesh)
-    have = shell.facets["triangle"]
+    kind = next(iter(shell.facets))
+    have = shell.facets[kind][:, : triangles.shape[1]]
     number = set_numbers(have, triangles)
     true = np.zeros(int(number.max()) + 1, dtype=int)
     true[number[len(have) :]] = truth
