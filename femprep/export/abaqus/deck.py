@@ -1,22 +1,30 @@
-"""The text of an Abaqus or CalculiX deck in; its nodes, elements, sets and surfaces, by its own numbers, out."""
+"""An Abaqus or CalculiX deck in; its nodes, elements, sets and surfaces, by its own numbers, out.
+
+Numbers are those of a part, and each part begins anew: they are told apart by a multiple of :data:`PART`. A part lies
+where its instance puts it.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from femprep.errors import FileError
+from femprep.export.abaqus.sections import Section, sections
 from femprep.export.abaqus.springs import PARTNERS, SPRINGS
 from femprep.export.abaqus.write import ABAQUS_TYPES
 from femprep.mesh.elements import ELEMENTS
-from femprep.model import IntArray
+from femprep.model import FloatArray, IntArray
 
 KINDS = {name: kind for kind, name in ABAQUS_TYPES.items()}
+#: What numbers of one part are ahead of those of the part before; what is in no part comes first.
+PART: Final = 10**12
 
 
 @dataclass
@@ -24,12 +32,15 @@ class Deck:
     """What a deck holds, by the deck's own numbers."""
 
     nodes: list[np.ndarray] = field(default_factory=list)
-    elements: list[tuple[str, IntArray, str]] = field(default_factory=list)
+    elements: list[tuple[str, IntArray]] = field(default_factory=list)
     sets: dict[str, list[Any]] = field(default_factory=dict)
-    surfaces: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
+    surfaces: dict[str, list[tuple[str | int, str]]] = field(default_factory=dict)
     directions: np.ndarray | None = None
     unit: str = "mm"
     left_out: set[str] = field(default_factory=set)
+    #: First number of each part, by its name in capitals, and of the part of each instance.
+    parts: dict[str, int] = field(default_factory=dict)
+    instances: dict[str, int] = field(default_factory=dict)
 
 
 def parse(path: Path) -> Deck:
@@ -40,63 +51,82 @@ def parse(path: Path) -> Deck:
     FileError
         A section does not hold what it should.
     """
-    deck = Deck()
-    for keyword, options, lines in _sections(path):
+    deck, here = Deck(), 0
+    for section in sections(path):
+        keyword, options, lines = section.keyword, section.options, section.lines
+        first = deck.instances.get(options.get("INSTANCE", "").upper(), here)
         if keyword == "HEADING":
             deck.unit = next((m[1] for line in lines if (m := re.search(r"Units: length (\w+)", line))), deck.unit)
+        elif keyword == "PART":
+            here = deck.parts.setdefault(options.get("NAME", "").upper(), PART * (len(deck.parts) + 1))
+        elif keyword == "INSTANCE":
+            here = _place(deck, options, lines, path)
+        elif keyword in ("END PART", "END INSTANCE"):
+            here = 0
         elif PARTNERS in options.get("NSET", "").lower() or SPRINGS in options.get("ELSET", "").lower():
             continue  # they hold the mesh, and are no part of it
         elif keyword == "NODE" and lines:
             table = _table(lines, path)
-            deck.nodes.append(np.pad(table, ((0, 0), (0, max(0, 4 - table.shape[1])))))
+            table = np.pad(table, ((0, 0), (0, max(0, 4 - table.shape[1]))))
+            table[:, 0] += first
+            deck.nodes.append(table)
         elif keyword == "ELEMENT" and lines:
-            kind = _kind(options.get("TYPE", ""))
-            if kind is None:
-                deck.left_out.add(options.get("TYPE", "?"))
-                continue
-            values = np.array([int(text) for line in lines for text in _fields(line)], dtype=np.int64)
-            width = ELEMENTS[kind].nodes + 1
-            if values.size % width:
-                raise FileError(
-                    f"{str(path)!r}: *ELEMENT {options['TYPE']} holds {values.size} numbers, not {width} each"
-                )
-            deck.elements.append((kind, values.reshape(-1, width), options.get("ELSET", "")))
-            if options.get("ELSET"):
-                deck.sets.setdefault(options["ELSET"], []).append(values[::width])
+            _add_elements(deck, section, first, path)
         elif keyword == "ELSET":
-            deck.sets.setdefault(options.get("ELSET", ""), []).extend(_members(lines, "GENERATE" in options))
+            members = _members(deck, lines, first, "GENERATE" in options)
+            deck.sets.setdefault(options.get("ELSET", ""), []).extend(members)
         elif keyword == "DISTRIBUTION" and options.get("LOCATION", "").upper() == "ELEMENT":
             found = [_fields(line) for line in lines if not line.startswith(",")]
             if found and all(len(row) == 7 and row[0].isdigit() for row in found):
                 deck.directions = np.array(found, dtype=np.float64)
+                deck.directions[:, 0] += first
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
-            pairs = [tuple(_fields(line)[:2]) for line in lines]
-            deck.surfaces.setdefault(options.get("NAME", ""), []).extend(p for p in pairs if len(p) == 2)
+            rows = [_fields(line)[:2] for line in lines]
+            pairs = [(_member(deck, row[0], first), row[1]) for row in rows if len(row) == 2]
+            deck.surfaces.setdefault(options.get("NAME", ""), []).extend(pairs)
     return deck
 
 
-def _sections(path: Path) -> Iterator[tuple[str, dict[str, str], list[str]]]:
-    """Keyword, its options and its data lines; comments only where they say the units."""
-    keyword = ""
-    options: dict[str, str] = {}
-    lines: list[str] = []
-    with path.open(encoding="utf-8", errors="replace") as file:
-        for raw in file:
-            line = raw.strip()
-            if line.startswith("**"):
-                if "Units:" in line:
-                    lines.append(line)
-            elif line.startswith("*"):
-                if keyword:
-                    yield keyword, options, lines
-                head, *rest = [part.strip() for part in line[1:].split(",")]
-                keyword, lines = head.upper(), []
-                pairs = (part.partition("=") for part in rest)
-                options = {name.strip().upper(): value.strip().strip('"') for name, _, value in pairs}
-            elif line:
-                lines.append(line)
-    if keyword:
-        yield keyword, options, lines
+def _place(deck: Deck, options: dict[str, str], lines: Sequence[str], path: Path) -> int:
+    """Put a part where an instance says: moved, then turned round an axis. Returns its first number."""
+    name, part = options.get("NAME", ""), options.get("PART", "").upper()
+    if part not in deck.parts:
+        raise FileError(f"{str(path)!r}: instance {name!r} is of part {options.get('PART')!r}, which is not there")
+    first = deck.parts[part]
+    if first in deck.instances.values():
+        raise FileError(f"{str(path)!r}: part {options['PART']!r} is placed twice; each copy needs a part of its own")
+    deck.instances[name.upper()] = first
+    given = [np.array(_fields(line), dtype=np.float64) for line in lines]
+    for table in deck.nodes if given else ():
+        own = table[:, 0] // PART == first // PART
+        table[own, 1:4] = _moved(table[own, 1:4], given)
+    return first
+
+
+def _moved(points: FloatArray, given: Sequence[FloatArray]) -> FloatArray:
+    """Points moved by the first row of an instance, then turned by the second: two points of an axis, degrees."""
+    points = points + given[0]
+    if len(given) == 1:
+        return points
+    start, end, angle = given[1][:3], given[1][3:6], given[1][6]
+    turn = Rotation.from_rotvec(np.radians(angle) * (end - start) / np.linalg.norm(end - start))
+    return np.asarray(start + turn.apply(points - start))
+
+
+def _add_elements(deck: Deck, section: Section, first: int, path: Path) -> None:
+    name = section.options.get("TYPE", "?")
+    kind = _kind(name)
+    if kind is None:
+        deck.left_out.add(name)
+        return
+    values = np.array([int(text) for line in section.lines for text in _fields(line)], dtype=np.int64)
+    width = ELEMENTS[kind].nodes + 1
+    if values.size % width:
+        raise FileError(f"{str(path)!r}: *ELEMENT {name} holds {values.size} numbers, not {width} each")
+    rows = values.reshape(-1, width) + first
+    deck.elements.append((kind, rows))
+    if section.options.get("ELSET"):
+        deck.sets.setdefault(section.options["ELSET"], []).append(rows[:, 0])
 
 
 def _kind(name: str) -> str | None:
@@ -116,11 +146,19 @@ def _table(lines: list[str], path: Path) -> np.ndarray:
     return np.array(rows, dtype=np.float64)
 
 
-def _members(lines: list[str], generate: bool) -> list[Any]:
+def _member(deck: Deck, text: str, first: int) -> str | int:
+    """The number of an element or the name of a set; ``instance.number`` is one of that instance."""
+    instance, _, own = text.rpartition(".")
+    if instance.upper() in deck.instances:
+        text, first = own, deck.instances[instance.upper()]
+    return first + int(text) if text.isdigit() else text
+
+
+def _members(deck: Deck, lines: list[str], first: int, generate: bool) -> list[Any]:
     if not generate:
-        return [text if not text.lstrip("-").isdigit() else int(text) for line in lines for text in _fields(line)]
+        return [_member(deck, text, first) for line in lines for text in _fields(line)]
     found: list[Any] = []
     for line in lines:
-        first, last, *step = (int(text) for text in _fields(line))
-        found.append(np.arange(first, last + 1, *step))
+        low, high, *step = (int(text) for text in _fields(line))
+        found.append(first + np.arange(low, high + 1, *step))
     return found

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from femprep.errors import FileError, InputError
-from femprep.export.abaqus.deck import KINDS, Deck, parse
+from femprep.export.abaqus.deck import KINDS, PART, Deck, parse
 from femprep.export.deck.names import Numbers
 from femprep.export.deck.units import UNITS
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
@@ -19,10 +19,11 @@ log = logging.getLogger(__name__)
 
 
 def read(path: Path) -> VolumeMesh:
-    """Read the volume mesh of a deck.
+    """Read the volume mesh of a deck, of several parts too, each where its instance puts it.
 
-    Element sets become regions (the first set an element is in decides, sets of all elements do not count), element
-    surfaces become tagged facets. Elements of other types (shells, springs) are left out.
+    Element sets become regions (the first set an element is in decides, sets of all elements do not count; of several
+    parts, those of no set are named after theirs), element surfaces become tagged facets. Elements of other types
+    (shells, springs) are left out.
 
     Raises
     ------
@@ -37,7 +38,7 @@ def read(path: Path) -> VolumeMesh:
     nodes = np.concatenate(deck.nodes)
     labels, points = nodes[:, 0].astype(np.int64), nodes[:, 1:4] / UNITS[deck.unit].per_mm
     blocks: dict[str, list[IntArray]] = {}
-    for kind, rows, _ in deck.elements:
+    for kind, rows in deck.elements:
         blocks.setdefault(kind, []).append(rows)
     tables = {kind: np.concatenate(parts) for kind, parts in blocks.items()}
     element_labels = np.concatenate([table[:, 0] for table in tables.values()])
@@ -66,7 +67,7 @@ def _index(labels: IntArray, wanted: IntArray, what: str, path: Path) -> IntArra
     """Positions of labels."""
     found, known = _found(labels, wanted)
     if not np.all(known):
-        raise FileError(f"{str(path)!r}: {what} {int(np.asarray(wanted)[~known][0])} is used but not defined")
+        raise FileError(f"{str(path)!r}: {what} {int(np.asarray(wanted)[~known][0]) % PART} is used but not defined")
     return found
 
 
@@ -126,6 +127,11 @@ def _regions(deck: Deck, labels: IntArray, numbers: Numbers) -> np.ndarray:
         free = rows[region[rows] == 0]
         if free.size:
             region[free] = numbers.of(name)
+    parts = {first: name.lower() for name, first in deck.parts.items() if (labels // PART == first // PART).any()}
+    for first, name in parts.items() if len(parts) > 1 else ():
+        free = (region == 0) & (labels // PART == first // PART)
+        if free.any():
+            region[free] = numbers.of(name)
     return region.astype(np.int32)
 
 
@@ -139,7 +145,7 @@ def _facets(
     for name, pairs in deck.surfaces.items():
         members, faces = [], []
         for first, face in pairs:
-            own = np.array([int(first)]) if first.isdigit() else _labels_of(deck, first)
+            own = _labels_of(deck, first) if isinstance(first, str) else np.array([first])
             if re.fullmatch(r"S[1-6]", face.upper()):
                 members.append(own)
                 faces.append(np.full(len(own), int(face[1]) - 1))

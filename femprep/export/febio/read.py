@@ -11,10 +11,12 @@ from xml.etree import ElementTree
 import numpy as np
 
 from femprep.errors import FileError, InputError
+from femprep.export.deck.includes import included
 from femprep.export.deck.parts import Parts, rows_of_nodes
 from femprep.export.deck.units import units_of
 from femprep.export.febio.step import INWARD
 from femprep.export.febio.write import FEBIO_FACETS, FEBIO_TYPES
+from femprep.mesh.vtk.entities import refuse_entities
 from femprep.model import FloatArray, IntArray, VolumeMesh
 
 _KINDS: Final = {name: kind for kind, name in FEBIO_TYPES.items()}
@@ -34,10 +36,7 @@ def read(path: Path) -> VolumeMesh:
     InputError
         It has no nodes or volume elements, or a node that is not defined is used.
     """
-    try:
-        root = ElementTree.parse(path).getroot()
-    except ElementTree.ParseError as error:
-        raise FileError(f"{str(path)!r} is damaged: {error}") from error
+    root = _root((path,))
     found = root.find("Mesh")
     if found is None:
         raise InputError("holds no section Mesh; femprep reads FEBio's versions 3 and 4")
@@ -67,6 +66,31 @@ def read(path: Path) -> VolumeMesh:
         parts.facets += [(_FACETS[t], _nodes(rows, place), tag) for t, rows in by_type.items() if t in _FACETS]
     mesh = parts.mesh(points / units_of(path).per_mm, "Elements", "Surface")
     return _with_segments(mesh, found, numbers)
+
+
+def _root(opened: tuple[Path, ...]) -> ElementTree.Element:
+    """A model, the sections that it takes from other files (``from=``) in their places.
+
+    Raises
+    ------
+    FileError
+        A file is damaged, or not there.
+    """
+    path = opened[-1]
+    if len(opened) > 1:
+        refuse_entities(path)
+    try:
+        root = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError as error:
+        raise FileError(f"{str(path)!r} is damaged: {error}") from error
+    for place, section in enumerate(root):
+        if name := section.get("from"):
+            other = included(opened, name)
+            found = _root((*opened, other)).find(section.tag)
+            if found is None:
+                raise FileError(f"{str(path)!r} takes its {section.tag} from {name!r}, which has none")
+            root[place] = found
+    return root
 
 
 def _nodes(rows: ElementTree.Element | list[ElementTree.Element], place: dict[int, int]) -> IntArray:

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FileError, InputError
+from femprep.export.deck.includes import included
 from femprep.export.deck.parts import Parts, rows_of_nodes, with_mid_side_nodes
 from femprep.export.deck.units import units_of
 from femprep.export.lsdyna.write import PLACES
@@ -35,7 +36,7 @@ def read(path: Path) -> VolumeMesh:
     InputError
         It holds no solid elements.
     """
-    text = path.read_text(encoding="utf-8", errors="replace")
+    text = "\n".join(_lines((path,)))
     if "*KEYWORD" not in text.upper():
         raise FileError(f"{str(path)!r} is no LS-DYNA keyword file: it has no *KEYWORD")
     scale = units_of(path).per_mm
@@ -101,6 +102,27 @@ def _net(
     tag = np.array([parts.numbers.of(name, facet=True) for name in names], dtype=np.int32)
     ends = np.array([place.get(label, -1) for label in labels.tolist()], dtype=np.int64)
     return PurkinjeNet.numbered(points, edges.reshape(-1, 2), tag, ends, **speed)
+
+
+def _lines(opened: tuple[Path, ...]) -> Iterator[str]:
+    """Lines of a file, those of the files it takes in in their places.
+
+    Raises
+    ------
+    FileError
+        Such a file is not there, or is to be moved or renumbered.
+    """
+    including = False
+    for line in opened[-1].read_text(encoding="utf-8", errors="replace").splitlines():
+        if line.startswith("*"):
+            keyword = line.split()[0].upper()
+            including = keyword == "*INCLUDE"
+            if keyword.startswith("*INCLUDE_"):
+                raise FileError(f"{str(opened[-1])!r}: {keyword} is not followed; put what it takes in into one file")
+        if not including:
+            yield line
+        elif line.strip() and line[0] not in "*$":
+            yield from _lines((*opened, included(opened, line)))
 
 
 def _sections(text: str) -> Iterator[tuple[str, list[str]]]:

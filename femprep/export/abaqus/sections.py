@@ -1,0 +1,73 @@
+"""The text of an Abaqus or CalculiX deck in, files it takes in with it; its sections, one after the other, out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from femprep.export.deck.includes import included
+
+
+@dataclass(frozen=True)
+class Section:
+    """A keyword with what follows it.
+
+    Attributes
+    ----------
+    keyword : str
+        In capitals.
+    options : dict of str to str
+        By their names, in capitals.
+    lines : list of str
+        Data lines; comments only where they say the units.
+    """
+
+    keyword: str
+    options: dict[str, str]
+    lines: list[str]
+
+
+def sections(path: Path) -> Iterator[Section]:
+    """The sections of a deck.
+
+    Raises
+    ------
+    FileError
+        A file that the deck takes in is not there.
+    """
+    section: Section | None = None
+    for line in _lines((path,)):
+        if line.startswith("*") and not line.startswith("**"):
+            if section is not None:
+                yield section
+            section = Section(*_head(line), [])
+        elif section is not None:
+            section.lines.append(line)
+    if section is not None:
+        yield section
+
+
+def _lines(opened: tuple[Path, ...]) -> Iterator[str]:
+    """Lines that count, those of ``*INCLUDE`` and of ``INPUT=`` in their places."""
+    with opened[-1].open(encoding="utf-8", errors="replace") as file:
+        for raw in file:
+            line = raw.strip()
+            if line.startswith("**"):
+                if "Units:" in line:
+                    yield line
+            elif line.startswith("*"):
+                keyword, options = _head(line)
+                if keyword != "INCLUDE":
+                    yield line
+                if "INPUT" in options or keyword == "INCLUDE":
+                    yield from _lines((*opened, included(opened, options.get("INPUT", ""))))
+            elif line:
+                yield line
+
+
+def _head(line: str) -> tuple[str, dict[str, str]]:
+    """Keyword and options of a line."""
+    head, *rest = [part.strip() for part in line[1:].split(",")]
+    pairs = (part.partition("=") for part in rest)
+    return head.upper(), {name.strip().upper(): value.strip().strip('"') for name, _, value in pairs}
