@@ -6,7 +6,7 @@ What labels and options tell at once, objects, planes and openings, is laid out 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
@@ -252,7 +252,9 @@ def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Sta
         body=fitted["lv_epi"],
         openings=layout.openings,
         repaired=repaired,
-        outlines=_outlines(objects, {**fitted, **cavities}, tuple(CHAMBERS), ("lv",), _JOINT["whole-heart"]),
+        outlines=_outlines(
+            objects, {**fitted, **cavities}, tuple(CHAMBERS), ("lv",), _JOINT["whole-heart"], layout.openings
+        ),
         notices=notices,
     )
 
@@ -263,19 +265,21 @@ def _outlines(
     chambers: tuple[str, ...],
     walled: tuple[str, ...],
     clear: float,
+    openings: Sequence[Opening] = (),
 ) -> tuple[Outline, ...]:
     """What endocardia and the common epicardium ought to follow: this the outline of some labelled bodies.
 
     Where another chamber joins a body, whose wall may be assumed, the epicardium runs from one to the other. Of a whole
     heart it follows the left ventricle's: thin walls of the others are thickened to the least thickness.
     """
-    endo = [Outline(f"endo_{name}", objects[name]) for name in chambers]
+    of = {name: tuple(one for one in openings if name in (one.cavity, one.beyond)) for name in chambers}
+    endo = [Outline(f"endo_{name}", objects[name], openings=of[name]) for name in chambers]
     bodies = {name: objects[f"{name}_epi"] for name in chambers if f"{name}_epi" in objects}
     epi = []
     for name in walled:
         if name in bodies:
             others = tuple(surfaces.get(f"{other}_epi", surfaces[other]) for other in chambers if other != name)
-            epi.append(Outline("epi", bodies[name], others, clear))
+            epi.append(Outline("epi", bodies[name], others, clear, of[name]))
     return (*endo, *epi)
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from femprep.image import LabelObject
 from femprep.model import Surface
+from femprep.wall.chambers.openings import Opening
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,9 +23,12 @@ class Outline:
         Neighbours that are joined to it: near them, also below their last slice, its outline is none of the facets'.
     clear : float
         How near, mm.
+    openings : tuple of Opening
+        Where holes were cut its outline ends: by the rings that the mesh has.
     """
 
     facets: str
     obj: LabelObject
     beside: tuple[Surface, ...] = ()
     clear: float = 0.0
+    openings: tuple[Opening, ...] = ()

@@ -7,7 +7,7 @@ labels by what was done to it since.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -24,6 +24,7 @@ from femprep.surface.measure.inslice import dense
 from femprep.surface.measure.sections import label_contours
 from femprep.volume.quality.report import QualityReport
 from femprep.volume.quality.verdicts import Verdicts
+from femprep.wall.chambers.openings import Opening
 from femprep.wall.outlines import Outline
 
 #: Distance of neighbouring samples along an outline, mm.
@@ -33,6 +34,8 @@ _WITHIN: Final = 1.0
 #: A slice lies in such a plane where it is parallel to it and no farther than this, mm: there the rim of the facets is
 #: what is measured, by a cut as far inside.
 _IN_PLANE: Final = 1e-3
+#: An opening is so deep to either side, by its radius.
+_DEEP: Final = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +65,7 @@ def mesh_fidelity(mesh: VolumeMesh, outlines: Iterable[Outline], grid: Grid, lim
     Parameters
     ----------
     mesh : VolumeMesh
-        With facet tags. Outlines beyond its planes do not count.
+        With facet tags. Outlines beyond its planes and in its openings do not count.
     outlines : iterable of Outline
     grid : Grid
         Of the label map, whose slices are counted.
@@ -73,13 +76,14 @@ def mesh_fidelity(mesh: VolumeMesh, outlines: Iterable[Outline], grid: Grid, lim
     -------
     Fidelity
     """
-    planes = list(mesh.planes.values())
+    planes, names = list(mesh.planes.values()), mesh.facet_names
+    followed = (
+        replace(one, openings=tuple(opening for opening in one.openings if opening.name in names))
+        for one in outlines
+        if one.facets in names
+    )
     return _gather(
-        (
-            (one.facets, mesh.points, facet_triangles(mesh, one.facets), one)
-            for one in outlines
-            if one.facets in mesh.facet_names
-        ),
+        ((one.facets, mesh.points, facet_triangles(mesh, one.facets), one) for one in followed),
         planes,
         grid,
         limit,
@@ -200,6 +204,8 @@ def _slices(
                 middle = Plane(middle.point - _IN_PLANE * plane.normal, middle.normal)
             else:
                 kept = _both(kept, away < -margin)
+        for opening in outline.openings:
+            kept = _both(kept, _clear_of(opening, curve, margin))
         for neighbour in near:
             kept = _both(kept, neighbour(curve).distance > outline.clear)
         inside = curve if kept is None else curve[kept]
@@ -219,6 +225,14 @@ def _slices(
         both = np.concatenate([inside, section]), np.concatenate([there, back])
         found.append(_Slice(number, *both, len(inside), False))
     return found
+
+
+def _clear_of(opening: Opening, points: FloatArray, margin: float) -> BoolArray:
+    """Whether points lie beside an opening, whose rim need not be flat, and not in it."""
+    along = opening.plane.signed_distance(points)
+    across = np.linalg.norm(points - opening.plane.point - along[:, None] * opening.plane.normal, axis=1)
+    beside = (across > opening.radius + margin) | (np.abs(along) > _DEEP * opening.radius)
+    return np.asarray(beside, dtype=np.bool_)
 
 
 def _both(first: BoolArray | None, second: BoolArray) -> BoolArray:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -11,6 +13,7 @@ from femprep.options import CheckOptions
 from femprep.surface import fit_surface
 from femprep.volume import check
 from femprep.volume.quality.fidelity import judge_fidelity, mesh_fidelity, surface_fidelity, with_fidelity
+from femprep.wall.chambers.openings import Opening
 from femprep.wall.outlines import Outline
 
 PIXEL = 1.5
@@ -117,6 +120,29 @@ def test_where_a_neighbour_joins_the_outline_is_none_of_the_facets():
         dented = VolumeMesh(points, mesh.cells, mesh.region, mesh.facets, mesh.facet_tag)
         record = mesh_fidelity(dented, [alone], joined.grid).records[0]
         assert bound[0] <= record.greatest_pixels <= bound[1]
+
+
+def test_where_an_opening_was_cut_the_outline_is_none_of_the_facets():
+    """A window in the side of a tube is off by up to its radius, unless the mesh has the ring of an opening there."""
+    seg = rings()
+    mesh = tube(seg, 20.0, -0.5, 5.5)
+    side = mesh.points.mean(axis=0) + np.array([20.0, 0.0, 0.0])
+    triangles = mesh.facets["triangle"]
+    centre = mesh.points[triangles].mean(axis=1)
+    left = triangles[np.linalg.norm(centre - side, axis=1) > 8.0]
+    ring = triangles[np.abs(np.linalg.norm(centre - side, axis=1) - 8.0) < 1.0]
+    endo = np.full(len(left), FACET_TAGS["endo"])
+    aortic = Opening("aortic", "lv", None, Plane(side, np.array([1.0, 0.0, 0.0])), 9.0)
+    outline = Outline("endo", seg.object("lv"), openings=(aortic,))
+    closed = VolumeMesh(mesh.points, mesh.cells, mesh.region, {"triangle": left}, endo)
+    tags = np.concatenate([endo, np.full(len(ring), FACET_TAGS["aortic"])])
+    opened = VolumeMesh(mesh.points, mesh.cells, mesh.region, {"triangle": np.concatenate([left, ring])}, tags)
+    assert mesh_fidelity(closed, [outline], seg.grid).records[0].greatest_mm > 6.0
+    assert mesh_fidelity(opened, [outline], seg.grid).records[0].greatest_mm < 1.0
+    # A hole where no opening is told stays a fault.
+    elsewhere = replace(aortic, plane=Plane(side - [40.0, 0.0, 0.0], np.array([-1.0, 0.0, 0.0])))
+    wrong = replace(outline, openings=(elsewhere,))
+    assert mesh_fidelity(opened, [wrong], seg.grid).records[0].greatest_mm > 6.0
 
 
 def test_a_neighbour_that_rounds_off_below_its_last_slice_is_near_there_too():
