@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -22,6 +22,18 @@ from femprep.options.wall import WallOptions
 
 #: Structures that are no ball-like object on their own: a wall is fitted together with its cavity.
 WALLS = frozenset({"myo", "rv_wall", "la_wall", "ra_wall"})
+
+#: Options of a group that one mesher alone reads. Limits of time and memory the sweep never reaches.
+_READ_BY_ONE: Final = {
+    "sweep": ("element", "template", "edge_length", "layers", "columns", "rows", "grading", "order", "toward"),
+    "volume": (
+        *("quality", "refinement", "gradation", "envelope", "stop_energy", "optimise"),
+        *("minimum_dihedral", "mean_ratio", "retries"),
+    ),
+}
+
+#: Anatomies that have the walls whose thickness is assumed.
+_WALLS_OF: Final = {"rv_wall_thickness": ("biv", "whole-heart"), "atrial_wall_thickness": ("whole-heart",)}
 
 
 class Options(StageOptions):
@@ -105,6 +117,28 @@ class Options(StageOptions):
             raise ValueError(
                 f"mesher 'sweep' fills the wall between two surfaces: anatomy lv; {self.anatomy} needs --mesher tetwild"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _what_the_mesher_does_not_read(self) -> Options:
+        """An option that would be taken and ignored is refused."""
+        mesher = self.volume.mesher
+        group, own = ("sweep", self.sweep) if mesher == "tetwild" else ("volume", self.volume)
+        for name in _READ_BY_ONE[group]:
+            if getattr(own, name) != type(own).model_fields[name].default:
+                other = "sweep" if mesher == "tetwild" else "tetwild"
+                raise ValueError(
+                    f"{group}.{name} is for mesher {other!r}, and this one is {mesher!r}, which has no such option; "
+                    f"leave it out, or add --mesher {other}"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _walls_are_those_of_chambers(self) -> Options:
+        for name, anatomies in _WALLS_OF.items():
+            if self.anatomy not in anatomies and getattr(self.wall, name) != WallOptions.model_fields[name].default:
+                own = " or ".join(anatomies)
+                raise ValueError(f"wall.{name} is for anatomy {own}; {self.anatomy} has no such wall: leave it out")
         return self
 
     @model_validator(mode="after")
