@@ -62,7 +62,8 @@ REASONS: Final[tuple[Reason, ...]] = (
     ),
     Reason(
         *("poor-elements", "check failed", "An element, a facet or the boundary misses a limit of the check."),
-        "Look at the worst elements in the report; `--quality best`, another `--edge-length`, or `--purpose`.",
+        "Look at the worst elements in the report; `--quality best` of fTetWild, another `--edge-length`, or "
+        "`--purpose`.",
         words=r".",
     ),
     # Refused: input or options are wrong.

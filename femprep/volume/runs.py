@@ -19,7 +19,7 @@ from femprep.volume.refine.plan import Thickness, is_thin
 from femprep.volume.sizing import SizingField, following_field
 from femprep.volume.tetwild.attempts import Attempt, RunRecord, Status, attempts
 from femprep.volume.tetwild.guard import Run, TooLongError, run_tetwild
-from femprep.volume.validate import SECONDS_PER_TET, TETS_PER_CUBE, Estimate
+from femprep.volume.validate import SECONDS_PER_TET, TETS_PER_CUBE, Estimate, estimate
 
 _log = logging.getLogger(__name__)
 
@@ -151,6 +151,7 @@ def _one(
     filling: Filling, options: VolumeOptions, attempt: Attempt, sizes: Sizes, need: Estimate, report: Progress
 ) -> tuple[Candidate | None, RunRecord]:
     """One run: its mesh in order, where it gave a sound one, and its record."""
+    need = estimate(need.elements, attempt.levels)
     seconds = sizes.seconds(need, attempt)
     limit = attempt.time_limit(seconds, len(filling.triangles), options.time_limit)
     told: dict[str, Any] = {

@@ -90,7 +90,7 @@ def check_wall(wall: Wall) -> None:
     _check_tags(wall)
 
 
-def _estimate(elements: float, levels: int = 0) -> Estimate:
+def estimate(elements: float, levels: int = 0) -> Estimate:
     """Memory and time for a number of tetrahedra, made by refining coarser ones so many times."""
     coarse = elements / 8.0**levels
     used = max(BYTES_PER_TET * coarse, BYTES_PER_CHILD * elements if levels else 0.0)
@@ -137,7 +137,7 @@ def check_amount(
             f"average; choose at most {_rounded_down(thickness):g}, better {thickness / 3:.2g} for three elements "
             "through the wall"
         )
-    need = _estimate(TETS_PER_CUBE * volume / options.edge_length**3, levels)
+    need = estimate(TETS_PER_CUBE * volume / options.edge_length**3, levels)
     if need.gigabytes > slack * options.memory_limit:
         room = max(options.memory_limit * 1e9 - BASE_BYTES, 0.02e9)
         least = (TETS_PER_CUBE * volume * (BYTES_PER_CHILD if levels else BYTES_PER_TET) / room) ** (1 / 3)
@@ -165,7 +165,7 @@ def check_sizing(field: SizingField, options: VolumeOptions, size: float = 1.0, 
     ResourceError
         The mesh would need more memory than the limit.
     """
-    need = _estimate(TETS_PER_CUBE * size * field.elements)
+    need = estimate(TETS_PER_CUBE * size * field.elements)
     if need.gigabytes > slack * options.memory_limit:
         raise ResourceError(
             f"edge lengths from {field.finest:.3g} to {field.coarsest:.3g} mm make about {need.elements:.2g} elements "

@@ -85,6 +85,7 @@ def test_a_direct_run_when_asked(wall, monkeypatch):
 def test_a_step_that_spoils_the_mesh_is_undone(wall, monkeypatch):
     """What the mesher gave is sound: it is not thrown away because a step after it fails."""
     from femprep.volume import finish
+    from femprep.volume.tetwild import attempts
 
     asked = []
 
@@ -95,11 +96,15 @@ def test_a_step_that_spoils_the_mesh_is_undone(wall, monkeypatch):
         return replace(given, cells={"tetra": cells}, info={**given.info, "refinement": {"levels": levels}})
 
     monkeypatch.setattr(finish, "refine", spoil)
+    # The time a run is allowed is a few times what its own elements need, be they the coarse ones or all.
+    monkeypatch.setattr(attempts, "_LEAST_SECONDS", 5.0)
+    monkeypatch.setattr(attempts, "_SECONDS_PER_TRIANGLE", 0.0)
     found = tetrahedralize(wall, edge_length=3.2, retries=0, minimum_dihedral=0.0, mean_ratio=0.0)
     first, last = found.info["attempts"]
     assert (first["way"], first["status"]) == ("refined", "wrong mesh")
     assert first["undone"][0].startswith("refined: 1 elements are inverted")
     assert (last["way"], last["status"]) == ("direct", "reached")
+    assert last["time_limit_s"] > 2.0 * first["time_limit_s"]
     assert "refinement" not in found.info
     assert len(asked) == 1
     assert check(found).passed

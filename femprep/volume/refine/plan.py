@@ -15,7 +15,7 @@ from femprep.options import VolumeOptions
 #: lie on surfaces, and its children inherit a poor shape.
 THROUGH: Final = 1.2
 #: The longest edge of a coarse mesh, mm: on an adult's heart the chord then leaves the surface by a quarter of a mm.
-LONGEST: Final = 6.5
+LONGEST: Final = 7.5
 #: The share of the wall that may be thinner than the thickness that counts, %: edges are shorter there.
 _THIN: Final = 20.0
 #: Edges follow the thickness where so much of the wall, %, is thinner than so many edges: one element that reaches from

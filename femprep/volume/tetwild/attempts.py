@@ -38,6 +38,8 @@ class Way:
     name : str
     refined : bool
         The mesher's elements are larger than asked for, and refined.
+    fewer : int
+        So much less often than the wall bears at most; left out where nothing is left of it.
     follows : bool
         Edges follow the thickness wherever the wall is thinner than they are long; otherwise only where much is.
     envelope : float, optional
@@ -48,6 +50,7 @@ class Way:
 
     name: str
     refined: bool = False
+    fewer: int = 0
     follows: bool = False
     envelope: float | None = None
     energy: float | None = None
@@ -83,6 +86,7 @@ class Change:
 WAYS: Final = (
     Way("refined", refined=True, envelope=0.1, energy=50.0),
     Way("refined, along all of the wall", refined=True, follows=True),
+    Way("refined from a finer mesh", refined=True, fewer=1, envelope=0.1, energy=50.0),
     Way("direct"),
 )
 #: Where the quality was missed a little less energy gains little, and a tighter envelope would only keep more of the
@@ -174,16 +178,16 @@ def attempts(
     Returns
     -------
     iterator of Attempt
-        So many as there are further runs, and one; or one more, where refined ones come first.
+        So many as there are further runs, and one; where refined ones come first, as many as there are ways.
     """
     targets = options.targets
     edge = edge_length or options.edge_length
-    ways = [way for way in WAYS if levels or not way.refined]
+    ways = [way for way in WAYS if levels > way.fewer or not way.refined]
     if targets.retries < 2 and len(ways) > 1:
         ways = [ways[0], ways[-1]]
     patience = _PATIENCE
     for way in ways:
-        attempt = _first(options, way, edge, thickness, levels if way.refined else 0)
+        attempt = _first(options, way, edge, thickness, levels - way.fewer if way.refined else 0)
         yield replace(attempt, patience=patience)
         patience *= 2.0 if status() == "too long" else 1.0
     for _ in range(max(targets.retries - len(ways) + 1, 0)):

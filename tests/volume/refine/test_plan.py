@@ -18,7 +18,8 @@ from femprep.volume.validate import check_amount
         ({"edge_length": 2.5}, 9.0, 1),
         ({"edge_length": 1.5}, 9.0, 2),
         ({"edge_length": 0.4}, 9.0, 4),
-        ({"edge_length": 3.3}, 9.0, 0),
+        ({"edge_length": 3.3}, 9.0, 1),
+        ({"edge_length": 3.8}, 9.0, 0),
         ({"edge_length": LONGEST / 2}, 30.0, 1),
         ({"edge_length": 2.5}, 4.0, 0),
         ({"edge_length": 1.0}, 2.0, 1),
@@ -56,6 +57,18 @@ def test_a_refined_mesh_is_tried_twice_then_the_mesher_makes_it_itself():
     first = next(attempts(given, lambda: "missed", levels=2))
     assert (first.levels, first.envelope, first.stop_energy) == (2, 0.3, 8.0)
     assert all(attempt.levels == 0 for attempt in attempts(options, lambda: "missed"))
+
+
+def test_what_the_coarsest_mesh_misses_is_tried_from_a_finer_one_before_the_mesher_makes_it_itself():
+    found = [(one.way, one.levels) for one in attempts(VolumeOptions(edge_length=1.5), lambda: "missed", levels=2)]
+    assert found == [
+        ("refined", 2),
+        ("refined, along all of the wall", 2),
+        ("refined from a finer mesh", 1),
+        ("direct", 0),
+    ]
+    once = VolumeOptions(edge_length=1.5, retries=1)
+    assert [one.levels for one in attempts(once, lambda: "missed", levels=2)] == [2, 0]
 
 
 def test_refinement_needs_less_memory_and_time_than_the_mesher():
