@@ -179,7 +179,9 @@ def test_quality_names_targets_that_options_override():
 def test_sweep_takes_layers_and_order_from_the_same_options():
     layers = Options(volume={"elements_through_wall": 3, "order": 2, "edge_length": 4.0}).layers
     assert (layers.layers, layers.order, layers.edge_length) == (3, 2, 4.0)
-    own = Options(volume={"elements_through_wall": 3, "order": 2}, sweep={"layers": 5, "order": 1}).layers
+    own = Options(
+        volume={"mesher": "sweep", "elements_through_wall": 3, "order": 2}, sweep={"layers": 5, "order": 1}
+    ).layers
     assert (own.layers, own.order) == (5, 1)
 
 
