@@ -7,6 +7,7 @@ are a sheet of that plane, with all that lie in the same one; others stay as the
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -112,7 +113,7 @@ class Membership:
     second: IntArray
 
 
-def membership(facets: dict[str, IntArray], of_facet: IntArray, sheets: Sheets) -> Membership:
+def membership(facets: Mapping[str, IntArray], of_facet: IntArray, sheets: Sheets) -> Membership:
     """Find the sheets of each boundary node; facets without a sheet (-1) hold their nodes."""
     corner = [(nodes, nodes.shape[1]) for nodes in facets.values()]
     every = np.concatenate([nodes.ravel() for nodes, _ in corner]) if corner else np.empty(0, dtype=np.int64)
