@@ -66,28 +66,30 @@ def find_root(
     axes : VentricularAxes
     ventricle : {"lv", "rv"}
     given : tuple of float, optional
-        The vertex nearest to this point is the root.
+        The vertex nearest to this point is the root; lengths are then those of the whole endocardium where it has no
+        septal side.
 
     Raises
     ------
     InputError
-        The endocardium has no septal side.
+        The endocardium has no septal side, and no root was given.
     """
     normal = vertex_normals(points, triangles)
     turn = (axes.angle(points) + 180.0) % 360.0 - 180.0
     # Seen from the left ventricle's axis the septum is inside of the right one's free wall, and faces away.
     facing = normal @ axes.septal * (1.0 if ventricle == "rv" else -1.0)
     side = np.flatnonzero((np.abs(turn) < _SECTOR) & (facing > 0.5))
-    if not len(side):
+    if given is not None:
+        at = int(np.argmin(np.linalg.norm(points - np.asarray(given), axis=1)))
+        side = side if len(side) else np.arange(len(points))
+    elif not len(side):
         raise InputError(
             f"the endocardium of the {ventricle} has no side to the septum, where its bundle branch begins; name the "
             f"root (root_{ventricle})"
         )
     height = axes.height(points)
     low, high = height[side].min(), height[side].max()
-    if given is not None:
-        at = int(np.argmin(np.linalg.norm(points - np.asarray(given), axis=1)))
-    else:
+    if given is None:
         off = (height[side] - (low + _HEIGHT * (high - low))) ** 2
         across = (np.radians(turn[side]) * axes.radius(points[side])) ** 2
         at = int(side[np.argmin(off + across)])

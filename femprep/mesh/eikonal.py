@@ -63,7 +63,8 @@ def first_times(
     if not start.size:
         raise InputError("no front begins anywhere; give at least one node and its time")
     if start.min() < 0 or start.max() >= len(x):
-        raise InputError(f"a front begins at point {start.max()}, but there are {len(x)} points")
+        wrong = start.min() if start.min() < 0 else start.max()
+        raise InputError(f"a front begins at point {wrong}, but there are {len(x)} points")
     when = np.broadcast_to(when, start.shape)
     if not np.isfinite(when).all():
         raise InputError("a front begins at a time that is not finite; give times in ms")
