@@ -22,7 +22,7 @@ from femprep.volume.refine.peel import without_flat
 from femprep.volume.sound import VOLUME_LIMIT, check_boundary, check_positive, check_volumes, filled, require_sound
 from femprep.volume.tagging import tag_facets
 from femprep.volume.tetwild.attempts import MISSED, Attempt
-from femprep.volume.tetwild.guard import Run
+from femprep.volume.tetwild.guard import TetwildRun
 
 #: Smallest dihedral angle asked of a mesh that was refined, degrees, where no angle was asked for and the quality's own
 #: is lower: the mesher itself mostly makes one of 25, of 20 at least.
@@ -69,7 +69,7 @@ class Candidate:
 
 
 def finish(
-    run: Run, filling: Filling, options: VolumeOptions, attempt: Attempt, progress: Progress | None = None
+    run: TetwildRun, filling: Filling, options: VolumeOptions, attempt: Attempt, progress: Progress | None = None
 ) -> Candidate:
     """Check, tag, put in place, refine and improve what the mesher gave; ``progress`` is told of the refinement.
 

@@ -18,7 +18,7 @@ from femprep.volume.finish import Candidate, finish
 from femprep.volume.refine.plan import Thickness, is_thin
 from femprep.volume.sizing import SizingField, following_field
 from femprep.volume.tetwild.attempts import Attempt, RunRecord, Status, attempts
-from femprep.volume.tetwild.guard import Run, TooLongError, run_tetwild
+from femprep.volume.tetwild.guard import TetwildRun, TooLongError, run_tetwild
 from femprep.volume.validate import SECONDS_PER_TET, TETS_PER_CUBE, Estimate, estimate
 
 _log = logging.getLogger(__name__)
@@ -195,7 +195,7 @@ def _mesh(
     need: Estimate,
     limit: float,
     report: Progress,
-) -> Run:
+) -> TetwildRun:
     points, triangles = filling.outer.points, filling.triangles
     diagonal = float(np.linalg.norm(np.ptp(points[np.unique(triangles)], axis=0)))
     expected = max(need.seconds, 1.0)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -16,6 +15,7 @@ import numpy as np
 from femprep.errors import StageError
 from femprep.image import LabelObject, Segmentation
 from femprep.model import Notice, Plane, Progress, Surface, noted
+from femprep.model.stages import Stages
 from femprep.options import Options
 from femprep.surface import fit_surface
 from femprep.surface.fitting.outlined import outline_surface
@@ -37,9 +37,6 @@ from femprep.wall.assumed import assumed_wall, closed_openings, filled_groove, u
 from femprep.wall.outlines import Outline
 
 logger = logging.getLogger(__name__)
-
-#: Opens a stage of the run: timed, its progress passed on.
-Stages = Callable[[str], AbstractContextManager[Progress]]
 
 #: Vertices of the common epicardium over those of one cavity, by how much larger its surface is.
 _EPI_SHARE: Final = {"biv": 1.8, "whole-heart": 4.5}

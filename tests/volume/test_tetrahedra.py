@@ -15,7 +15,7 @@ from femprep.model import FACET_TAGS, REGION_TAGS, Plane, Wall
 from femprep.options import VolumeOptions
 from femprep.volume import check, finish, runs, sound, tetrahedralize
 from femprep.volume.tetwild.attempts import attempts
-from femprep.volume.tetwild.guard import Run, TooLongError
+from femprep.volume.tetwild.guard import TetwildRun, TooLongError
 
 
 def holds(mesh, wall, volume: float = 0.01) -> None:
@@ -122,8 +122,8 @@ def test_progress_rises_and_ends_at_one(coarse_wall, monkeypatch, coarse_mesh):
     assert max(fractions[:-1]) < 0.9
 
 
-def result(mesh) -> Run:
-    return Run(mesh.points.copy(), mesh.cells["tetra"].copy(), 1.0, 10**8, 1.0)
+def result(mesh) -> TetwildRun:
+    return TetwildRun(mesh.points.copy(), mesh.cells["tetra"].copy(), 1.0, 10**8, 1.0)
 
 
 class Mesher:
@@ -151,7 +151,7 @@ def mesher(monkeypatch):
     return install
 
 
-def filled(wall: Wall) -> Run:
+def filled(wall: Wall) -> TetwildRun:
     """A mesh of the convex body: what fTetWild gives when both shells have one orientation."""
     from scipy.spatial import Delaunay
 
@@ -159,7 +159,7 @@ def filled(wall: Wall) -> Run:
     x = wall.points[cells]
     volume = np.linalg.det(x[:, 1:] - x[:, :1])
     cells[volume < 0] = cells[volume < 0][:, [1, 0, 2, 3]]
-    return Run(wall.points.copy(), cells[np.abs(volume) > 1e-9], 1.0, None, 1.0)
+    return TetwildRun(wall.points.copy(), cells[np.abs(volume) > 1e-9], 1.0, None, 1.0)
 
 
 def test_retries_tighter_after_a_crash_and_says_so(mesher, coarse_wall, coarse_mesh):
@@ -252,7 +252,7 @@ def test_wrong_meshes_are_refused(mesher, coarse_wall, coarse_mesh, fault, messa
         cells = np.delete(cells, np.flatnonzero(inside)[:1] if inside.any() else [0], axis=0)
     if fault == "lost":
         cells = cells[middle[:, 2] > -40.0]
-    mesher(Run(points, cells, 1.0, None, 1.0))
+    mesher(TetwildRun(points, cells, 1.0, None, 1.0))
     with pytest.raises(StageError, match=message):
         tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82, retries=0)
 

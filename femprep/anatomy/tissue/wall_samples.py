@@ -12,7 +12,7 @@ from femprep.model import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class WallSamples:
     """Points of a part of a wall.
 
     Attributes
@@ -33,7 +33,7 @@ class Samples:
     volume: FloatArray
 
 
-def sample_part(part: WallPart, step: float, most: int = 3) -> Samples:
+def sample_part(part: WallPart, step: float, most: int = 3) -> WallSamples:
     """Points at about a distance ``step``, mm, at most ``most`` along an edge."""
     tets, element = part.tets
     x = part.mesh.points[tets]
@@ -41,7 +41,7 @@ def sample_part(part: WallPart, step: float, most: int = 3) -> Samples:
     edge = float(np.cbrt(np.sqrt(2.0) * 6.0 * np.median(volume)))
     rule = _lattice(int(np.clip(np.ceil(edge / step), 1, most)))
     count = len(rule)
-    return Samples(
+    return WallSamples(
         np.repeat(tets, count, axis=0),
         np.tile(rule, (len(tets), 1)),
         np.repeat(element, count),

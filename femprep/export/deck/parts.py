@@ -17,7 +17,7 @@ log = logging.getLogger(__name__)
 
 
 @dataclass
-class Parts:
+class DeckParts:
     """What a reader found, in the order of the file.
 
     Attributes

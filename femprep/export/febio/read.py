@@ -12,7 +12,7 @@ import numpy as np
 
 from femprep.errors import FileError, InputError
 from femprep.export.deck.includes import included
-from femprep.export.deck.parts import Parts, rows_of_nodes
+from femprep.export.deck.parts import DeckParts, rows_of_nodes
 from femprep.export.deck.units import units_of
 from femprep.export.febio.step import INWARD
 from femprep.export.febio.write import FEBIO_FACETS, FEBIO_TYPES
@@ -45,7 +45,7 @@ def read(path: Path) -> VolumeMesh:
         raise InputError("holds no nodes")
     place = {int(node.get("id", "0")): i for i, node in enumerate(nodes)}
     points = np.array([(node.text or "").split(",") for node in nodes], dtype=np.float64)
-    parts, numbers = Parts(), []
+    parts, numbers = DeckParts(), []
     axes = _axes(root)
     for block in found.iterfind("Elements"):
         kind, name = (block.get("type") or "").lower(), block.get("name") or ""

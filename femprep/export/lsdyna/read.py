@@ -12,7 +12,7 @@ import numpy as np
 
 from femprep.errors import FileError, InputError
 from femprep.export.deck.includes import included
-from femprep.export.deck.parts import Parts, rows_of_nodes, with_mid_side_nodes
+from femprep.export.deck.parts import DeckParts, rows_of_nodes, with_mid_side_nodes
 from femprep.export.deck.units import units_of
 from femprep.export.lsdyna.write import PLACES
 from femprep.export.purkinje import PURKINJE
@@ -40,7 +40,7 @@ def read(path: Path) -> VolumeMesh:
     if "*KEYWORD" not in text.upper():
         raise FileError(f"{str(path)!r} is no LS-DYNA keyword file: it has no *KEYWORD")
     scale = units_of(path).per_mm
-    parts, titles = Parts(), {}
+    parts, titles = DeckParts(), {}
     ids, points, solids, segments, sets, beams = [], [], [], [], {}, []
     for keyword, cards in _sections(text):
         if keyword == "*NODE":
@@ -91,7 +91,7 @@ def _net(
     titles: dict[int, str],
     at: dict[int, list[float]],
     place: dict[int, int],
-    parts: Parts,
+    parts: DeckParts,
     scale: float,
     speed: dict[str, float],
 ) -> PurkinjeNet:
@@ -170,7 +170,7 @@ def _kind(nodes: list[int]) -> str:
 
 
 def _add_solids(
-    parts: Parts,
+    parts: DeckParts,
     solids: list[tuple[int, int, list[int], list[float]]],
     titles: dict[int, str],
     place: dict[int, int],

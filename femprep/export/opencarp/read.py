@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FileError
-from femprep.export.deck.parts import Parts
+from femprep.export.deck.parts import DeckParts
 from femprep.export.opencarp.binary import read_directions, read_elements, read_points
 from femprep.export.opencarp.write import CARP_FACETS, CARP_TYPES, INWARD, MICROMETRES, NO_FIBRE
 from femprep.export.purkinje import PURKINJE
@@ -45,7 +45,7 @@ def read(path: Path) -> VolumeMesh:
     points = read_points(stem.with_suffix(".bpts")) if binary else _table(stem.with_suffix(".pts"), "points")
     blocks = _binary_elements(stem) if binary else _text_elements(stem)
     names = _names(Path(f"{stem}.tags.txt"))
-    parts = Parts()
+    parts = DeckParts()
     data = _data(stem, sum(len(rows) for _, rows, _ in blocks), binary)
     for word, rows, numbers in blocks:
         if word not in _KINDS:

@@ -4,14 +4,14 @@ and what moving them back would reach."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from typing import Final
 
 import numpy as np
 
 from femprep.errors import FemprepError, InputError, StageError
 from femprep.image import Segmentation, align_slices, estimate_shifts
-from femprep.model import Progress
+from femprep.model.stages import Stages
 from femprep.options import Options
 from femprep.volume.quality.fidelity import Fidelity, judge_fidelity, surface_fidelity
 from femprep.wall.anatomies import ANATOMIES, Parts, lay_out
@@ -127,12 +127,9 @@ def _beside(seg: Segmentation) -> dict[int, float]:
 
 def _reached(seg: Segmentation, options: Options) -> float | None:
     """Greatest distance from the outlines, in pixels, of surfaces fitted to another label map; None where none fit."""
-
-    def untold(_: str) -> nullcontext[Progress]:
-        return nullcontext(lambda stage, fraction: None)
-
+    stages = Stages(None)
     try:
-        parts = ANATOMIES[options.anatomy](seg, lay_out(seg, options, untold), options, untold)
+        parts = ANATOMIES[options.anatomy](seg, lay_out(seg, options, stages), options, stages)
     except FemprepError:
         return None
     return _greatest(parts, seg)

@@ -67,7 +67,7 @@ class TooLongError(StageError):
 
 
 @dataclass(frozen=True)
-class Run:
+class TetwildRun:
     """What one run of the mesher gave.
 
     Attributes
@@ -101,7 +101,7 @@ def run_tetwild(
     memory_limit: float,
     least_room: float = 0.0,
     pulse: Callable[[float], None] | None = None,
-) -> Run:
+) -> TetwildRun:
     """Run fTetWild once, in a child process.
 
     Parameters
@@ -169,7 +169,7 @@ def run_tetwild(
         _judge_exit(child.returncode, seconds, _last_line(folder / "log.txt"))
         with np.load(folder / "output.npz") as data:
             record = json.loads(str(data["record"]))
-            return Run(
+            return TetwildRun(
                 np.asarray(data["points"], dtype=np.float64),
                 np.asarray(data["cells"], dtype=np.int64),
                 seconds,
