@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -14,7 +13,7 @@ from femprep.image.canonical_frame import image_axes
 from femprep.image.canonical_storage import stored_by_content
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
-from femprep.model import FloatArray, IntArray, Notice, Surface, records
+from femprep.model import FloatArray, IntArray, Notice, Progress, Surface, records
 from femprep.model.products import product
 from femprep.options import SurfaceOptions, choose, takes
 from femprep.surface.fitting.smooth import smooth_map
@@ -52,7 +51,7 @@ def fit_surface(
     *,
     boundary: BoundaryPoints | None = None,
     options: SurfaceOptions | None = None,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
     **changes: Any,
 ) -> Surface:
     """Fit a closed, smooth surface with a given number of vertices to a segmented object, or to a given surface.
@@ -186,7 +185,7 @@ def _target(
     turn: FloatArray,
     directions: FloatArray,
     cells: IntArray,
-    tell: Callable[[str, float], None],
+    tell: Progress,
 ) -> tuple[Target, dict[str, Any]]:
     """The paper's field about an object and what its boundary asks of the stopping function; what was chosen for it."""
     amounts = _amounts(obj, boundary, chosen)

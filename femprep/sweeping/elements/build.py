@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from femprep.errors import OptionError, StageError
-from femprep.model import FACET_TAGS, REGION_TAGS, FloatArray, IntArray, VolumeMesh
+from femprep.model import FACET_TAGS, REGION_TAGS, FloatArray, IntArray, Progress, VolumeMesh
 from femprep.options import SweepOptions, choose, takes
 from femprep.sweeping.cup.matched import MatchedSurfaces
 from femprep.sweeping.cup.prism_split import checkerboard
@@ -30,7 +29,7 @@ def sweep(
     matched: MatchedSurfaces,
     *,
     options: SweepOptions | None = None,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
     **changes: Any,
 ) -> VolumeMesh:
     """Fill the wall between two matched surfaces with layers of elements.

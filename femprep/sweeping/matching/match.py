@@ -10,7 +10,7 @@ between them, mended ones too, as at the ledge that a shifted slice leaves, they
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final
@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.model import FloatArray, Notice, Plane, Surface, records
+from femprep.model import FloatArray, Notice, Plane, Progress, Surface, records
 from femprep.options import SweepOptions, choose, takes
 from femprep.surface.fitting.patches import patches_of
 from femprep.sweeping.cup.matched import MatchedSurfaces
@@ -52,7 +52,7 @@ def match_surfaces(
     base: Plane,
     apex: Plane | None = None,
     options: SweepOptions | None = None,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
     **changes: Any,
 ) -> MatchedSurfaces:
     """Put endocardium and epicardium onto one cup, so that straight lines join their vertices without crossing.

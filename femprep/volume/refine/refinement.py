@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Final
@@ -13,7 +12,7 @@ import scipy.sparse as sp
 from femprep.errors import InputError, OptionError
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.measures.sample_points import family
-from femprep.model import FloatArray, IntArray, Notice, TagArray, VolumeMesh, Wall, noted
+from femprep.model import FloatArray, IntArray, Notice, Progress, TagArray, VolumeMesh, Wall, noted
 from femprep.volume.optimise import POOR
 from femprep.volume.refine.boundary import untagged_faces
 from femprep.volume.refine.origin import Origin
@@ -27,8 +26,6 @@ MOST_LEVELS: Final = 6
 PARENT: Final = "parent"
 #: Distances from the surface below this are not worth a word, mm.
 _GAP: Final = 0.01
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)

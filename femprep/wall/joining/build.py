@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from femprep.errors import InputError, OptionError, StageError
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import closed_by_fans, volume
-from femprep.model import FACET_TAGS, IntArray, Plane, Surface, TagArray, Wall
+from femprep.model import FACET_TAGS, IntArray, Plane, Progress, Surface, TagArray, Wall
 from femprep.options import WallOptions, choose, takes
 from femprep.surface.fit import fit_surface
 from femprep.surface.given.mend import mended
@@ -38,7 +38,7 @@ def build_wall(
     base: Plane | None,
     apex: Plane | None = None,
     options: WallOptions | None = None,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
     **changes: Any,
 ) -> Wall:
     """Clip the surfaces and join them to the closed boundary of the wall.
