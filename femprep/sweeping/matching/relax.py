@@ -8,12 +8,13 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.stars import coloured, stars
 from femprep.model import FloatArray, IntArray
 from femprep.sweeping.cup.cup import Cup
 from femprep.sweeping.cup.layers import graded, layer_depths
 from femprep.sweeping.cup.samples import Samples, pulls
 from femprep.sweeping.cup.simplices import Simplices, corners, tetrahedra
-from femprep.sweeping.matching.vertex_newton import colour, judge, slide
+from femprep.sweeping.matching.vertex_newton import judge, slide
 
 #: A vertex that moves by no more than this share of an edge, as its neighbours, rests.
 _SETTLED: Final = 0.02
@@ -73,9 +74,9 @@ class Relaxation:
         self.places = [s[0] for s in settled]
         self._normals, self._near = tuple(s[1] for s in settled), tuple(s[2] for s in settled)
         self._samples = [Samples(s, self.planes) for s in self.surfaces]
-        self._mesh = (cells, *_incidence(cells, count))
+        self._mesh = (cells, *stars(cells, count))
         self._neighbours = _neighbours(cells)
-        self._order, self._colours = _colours(self._neighbours, count)
+        self._order, self._colours = coloured(*self._mesh, np.arange(count))
         self._shown = np.unique(np.round(np.linspace(0, self.layers - 1, _LAYERS)).astype(np.int64))
         self._frames = corners(cells, np.full(len(cells), self.height))
         self.worst = np.empty(len(cells))
@@ -180,24 +181,8 @@ class Relaxation:
         judge(*self.places, self._depth, self._mesh[0], tuple(judged), self._shown, self.worst)
 
 
-def _incidence(cells: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Cells around each vertex, as row starts and columns."""
-    order = np.argsort(cells.ravel(), kind="stable")
-    starts = np.searchsorted(cells.ravel()[order], np.arange(count + 1))
-    return starts.astype(np.int64), (order // cells.shape[1]).astype(np.int64)
-
-
 def _neighbours(cells: IntArray) -> IntArray:
     """Pairs of vertices that share a cell, ``(e, 2)``, both ways, sorted."""
     corners = cells.shape[1]
     pairs = np.concatenate([cells[:, [i, j]] for i in range(corners) for j in range(corners) if i != j])
     return np.unique(pairs, axis=0)
-
-
-def _colours(pairs: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Vertices ordered by colour, and where each colour starts; vertices of one colour share no cell."""
-    starts = np.searchsorted(pairs[:, 0], np.arange(count + 1)).astype(np.int64)
-    found = np.empty(count, dtype=np.int64)
-    number = colour(starts, np.ascontiguousarray(pairs[:, 1]), found)
-    order = np.argsort(found, kind="stable").astype(np.int64)
-    return order, np.searchsorted(found[order], np.arange(number + 1)).astype(np.int64)

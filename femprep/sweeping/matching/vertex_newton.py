@@ -257,22 +257,3 @@ def judge(inner: Any, outer: Any, depth: Any, cells: Any, judged: Any, layers: A
             for r in range(len(table)):
                 most = max(most, shape(x, table[r], weights, scale, upright[c], 0.0))
         worst[c] = np.cbrt(most) if most < INVERTED else np.inf
-
-
-@compiled()
-def colour(starts: Any, neighbours: Any, out: Any) -> int:
-    """Greedy colours of vertices, in their order; returns how many."""
-    most = 0
-    used = np.zeros(64, dtype=np.bool_)
-    for v in range(len(starts) - 1):
-        used[:] = False
-        for k in range(starts[v], starts[v + 1]):
-            j = neighbours[k]
-            if j < v:
-                used[out[j]] = True
-        c = 0
-        while used[c]:
-            c += 1
-        out[v] = c
-        most = max(most, c + 1)
-    return most

@@ -7,12 +7,12 @@ from typing import Final
 
 import numpy as np
 
+from femprep.mesh.stars import coloured, stars
 from femprep.model import FloatArray, IntArray
 from femprep.volume.optimise.constraints import Constraints
 from femprep.volume.optimise.quality import REGULAR_SINE, qualities
 from femprep.volume.optimise.relax import relax
 from femprep.volume.optimise.search import search, try_places
-from femprep.volume.optimise.stars import coloured, stars
 
 #: Elements below this quality are improved: an angle of 25 degrees or a mean ratio of 0.45.
 POOR: Final = float(np.sin(np.radians(25.0)) / REGULAR_SINE)

@@ -8,10 +8,13 @@ import numba
 import numpy as np
 
 from femprep.mesh.compiled import compiled
+from femprep.mesh.stars import mark_star
 from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.volume.optimise.quality import REGULAR_SINE, sizes, worst_around
-from femprep.volume.optimise.stars import FIRST_STEP, SURFACE_STEP, mark_star
 
+#: First step of a move by the mean edge length around, inside and on a curved surface.
+FIRST_STEP: Final = 0.2
+SURFACE_STEP: Final = 0.06
 #: How often the step along a gradient is halved, and how many such steps one visit takes.
 _BACKTRACKS: Final = 4
 _ASCENTS: Final = 1

@@ -8,9 +8,10 @@ import numba
 import numpy as np
 
 from femprep.mesh.compiled import compiled
+from femprep.mesh.stars import mark_star
 from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.volume.optimise.quality import worst_around
-from femprep.volume.optimise.stars import FIRST_STEP, SURFACE_STEP, mark_star
+from femprep.volume.optimise.relax import FIRST_STEP, SURFACE_STEP
 
 #: How often a search halves its step.
 _HALVINGS: Final = 5

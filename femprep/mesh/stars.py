@@ -1,4 +1,4 @@
-"""The elements around each point of a mesh of tetrahedra (its star), and points that may move at the same time.
+"""Elements in, those around each point (its star) out, and points that may move at the same time.
 
 Points that share no element are independent of each other: they are coloured so that all of one colour may move at
 once, on any number of threads and with the same result.
@@ -6,31 +6,26 @@ once, on any number of threads and with the same result.
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 
 from femprep.mesh.compiled import compiled
 from femprep.model import BoolArray, IntArray
 
-#: First step of a move by the mean edge length around, inside and on a curved surface.
-FIRST_STEP: Final = 0.2
-SURFACE_STEP: Final = 0.06
-
 
 @compiled()
 def stars(cells: IntArray, count: int) -> tuple[IntArray, IntArray]:
     """Elements around each point: those of point v are ``around[start[v]:start[v + 1]]``, ascending."""
+    corners = cells.shape[1]
     start = np.zeros(count + 1, dtype=np.int64)
     for i in range(len(cells)):
-        for j in range(4):
+        for j in range(corners):
             start[cells[i, j] + 1] += 1
     for v in range(count):
         start[v + 1] += start[v]
     place = start[:-1].copy()
-    around = np.empty(4 * len(cells), dtype=np.int64)
+    around = np.empty(corners * len(cells), dtype=np.int64)
     for i in range(len(cells)):
-        for j in range(4):
+        for j in range(corners):
             v = cells[i, j]
             around[place[v]] = i
             place[v] += 1
@@ -49,7 +44,7 @@ def coloured(t: IntArray, start: IntArray, around: IntArray, nodes: IntArray) ->
     for n in range(len(nodes)):
         v = nodes[n]
         for k in range(start[v], start[v + 1]):
-            for j in range(4):
+            for j in range(t.shape[1]):
                 c = colour[t[around[k], j]]
                 if c >= 0:
                     taken[c] = v
@@ -78,5 +73,5 @@ def coloured(t: IntArray, start: IntArray, around: IntArray, nodes: IntArray) ->
 def mark_star(t: IntArray, start: IntArray, around: IntArray, v: int, fresh: BoolArray) -> None:
     """Note that a point moved: a search around any point of its star may now find more."""
     for k in range(start[v], start[v + 1]):
-        for j in range(4):
+        for j in range(t.shape[1]):
             fresh[t[around[k], j]] = True
