@@ -14,7 +14,8 @@ from femprep.model import FloatArray, IntArray, Notice, records
 from femprep.sweeping.cup.matched import MatchedSurfaces
 from femprep.sweeping.cup.samples import Pulls, Samples, pulls
 from femprep.sweeping.cup.simplices import Simplices, corners, tetrahedra
-from femprep.sweeping.elements.nodes import judge, least_determinant, move_nodes
+from femprep.sweeping.elements.judge import judge
+from femprep.sweeping.elements.nodes import least_determinant, move_nodes
 
 #: Elements with a greater inverse mean ratio than this are mended.
 _BAD: Final = 2.0
@@ -60,8 +61,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
     planes = np.array([[*plane.normal, plane.offset] for plane in matched.planes.values()])
     judged = _judged(points, cells, element)
     nodes = points.reshape(-1, 3)
-    worst = np.empty((layers, len(cells)))
-    judge(nodes, cells, count, layers, tuple(judged), worst)
+    worst = judge(points, cells, judged)
     limits = [_POOR] * _FIRST if np.mean(worst > _POOR) > _SHARE else []
     poor = int(np.count_nonzero(worst > _BAD))
     found: dict[str, Any] = {"poor_before": poor, "poor": poor, "moved": 0, "farthest_mm": 0.0}
@@ -93,7 +93,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
             )
             if longest < _SETTLED * edge and least > 0.0:
                 break
-        judge(nodes, cells, count, layers, tuple(judged), worst)
+        worst = judge(points, cells, judged)
     moved = np.linalg.norm(nodes - start, axis=1)
     found |= {
         "poor": int(np.count_nonzero(worst > _BAD)),
@@ -112,10 +112,8 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
 
 def worst_columns(points: FloatArray, matched: MatchedSurfaces, element: str) -> FloatArray:
     """Greatest inverse mean ratio of the elements over each cell ``(T,)``; arguments as of :func:`mend`."""
-    cells = np.ascontiguousarray(matched.cup.cells)
-    worst = np.empty((len(points) - 1, len(cells)))
-    judge(points.reshape(-1, 3), cells, points.shape[1], len(worst), tuple(_judged(points, cells, element)), worst)
-    return np.asarray(worst.max(axis=0))
+    cells = matched.cup.cells
+    return np.asarray(judge(points, cells, _judged(points, cells, element)).max(axis=0))
 
 
 def _pulls(samples: list[Samples], points: FloatArray, cells: IntArray, edge: float, steep: bool) -> Pulls:

@@ -10,11 +10,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import prange
 
 from femprep.mesh.compiled import compiled
 from femprep.mesh.energies.pull import add_pulls, pulled
-from femprep.mesh.energies.simplex import INVERTED, add_slopes, determinant, shape
+from femprep.mesh.energies.simplex import add_slopes, determinant, shape
 from femprep.mesh.patches import settle
 from femprep.mesh.tangents import free_directions
 
@@ -26,26 +25,6 @@ _TRIES = 6
 _SHORTER = 0.4
 #: Where a Hessian is not positive, this share of its trace is added to its diagonal, then four times that, and so on.
 _SHIFT = 0.02
-
-
-@compiled(parallel=True)
-def judge(points: Any, cells: Any, count: int, layers: int, judged: Any, worst: Any) -> None:
-    """Greatest inverse mean ratio in each element, into ``worst`` ``(layers, T)``; infinite where one is inverted."""
-    nodes, kinds, weights, scale, upright = judged
-    n = cells.shape[1]
-    for e in prange(layers * len(cells)):
-        layer = e // len(cells)
-        c = e % len(cells)
-        x = np.empty((8, 3))
-        for i in range(n):
-            for k in range(3):
-                x[i, k] = points[layer * count + cells[c, i], k]
-                x[i + n, k] = points[(layer + 1) * count + cells[c, i], k]
-        table = nodes[kinds[c, layer % 2]]
-        most = 0.0
-        for r in range(len(table)):
-            most = max(most, shape(x, table[r], weights, scale, upright[c], 0.0))
-        worst[layer, c] = np.cbrt(most) if most < INVERTED else np.inf
 
 
 @compiled()

@@ -14,7 +14,8 @@ from femprep.sweeping.cup.cup import Cup
 from femprep.sweeping.cup.layers import graded, layer_depths
 from femprep.sweeping.cup.samples import Samples, pulls
 from femprep.sweeping.cup.simplices import Simplices, corners, tetrahedra
-from femprep.sweeping.matching.vertex_newton import judge, slide
+from femprep.sweeping.elements.judge import judge
+from femprep.sweeping.matching.vertex_newton import slide
 
 #: A vertex that moves by no more than this share of an edge, as its neighbours, rests.
 _SETTLED: Final = 0.02
@@ -79,7 +80,6 @@ class Relaxation:
         self._order, self._colours = coloured(*self._mesh, np.arange(count))
         self._shown = np.unique(np.round(np.linspace(0, self.layers - 1, _LAYERS)).astype(np.int64))
         self._frames = corners(cells, np.full(len(cells), self.height))
-        self.worst = np.empty(len(cells))
         self._follow(self._frames)
 
     @property
@@ -178,7 +178,9 @@ class Relaxation:
             self._depth = layer_depths(self.layers, growth)
         else:
             self._depth = np.repeat(graded(self.layers, self.grading)[:, None], len(growth), axis=1)
-        judge(*self.places, self._depth, self._mesh[0], tuple(judged), self._shown, self.worst)
+        inner, outer = self.places
+        nodes = inner + self._depth[:, :, None] * (outer - inner)
+        self.worst = judge(nodes, self._mesh[0], judged, self._shown).max(axis=0)
 
 
 def _neighbours(cells: IntArray) -> IntArray:

@@ -16,7 +16,7 @@ from numba import prange
 
 from femprep.mesh.compiled import compiled
 from femprep.mesh.energies.pull import add_pulls, pulled
-from femprep.mesh.energies.simplex import INVERTED, add_slopes, shape
+from femprep.mesh.energies.simplex import add_slopes, shape
 from femprep.mesh.patches import settle
 from femprep.mesh.tangents import free_directions
 
@@ -242,18 +242,3 @@ def slide(
                 outer_pulls, layers, delta, steep, edge,
             )  # fmt: skip
             moved[v] = max(a, b)
-
-
-@compiled(parallel=True)
-def judge(inner: Any, outer: Any, depth: Any, cells: Any, judged: Any, layers: Any, worst: Any) -> None:
-    """Greatest inverse mean ratio in the column over each cell, into ``worst``; infinite where it is folded."""
-    nodes, kinds, weights, scale, upright = judged
-    for c in prange(len(cells)):
-        x = np.empty((8, 3))
-        most = 0.0
-        for layer in layers:
-            _prism(inner, outer, depth, cells, c, layer, x)
-            table = nodes[kinds[c, layer % 2]]
-            for r in range(len(table)):
-                most = max(most, shape(x, table[r], weights, scale, upright[c], 0.0))
-        worst[c] = np.cbrt(most) if most < INVERTED else np.inf
