@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from femprep.errors import InputError
 from femprep.mesh.elements import FACET_CORNERS, boundary_faces
 from femprep.mesh.numbering import set_numbers
-from femprep.mesh.topology import border_loops, closed_by_fans, components, volume
+from femprep.mesh.topology import border_loops, components, enclosed_volume, volume
 from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh
 from femprep.model.blocks import block_rows
 from femprep.model.facets import split_facets
@@ -109,12 +109,9 @@ class Shell:
         """Volume between some facets and fans over their rims, mm3: positive where they look outward of it."""
         triangles = self.triangles[chosen[self.facet_of]]
         try:
-            points, closed = closed_by_fans(self.points, triangles)
+            return enclosed_volume(self.points, triangles)
         except KeyError:  # rims that touch themselves: seen from their middle they still tell inside from outside
-            middle = self.points[triangles].mean(axis=(0, 1))
-            a, b, c = (self.points[triangles[:, i]] - middle for i in range(3))
-            return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
-        return volume(points, closed)
+            return volume(self.points, triangles)
 
     def rims(self, chosen: BoolArray) -> int:
         """Number of rims of the surface made of some facets."""

@@ -189,6 +189,19 @@ def closed_by_fans(points: FloatArray, triangles: IntArray) -> tuple[FloatArray,
     return np.concatenate([points, *middles]), np.concatenate([triangles, *fans])
 
 
+def enclosed_volume(points: FloatArray, triangles: IntArray) -> float:
+    """Volume enclosed by triangles whose open rims are flat, mm3, positive where they are wound outward.
+
+    Each rim is closed by a fan from its middle; for a rim that lies in a plane that is exact.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+    triangles : (m, 3) array
+    """
+    return volume(*closed_by_fans(points, triangles))
+
+
 def fold_angles(points: npt.ArrayLike, triangles: npt.ArrayLike) -> tuple[IntArray, FloatArray]:
     """Angle between the normals of the two triangles at each inner edge.
 

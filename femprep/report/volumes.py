@@ -7,22 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from femprep.image import LabelObject
-from femprep.mesh.topology import closed_by_fans, volume
-from femprep.model import FloatArray, IntArray, Plane, VolumeMesh
+from femprep.mesh.topology import enclosed_volume
+from femprep.model import Plane, VolumeMesh
 from femprep.model.facets import facet_triangles
-
-
-def enclosed_volume(points: FloatArray, triangles: IntArray) -> float:
-    """Volume enclosed by triangles whose open rims are flat, mm3, positive where they are wound outward.
-
-    Each rim is closed by a fan from its middle; for a rim that lies in a plane that is exact.
-
-    Parameters
-    ----------
-    points : (n, 3) array
-    triangles : (m, 3) array
-    """
-    return volume(*closed_by_fans(points, triangles))
 
 
 def cavity_volume(mesh: VolumeMesh, name: str = "endo") -> float:

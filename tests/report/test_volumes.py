@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from femprep.mesh.topology import enclosed_volume
 from femprep.report.pictures.slices import plane_cut
-from femprep.report.volumes import enclosed_volume
 
 
 def tube(n: int, radius: float, height: float) -> tuple[np.ndarray, np.ndarray]:

@@ -23,7 +23,7 @@ from femprep.export.abaqus.step import endocardium
 from femprep.export.abaqus.write import write
 from femprep.export.deck.names import facet_names, facet_nodes
 from femprep.export.deck.springs import pericardial_springs
-from femprep.mesh.topology import closed_by_fans, volume
+from femprep.mesh.topology import enclosed_volume
 from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
 from femprep.model.blocks import chosen_rows
 from femprep.model.facets import facet_triangles
@@ -175,4 +175,4 @@ def _pressed(mesh: VolumeMesh) -> dict[str, IntArray]:
 def _cavities(mesh: VolumeMesh) -> float:
     """Volume of all cavities up to the base, mL. Facets of an endocardium look into its cavity: they are turned."""
     names = endocardium(facet_names(mesh))
-    return sum(volume(*closed_by_fans(mesh.points, facet_triangles(mesh, name)[:, ::-1])) for name in names) / 1000.0
+    return sum(enclosed_volume(mesh.points, facet_triangles(mesh, name)[:, ::-1]) for name in names) / 1000.0

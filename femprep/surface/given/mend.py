@@ -20,13 +20,12 @@ from femprep.mesh.topology import (
     EdgeTable,
     border_edges,
     border_loops,
-    closed_by_fans,
     components,
     edge_table,
+    enclosed_volume,
     euler_characteristic,
     pieces,
     pinched_vertices,
-    volume,
 )
 from femprep.model import FloatArray, IntArray, Notice, Surface, noted
 from femprep.model.notice import spot
@@ -97,7 +96,7 @@ def mended(surface: Surface) -> Surface:
         notices.append(Notice.of("repaired", words))
     points, cells, holes = _without_holes(name, points, cells)
     notices += holes
-    inward = volume(*closed_by_fans(points, cells)) < 0.0
+    inward = enclosed_volume(points, cells) < 0.0
     if inward:
         cells = np.ascontiguousarray(cells[:, ::-1])
     wrong = np.flatnonzero(turned != inward)

@@ -10,7 +10,7 @@ import numpy as np
 
 from femprep.errors import InputError, OptionError, StageError
 from femprep.mesh.measures.triangles import triangle_quality
-from femprep.mesh.topology import closed_by_fans, volume
+from femprep.mesh.topology import enclosed_volume
 from femprep.model import FACET_TAGS, IntArray, Plane, Progress, Surface, TagArray, Wall
 from femprep.options import WallOptions, choose, takes
 from femprep.surface.fit import fit_surface
@@ -262,15 +262,10 @@ def _quality_info(wall: Wall) -> dict[str, Any]:
 
 def _volumes(sheets: list[Sheet], wall: Wall) -> dict[str, float]:
     """Volumes within the planes, which have to add up: epicardium = cavities + wall."""
-    inside = {sheet.name: sheet_volume(sheet) for sheet in sheets}
+    inside = {sheet.name: enclosed_volume(sheet.points, sheet.triangles) for sheet in sheets}
     outer, *cavities = inside.values()
     if abs(outer - sum(cavities) - wall.volume) > 1e-9 * outer:
         raise StageError(
             f"volumes do not add up: epicardium {outer:.6f}, cavities {sum(cavities):.6f}, wall {wall.volume:.6f} mm3"
         )
     return {**inside, "wall": wall.volume}
-
-
-def sheet_volume(sheet: Sheet) -> float:
-    """Volume between a sheet and the planes it is clipped by, mm3."""
-    return volume(*closed_by_fans(sheet.points, sheet.triangles))
