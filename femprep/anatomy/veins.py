@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from femprep.errors import InputError
+from femprep.mesh.topology import components
 from femprep.model import FloatArray, IntArray, VolumeMesh
 from femprep.model.facets import facet_triangles
 from femprep.model.notice import spot
@@ -84,11 +83,8 @@ def _rims(points: FloatArray, triangles: IntArray, centres: Sequence[FloatArray]
     if len(centres):
         number = np.asarray(cKDTree(np.array(centres)).query(points[triangles].mean(axis=1))[1], dtype=np.int64)
     else:
-        rows = np.repeat(np.arange(len(triangles)), 3)
-        size = len(triangles) + len(points)
-        ends = (rows, len(triangles) + triangles.ravel())
-        graph = coo_array((np.ones(len(rows), dtype=np.int8), ends), shape=(size, size))
-        number = connected_components(graph, directed=False)[1][: len(triangles)].astype(np.int64)
+        count = len(triangles)
+        number = components(np.repeat(np.arange(count), 3), count + triangles.ravel(), count + len(points))[:count]
     rims = [triangles[number == k] for k in np.unique(number)]
     largest = max(len(rim) for rim in rims)
     return [rim for rim in rims if len(rim) > _SHRED * largest]

@@ -150,7 +150,7 @@ class _Distances:
 
 
 def slice_distance(plane: BoolArray, spacing: Sequence[float] | FloatArray) -> FloatArray:
-    """Distance of pixel centres of a slice from the edge (half-way between centres), mm, positive inside."""
+    """Distance of centres of a slice's pixels, or of voxels, from the edge (half-way between), mm, positive inside."""
     from scipy import ndimage
 
     within = np.asarray(ndimage.distance_transform_edt(plane, sampling=spacing))

@@ -11,13 +11,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.mesh.compiled import compiled
 from femprep.mesh.numbering import row_numbers
-from femprep.model import IntArray
-
-Int32Array = npt.NDArray[np.int32]
+from femprep.model import IntArray, TagArray
 
 #: Parts in a chunk, if those of one node are not more: half a gigabyte.
 _CHUNK: Final = 2**25
@@ -67,11 +64,11 @@ class Chunk:
 
     nodes: range
     end: IntArray
-    others: Int32Array
-    number: Int32Array
-    element: Int32Array
+    others: TagArray
+    number: TagArray
+    element: TagArray
 
-    def before(self) -> Int32Array:
+    def before(self) -> TagArray:
         """Place in the chunk of the last part before each with the same corners, ``(p,)``; -1 where there is none."""
         before = np.full(len(self.number), -1, dtype=np.int32)
         if np.diff(self.end).max() <= _TOGETHER:
@@ -83,7 +80,7 @@ class Chunk:
         before[order[1:][after]] = order[:-1][after]
         return before
 
-    def unpaired(self, before: Int32Array) -> Int32Array:
+    def unpaired(self, before: TagArray) -> TagArray:
         """Numbers of the parts that equal no other one; ``before`` is what the method of this name gives."""
         alone = before < 0
         alone[before[~alone]] = False
@@ -154,9 +151,9 @@ def _place(
     first: int,
     low: int,
     at: IntArray,
-    others: Int32Array,
-    number: Int32Array,
-    element: Int32Array,
+    others: TagArray,
+    number: TagArray,
+    element: TagArray,
 ) -> None:
     """Put each part whose smallest corner is one of ``len(at)`` nodes from ``low`` on to those of the same."""
     width = corners.shape[1]
@@ -184,7 +181,7 @@ def _place(
 
 
 @compiled()
-def _equal_before(end: IntArray, others: Int32Array, before: Int32Array) -> None:
+def _equal_before(end: IntArray, others: TagArray, before: TagArray) -> None:
     """Find the last equal part before each among those of the same smallest corner."""
     width = others.shape[1]
     for node in range(len(end) - 1):

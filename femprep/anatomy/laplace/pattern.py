@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
 from femprep.mesh.compiled import compiled
-from femprep.model import FloatArray, IntArray
-
-_Places = npt.NDArray[np.int32]
+from femprep.model import FloatArray, IntArray, TagArray
 
 
 class Pattern:
@@ -70,7 +67,7 @@ def _count_pairs(cells: IntArray, first: IntArray, second: IntArray, count: IntA
 
 
 @compiled()
-def _list_pairs(cells: IntArray, first: IntArray, second: IntArray, at: IntArray, above: _Places) -> None:
+def _list_pairs(cells: IntArray, first: IntArray, second: IntArray, at: IntArray, above: TagArray) -> None:
     """The larger number of each pair, those of a node together."""
     for e in range(len(cells)):
         for k in range(len(first)):
@@ -82,7 +79,7 @@ def _list_pairs(cells: IntArray, first: IntArray, second: IntArray, at: IntArray
 
 
 @compiled()
-def _sort_rows(start: IntArray, above: _Places, kept: IntArray) -> None:
+def _sort_rows(start: IntArray, above: TagArray, kept: IntArray) -> None:
     """Each row sorted, every number once, at its beginning; how many are left of each."""
     for i in range(len(kept)):
         low, size = start[i], 0
@@ -106,7 +103,7 @@ def _sort_rows(start: IntArray, above: _Places, kept: IntArray) -> None:
 
 
 @compiled()
-def _rows(start: IntArray, above: _Places, kept: IntArray) -> tuple[_Places, _Places, _Places]:
+def _rows(start: IntArray, above: TagArray, kept: IntArray) -> tuple[TagArray, TagArray, TagArray]:
     """Row ends and columns of the whole matrix, and where in each row the columns above the diagonal begin."""
     n = len(kept)
     degree = np.zeros(n, dtype=np.int64)
@@ -138,10 +135,10 @@ def _find_pairs(
     cells: IntArray,
     first: IntArray,
     second: IntArray,
-    upper: _Places,
-    indptr: _Places,
-    indices: _Places,
-    place: _Places,
+    upper: TagArray,
+    indptr: TagArray,
+    indices: TagArray,
+    place: TagArray,
 ) -> None:
     """Where in the matrix each pair of an element's nodes is, above the diagonal; -1 for a node with itself."""
     for e in range(len(cells)):
@@ -163,7 +160,7 @@ def _find_pairs(
 
 
 @compiled()
-def _add(values: FloatArray, place: _Places, data: FloatArray) -> None:
+def _add(values: FloatArray, place: TagArray, data: FloatArray) -> None:
     for e in range(len(values)):
         for k in range(values.shape[1]):
             if place[e, k] >= 0:
@@ -171,7 +168,7 @@ def _add(values: FloatArray, place: _Places, data: FloatArray) -> None:
 
 
 @compiled()
-def _complete(indptr: _Places, indices: _Places, upper: _Places, data: FloatArray) -> None:
+def _complete(indptr: TagArray, indices: TagArray, upper: TagArray, data: FloatArray) -> None:
     """Entries below the diagonal from those above, and on it what makes each row's sum zero."""
     n = len(upper)
     at = indptr[:-1].copy()

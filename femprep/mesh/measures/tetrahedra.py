@@ -27,7 +27,7 @@ def tetra_measures(points: FloatArray, cells: IntArray) -> dict[str, FloatArray]
     Returns
     -------
     dict of str to (m,) array
-        As from ``measures.element_measures``.
+        As from ``volume_elements.element_measures``.
     """
     table = np.empty((len(NAMES), len(cells)))
     _measure(np.ascontiguousarray(points), np.ascontiguousarray(cells), table)

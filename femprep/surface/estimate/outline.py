@@ -8,7 +8,7 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.image.object import LabelObject
-from femprep.image.resample import isotropic
+from femprep.image.resample import isotropic, slice_distance
 from femprep.mesh.measures.triangles import areas
 from femprep.mesh.operations.decimation import coarser
 from femprep.mesh.polygons import isosurface, taubin
@@ -69,12 +69,11 @@ def outlines(obj: LabelObject, count: int) -> tuple[tuple[FloatArray, IntArray],
 
 def _ball(even: LabelObject) -> tuple[FloatArray, IntArray]:
     """A closed mesh of a ball's kind around even voxels: vertices in their indices, padded, and triangles."""
-    from scipy.ndimage import distance_transform_edt, gaussian_filter
+    from scipy.ndimage import gaussian_filter
 
     mask = np.pad(even.mask, _ROOM)
     # In voxels, positive inside.
-    depth = np.where(mask, distance_transform_edt(mask) - 0.5, 0.5 - distance_transform_edt(~mask))
-    depth = gaussian_filter(depth, 1.0)
+    depth = gaussian_filter(slice_distance(mask, (1.0, 1.0, 1.0)), 1.0)
     for offset in _OFFSETS:
         index, cells = isosurface(depth, -offset)
         if len(cells) == 0:  # thinner than the smoothing is wide

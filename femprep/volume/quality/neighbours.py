@@ -9,8 +9,8 @@ import numpy as np
 
 from femprep.mesh.compiled import compiled
 from femprep.mesh.elements import ElementFaces, face_parts, faces_of
-from femprep.mesh.least_corner import Int32Array, by_least_corner
-from femprep.model import FloatArray, IntArray
+from femprep.mesh.least_corner import by_least_corner
+from femprep.model import FloatArray, IntArray, TagArray
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def neighbours(cells: Mapping[str, IntArray], volume: FloatArray) -> Neighbours:
 
 
 @compiled()
-def _crowded(before: Int32Array) -> int:
+def _crowded(before: TagArray) -> int:
     """Number of faces that are the third of their corners."""
     found = 0
     for i in range(len(before)):
@@ -64,7 +64,7 @@ def _crowded(before: Int32Array) -> int:
 
 
 @compiled()
-def _greatest_ratio(element: Int32Array, before: Int32Array, volume: FloatArray) -> float:
+def _greatest_ratio(element: TagArray, before: TagArray, volume: FloatArray) -> float:
     """Largest ratio over all faces, each element there with the next; infinite where a volume is not positive."""
     ratio = 1.0
     for i in range(len(before)):
@@ -78,7 +78,7 @@ def _greatest_ratio(element: Int32Array, before: Int32Array, volume: FloatArray)
 
 
 @compiled()
-def _link(element: Int32Array, before: Int32Array, parent: IntArray) -> int:
+def _link(element: TagArray, before: TagArray, parent: IntArray) -> int:
     """Union and find, each path halved as it is walked; the number of links that joined two pieces."""
     links = 0
     for i in range(len(before)):

@@ -35,7 +35,7 @@ def step(
     facets = _with_held(mesh.facets, state.held)
     numbered = number_nodes(mesh.points, mesh.cells, facets)
     fine_facets, fine_held, of_facet = _cut_facets(numbered.facets, mesh, state)
-    on = membership(_with_held(fine_facets, fine_held), _with_held_sheets(fine_facets, of_facet, fine_held), sheets)
+    on = membership(_with_held(fine_facets, fine_held), _with_held_sheets(of_facet, fine_held), sheets)
     first = 0 if corners else len(mesh.points)
     rows = on.nodes >= first
     places = placed(numbered.middles[on.nodes], on, sheets, rows)
@@ -99,7 +99,7 @@ def _with_held(facets: Any, held: IntArray) -> dict[str, IntArray]:
     return out
 
 
-def _with_held_sheets(facets: Any, of_facet: IntArray, held: IntArray) -> IntArray:
+def _with_held_sheets(of_facet: IntArray, held: IntArray) -> IntArray:
     return np.concatenate([of_facet, np.full(len(held), -1)])
 
 
