@@ -34,7 +34,7 @@ from femprep.anatomy.part import refuse_blood
 from femprep.errors import InputError
 from femprep.mesh.elements import match_facets
 from femprep.mesh.measures.volume_elements import all_centroids, all_volumes
-from femprep.model import FACET_TAGS, FloatArray, VolumeMesh, noted
+from femprep.model import FACET_TAGS, BoolArray, FloatArray, VolumeMesh, noted
 from femprep.model.blocks import chosen_rows, nodes_of
 
 #: Names of the segments: 1-17 of the left ventricle, 21-29 of the right ventricular free wall.
@@ -166,7 +166,7 @@ def _segments(
     points: FloatArray,
     bottom: float,
     top: float,
-    rv: npt.NDArray[np.bool_],
+    rv: BoolArray,
     span: FloatArray | None,
 ) -> npt.NDArray[np.int32]:
     level = _level(axes, points, bottom, top)
@@ -203,7 +203,7 @@ def _cavity_end(mesh: VolumeMesh, axes: VentricularAxes) -> float:
     return float(axes.height(mesh.points[nodes_of(chosen_rows(mesh.facets, endo))]).min(initial=np.inf))
 
 
-def rv_free_wall(fields: WallFields) -> npt.NDArray[np.bool_]:
+def rv_free_wall(fields: WallFields) -> BoolArray:
     """Elements of the right ventricle outside the septum, where tissue lies nearer to the epicardium than to the LV."""
     across, outside = fields.space.to_cells(fields.across), fields.space.to_cells(fields.outside)
     return np.asarray((fields.space.to_cells(fields.side) < 0) & (outside >= 0.5 * (1 - np.abs(across))))

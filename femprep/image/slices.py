@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.image.grid import Grid
-from femprep.model import FloatArray, IntArray, readonly
+from femprep.model import BoolArray, FloatArray, IntArray, readonly
 from femprep.model.products import inner, length, product
 
 
@@ -66,7 +66,7 @@ class SliceTable:
         return np.asarray(np.linalg.norm(in_plane, axis=1), dtype=np.float64)
 
 
-def slice_table(mask: npt.NDArray[np.bool_], grid: Grid, axis: int | None = None) -> SliceTable:
+def slice_table(mask: BoolArray, grid: Grid, axis: int | None = None) -> SliceTable:
     """Area and centroid of a mask in each slice.
 
     Parameters

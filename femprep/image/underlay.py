@@ -13,7 +13,7 @@ from femprep.image.grid import Grid
 from femprep.image.reading.intensity import IntensityImage, read_image
 from femprep.image.segmentation import Segmentation
 from femprep.image.shifts import scanned_places
-from femprep.model import FloatArray, Notice, noted
+from femprep.model import BoolArray, FloatArray, Notice, noted
 from femprep.model.image_file import ImageFile
 from femprep.options import Options
 
@@ -132,7 +132,7 @@ def read_under(seg: Segmentation, file: ImageFile, options: Options) -> Intensit
     return image
 
 
-def within(grid: Grid, points: FloatArray) -> npt.NDArray[np.bool_]:
+def within(grid: Grid, points: FloatArray) -> BoolArray:
     """Whether points ``(n, 3)`` mm lie in the box of a grid's voxels, ``(n,)``."""
     index = grid.to_index(points)
     return np.asarray(((index > -0.5) & (index < np.array(grid.shape) - 0.5)).all(axis=1))

@@ -9,6 +9,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from femprep.model.arrays import BoolArray
+
 #: Numbers of volume regions. No number names two things: regions lie below 100, facets above.
 REGION_TAGS: Final[Mapping[str, int]] = MappingProxyType(
     {
@@ -69,7 +71,7 @@ def tag_name(number: int) -> str:
     return f"tag_{number}"
 
 
-def is_blood(region: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+def is_blood(region: npt.ArrayLike) -> BoolArray:
     """Whether numbers of regions are those of blood."""
     return np.asarray(np.isin(region, [number for name, number in REGION_TAGS.items() if name.startswith("blood_")]))
 

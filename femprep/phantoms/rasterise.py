@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError, OptionError
 from femprep.image import Grid
-from femprep.model import FloatArray, IntArray
+from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.phantoms.closest import fibonacci_sphere
 
 
@@ -40,7 +40,7 @@ class Body(Protocol):
     def exact_surface(self, name: str, directions: npt.ArrayLike) -> FloatArray:
         """Points of a region's surface."""
 
-    def inside(self, name: str, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    def inside(self, name: str, points: npt.ArrayLike) -> BoolArray:
         """Whether points lie in a region."""
 
 

@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 from femprep.errors import FileError, InputError
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.vtk.reading import load
-from femprep.model import FloatArray, IntArray, Wall, tag_name
+from femprep.model import BoolArray, FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
 from femprep.volume.refine.plan import Thickness
 
@@ -249,7 +249,7 @@ class _Grid:
         self._edges = np.unique(edges, axis=0)
         self._step = step
 
-    def onto(self, wall: Wall) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_], FloatArray]:
+    def onto(self, wall: Wall) -> tuple[BoolArray, BoolArray, FloatArray]:
         """Which nodes lie in the wall; which in it or within a cube of it; each node, or its closest point of the wall.
 
         Nodes outside stand for the point of the wall closest to them.

@@ -130,7 +130,7 @@ class _Scores:
         return self._finders[tag]
 
 
-def _join_strays(points: FloatArray, facets: IntArray, tag: TagArray, fixed: npt.NDArray[np.bool_], wall: Wall) -> None:
+def _join_strays(points: FloatArray, facets: IntArray, tag: TagArray, fixed: BoolArray, wall: Wall) -> None:
     """Give groups of facets that are cut off from the rest of their tag to their neighbours, in place."""
     expected = {int(t): _piece_count(wall.triangles[wall.facet_tag == t]) for t in np.unique(wall.facet_tag)}
     area, pairs = areas(points, facets), edge_table(facets).cells

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.mesh.elements import FACET_CORNERS, element_faces
@@ -14,7 +13,7 @@ from femprep.mesh.measures.volume_elements import all_centroids
 from femprep.mesh.numbering import set_numbers
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import components
-from femprep.model import REGION_TAGS, FloatArray, IntArray, Surface, TagArray, VolumeMesh, is_blood
+from femprep.model import REGION_TAGS, BoolArray, FloatArray, IntArray, Surface, TagArray, VolumeMesh, is_blood
 from femprep.model.facets import facet_triangles
 
 #: An element with at least this many faces to one other region joins it: interfaces become smoother.
@@ -170,7 +169,7 @@ def _beside(region: TagArray, pairs: IntArray, tags: TagArray) -> IntArray:
     return np.bincount(at, minlength=len(region) * len(tags)).reshape(len(region), len(tags))
 
 
-def _strays(region: TagArray, pairs: IntArray, tags: TagArray) -> npt.NDArray[np.bool_]:
+def _strays(region: TagArray, pairs: IntArray, tags: TagArray) -> BoolArray:
     """Elements that are cut off from the largest piece of their region."""
     same = pairs[region[pairs[:, 0]] == region[pairs[:, 1]]]
     label = components(same[:, 0], same[:, 1], len(region))

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.export.deck.names import facet_nodes, region_nodes
-from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh, is_blood
+from femprep.model import FACET_TAGS, REGION_TAGS, BoolArray, VolumeMesh, is_blood
 
 #: A number that no coordinate has.
 OUTSIDE: Final = -100
@@ -63,7 +63,7 @@ def universal(mesh: VolumeMesh) -> dict[str, npt.NDArray[np.float64] | npt.NDArr
     return {name: np.where(outside, OUTSIDE, values) for name, values in found.items()}
 
 
-def _points(mesh: VolumeMesh, tag: int) -> npt.NDArray[np.bool_]:
+def _points(mesh: VolumeMesh, tag: int) -> BoolArray:
     flags = np.zeros(len(mesh.points), dtype=bool)
     flags[region_nodes(mesh, tag)] = True
     return flags

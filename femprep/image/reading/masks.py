@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.errors import InputError, OptionError
 from femprep.image.grid import Grid
@@ -17,7 +16,7 @@ from femprep.image.reading.affine import sizes
 from femprep.image.reading.reader import NoLabelError, read_segmentation
 from femprep.image.reading.segments import merged_masks
 from femprep.image.segmentation import Segmentation, count_labels
-from femprep.model import Notice, records
+from femprep.model import BoolArray, Notice, records
 from femprep.options import ImageOptions, choose, takes
 
 log = logging.getLogger(__name__)
@@ -58,7 +57,7 @@ def read_masks(
     chosen = choose(ImageOptions, options, changes)
     if not masks:
         raise OptionError("no masks: give a file by structure, as in lv=left_ventricle.nii.gz")
-    found: dict[str, npt.NDArray[np.bool_]] = {}
+    found: dict[str, BoolArray] = {}
     first: Segmentation | None = None
     said: list[Any] = []
     for name, files in masks.items():

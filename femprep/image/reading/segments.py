@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError, OptionError, did_you_mean
+from femprep.model import BoolArray
 
 #: Names that segments have, in small letters without anything between them, by structure: what preset "slicer" takes.
 SLICER: Final[Mapping[str, tuple[str, ...]]] = {
@@ -168,7 +169,7 @@ def merged_layers(
 
 
 def merged_masks(
-    masks: Mapping[str, npt.NDArray[np.bool_]],
+    masks: Mapping[str, BoolArray],
 ) -> tuple[npt.NDArray[np.uint16], dict[str, tuple[int, ...]], list[str]]:
     """One label map of several masks; where they overlap a voxel is the smaller one's, which is said.
 

@@ -17,12 +17,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.mesh.compiled import compiled
 from femprep.mesh.energies.simplex import sides_and_normal
 from femprep.mesh.measures.triangles import area_vectors, corners
-from femprep.model import FloatArray, IntArray
+from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.model.products import unit_vectors
 
 #: Cosine between a triangle's normal and that of the surface at its corners below which it counts as folded.
@@ -137,7 +136,7 @@ class Ideal:
         """The least area as a share of the ideal one, negative where a triangle is folded."""
         return float(self._shares(points, normals).min())
 
-    def folded(self, points: FloatArray, normals: FloatArray) -> npt.NDArray[np.bool_]:
+    def folded(self, points: FloatArray, normals: FloatArray) -> BoolArray:
         """Whether each triangle is folded."""
         return self._shares(points, normals) <= 0.0
 

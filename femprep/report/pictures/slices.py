@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from femprep.image import Segmentation
 from femprep.image.underlay import Underlay, greys
-from femprep.model import FloatArray, IntArray
+from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.report.pictures.colours import structure_colour
 from femprep.report.pictures.overlay import Drawing
 
@@ -120,7 +120,7 @@ def shown_slices(first: int, end: int) -> list[int]:
     return [int(k) for k in np.unique(np.rint(np.linspace(first, end - 1, MOST)))]
 
 
-def _box(mask: npt.NDArray[np.bool_], margin: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def _box(mask: BoolArray, margin: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """First and last (exclusive) index of what is set, with a margin of so many pixels within a slice."""
     room = np.array([*margin, 0]).astype(np.int64)
     found = np.argwhere(mask)
@@ -129,7 +129,7 @@ def _box(mask: npt.NDArray[np.bool_], margin: FloatArray) -> tuple[npt.NDArray[n
     return low, high
 
 
-def _runs(mask: npt.NDArray[np.bool_]) -> str:
+def _runs(mask: BoolArray) -> str:
     """SVG path of a 2-D mask: one rectangle for each run of pixels."""
     padded = np.pad(mask.T.astype(np.int8), ((0, 0), (1, 1)))
     column, edge = np.nonzero(np.diff(padded, axis=1))  # the first pixel of a run and the first behind it, by turns

@@ -5,16 +5,15 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.image.resample import slice_distance
-from femprep.model import FloatArray, IntArray
+from femprep.model import BoolArray, FloatArray, IntArray
 
 #: Halvings of the interval in which a crossing lies.
 _HALVINGS: Final = 20
 
 
-def slice_distances(stack: npt.NDArray[np.bool_], spacing: tuple[float, float]) -> FloatArray:
+def slice_distances(stack: BoolArray, spacing: tuple[float, float]) -> FloatArray:
     """Signed distance of pixel centres from the outline in their slice.
 
     Parameters

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.image.boundary import BoundaryPoints, boundary_points, face_indices
 from femprep.image.object import LabelObject
-from femprep.model import FloatArray, IntArray
+from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.model.products import product
 from femprep.surface.estimate.crossings import crossings, slice_distances
 
@@ -47,10 +46,10 @@ class Evidence:
     faces: FloatArray
     axis: IntArray
     spacing: FloatArray
-    between: npt.NDArray[np.bool_]
-    end: npt.NDArray[np.bool_]
+    between: BoolArray
+    end: BoolArray
     centres: FloatArray
-    outside: npt.NDArray[np.bool_]
+    outside: BoolArray
     count: float = 1.0
 
     def thinned(self, most: int) -> Evidence:
@@ -96,7 +95,7 @@ class Evidence:
         )
 
 
-def _between_slices(obj: LabelObject, boundary: BoundaryPoints) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+def _between_slices(obj: LabelObject, boundary: BoundaryPoints) -> tuple[FloatArray, BoolArray]:
     """Moves ``(N, 3)`` of face midpoints to where the outlines of the slices put the surface, and which are caps."""
     axis = obj.stack_axis
     one, other = (float(s) for a, s in enumerate(obj.grid.spacing) if a != axis)

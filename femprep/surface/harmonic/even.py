@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.mesh.measures.triangles import areas, triangle_quality
 from femprep.mesh.operations.step_back import hold_back
 from femprep.mesh.operations.stretch_subdivision import Resolved
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.topology import volume
-from femprep.model import FloatArray, IntArray, split_quads
+from femprep.model import BoolArray, FloatArray, IntArray, split_quads
 from femprep.model.products import product, unit_vectors
 from femprep.surface.fitting.chart import Chart
 from femprep.surface.fitting.slide import Connectivity, Goal, slide_evenly
@@ -65,7 +64,7 @@ class _State:
     cells: IntArray
     triangles: IntArray
     quality: FloatArray
-    bad: npt.NDArray[np.bool_]
+    bad: BoolArray
     faults: Faults
     volume: float
 

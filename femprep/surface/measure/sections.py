@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from femprep.image import Grid, LabelObject
 from femprep.mesh.plane_sections import chains
-from femprep.model import FloatArray, IntArray, Plane
+from femprep.model import BoolArray, FloatArray, IntArray, Plane
 
 # Marching squares: the sides of a pixel quadruple (0 bottom, 1 right, 2 top, 3 left) a contour joins, by the sum of
 # 1, 2, 4, 8 for its corners (lower left, lower right, upper right, upper left) inside; the inside lies to the left.
@@ -93,7 +93,7 @@ def _used_slices(obj: LabelObject) -> IntArray:
     return np.flatnonzero(obj.mask.any(axis=others))
 
 
-def _pixel_contours(mask: npt.NDArray[np.bool_]) -> list[FloatArray]:
+def _pixel_contours(mask: BoolArray) -> list[FloatArray]:
     """Marching squares at one half on a mask that is empty at its rim: closed loops in pixel coordinates."""
     code = mask[:-1, :-1] + 2 * mask[1:, :-1] + 4 * mask[1:, 1:] + 8 * mask[:-1, 1:]
     ni, nj = mask.shape

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.model import FloatArray, IntArray, Notice, records
+from femprep.model import BoolArray, FloatArray, IntArray, Notice, records
 from femprep.sweeping.cup.matched import MatchedSurfaces
 from femprep.sweeping.cup.samples import Pulls, Samples, pulls
 from femprep.sweeping.cup.simplices import Simplices, corners, tetrahedra
@@ -136,9 +136,7 @@ def _judged(points: FloatArray, cells: IntArray, element: str) -> Simplices:
     return corners(cells, np.clip(lines / side, _LOW, 1.0))
 
 
-def _region(
-    poor: np.ndarray[Any, np.dtype[np.bool_]], cells: IntArray, count: int, judged: Simplices
-) -> tuple[IntArray, IntArray, IntArray]:
+def _region(poor: BoolArray, cells: IntArray, count: int, judged: Simplices) -> tuple[IntArray, IntArray, IntArray]:
     """Nodes to move around poor elements ``(layers, T)``, the simplices that feel them, and the cell of each."""
     layers = len(poor)
     active = np.zeros((layers + 1, count), dtype=bool)

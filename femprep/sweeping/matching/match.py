@@ -16,11 +16,10 @@ from functools import partial
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.model import FloatArray, Notice, Plane, Progress, Surface, records
+from femprep.model import BoolArray, FloatArray, Notice, Plane, Progress, Surface, records
 from femprep.options import SweepOptions, choose, takes
 from femprep.surface.fitting.patches import patches_of
 from femprep.sweeping.cup.matched import MatchedSurfaces
@@ -165,7 +164,7 @@ class _Match:
     state: Relaxation
     sweeps: list[int]
     push: dict[str, Any]
-    bent: npt.NDArray[np.bool_]
+    bent: BoolArray
 
     def softened(self, reach: float, planes: Mapping[str, Plane]) -> list[PatchSurface]:
         """The surfaces, softened within a distance of such columns, mm."""

@@ -6,12 +6,11 @@ import logging
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.mesh.measures.triangles import vertex_normals
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.model import FloatArray, IntArray, Plane, Surface
+from femprep.model import BoolArray, FloatArray, IntArray, Plane, Surface
 from femprep.model.products import product
 
 _log = logging.getLogger(__name__)
@@ -98,7 +97,7 @@ def push_apart(
     return points, found
 
 
-def _kept(points: FloatArray, cells: IntArray, base: Plane) -> npt.NDArray[np.bool_]:
+def _kept(points: FloatArray, cells: IntArray, base: Plane) -> BoolArray:
     """Which vertices lie below the base, or belong to the wall that rises a little above it."""
     height = base.signed_distance(points)
     wall = product(vertex_normals(points, cells), base.normal) < _CAP

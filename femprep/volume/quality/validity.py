@@ -12,7 +12,7 @@ from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.least_corner import Parts, by_least_corner
 from femprep.mesh.numbering import row_numbers
 from femprep.mesh.topology import components
-from femprep.model import FloatArray, IntArray, VolumeMesh, is_blood
+from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh, is_blood
 from femprep.model.blocks import nodes_of
 from femprep.volume.quality.face_table import FaceTable, corner_rings, face_table
 from femprep.volume.quality.neighbours import Neighbours
@@ -140,7 +140,7 @@ def _duplicate_elements(cells: Mapping[str, IntArray]) -> int:
     return total
 
 
-def _same_sense(one: IntArray, two: IntArray) -> npt.NDArray[np.bool_]:
+def _same_sense(one: IntArray, two: IntArray) -> BoolArray:
     """Whether rings of the same corners run the same way round: the corner after the smallest is the same."""
     after = []
     for ring in (one, two):

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from femprep.errors import InputError, StageError
 from femprep.image.grid import Grid
@@ -22,7 +21,7 @@ from femprep.mesh.measures.triangles import normals, vertex_normals
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table, neighbour_mean
-from femprep.model import FloatArray, Notice, Surface, noted
+from femprep.model import BoolArray, FloatArray, Notice, Surface, noted
 from femprep.model.notice import spot
 from femprep.model.products import product, unit_vectors
 from femprep.options import WallOptions
@@ -159,7 +158,7 @@ class Envelope:
         grid = Grid((i, j, k), np.full(3, voxel), product(first, axes.T), axes)
         return make_object(self._inside(grid), grid, name)
 
-    def _inside(self, grid: Grid) -> npt.NDArray[np.bool_]:
+    def _inside(self, grid: Grid) -> BoolArray:
         """Which voxels of a grid lie inside; only those near the surface are measured themselves."""
         index = np.stack(np.meshgrid(*(np.arange(n) for n in grid.shape), indexing="ij"), axis=-1).reshape(-1, 3)
         block = np.stack(np.meshgrid(*(np.arange(0, n, _BLOCK) for n in grid.shape), indexing="ij"), axis=-1)
