@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from femprep.errors import StageError
 from femprep.image.boundary import BoundaryPoints
 from femprep.image.canonical_frame import AtRest
 from femprep.image.object import LabelObject
@@ -14,8 +13,8 @@ from femprep.mesh.operations.step_back import apart
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table
-from femprep.model import FloatArray, IntArray, Notice, records, split_quads
-from femprep.model.products import product, unit_vectors
+from femprep.model import FloatArray, IntArray, split_quads
+from femprep.model.products import unit_vectors
 from femprep.surface.estimate import estimate_surface
 from femprep.surface.estimate.chords import outset
 from femprep.surface.estimate.observations import Evidence
@@ -26,7 +25,8 @@ from femprep.surface.fitting.place import placed_or_flipped
 from femprep.surface.fitting.placed_parametrisation import PlacedShape
 from femprep.surface.fitting.remeshing import even_mesh
 from femprep.surface.fitting.slide import Connectivity, Goal
-from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, WAYS, Attempt, Beginning
+from femprep.surface.fitting.taken import Taken
+from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, Attempt, Beginning
 from femprep.template import charge_template
 
 
@@ -94,42 +94,11 @@ def smooth_map(
     tried: list[Laid] = []
     for beginning in BEGINNINGS:
         tried += _fitted(rest.obj, beginning, evidence, goal, slices)
-        best = min(tried, key=lambda one: one.short)
-        if best.short <= 1.0:
+        if min(one.short for one in tried) <= 1.0:
             break
-    if best.shape is None or best.placed is None or best.short == np.inf:
-        raise StageError(f"the smooth surface of {obj.name!r} bends too sharply for {len(directions)} vertices")
-    placed = best.placed
-    shape = PlacedShape(
-        best.shape,
-        product(placed.directions, rest.axes.T),
-        split_quads(placed.cells),
-        placed.points,
-        rest.axes,
-        obj.barycentre,
-    )
-    notices = []
-    redrawn = best.attempt.way == WAYS[-1].name
-    if redrawn:
-        notices.append(
-            f"surface {obj.name} is too long or branched to be covered from a sphere; its triangles were drawn anew, "
-            "and vertices lie less exactly where those of the same number lie in other phases and hearts"
-        )
-    elif placed.flips and connectivity == "auto":
-        notices.append(
-            f"surface {obj.name} is too long or branched for even triangles in the template's order; edges were flipped"
-        )
-    info = {
-        "steps": placed.steps,
-        "flips": placed.flips,
-        "redrawn": redrawn,
-        "attempts": [
-            each.attempt.model_copy(update={"status": "taken"} if each is best else {}).model_dump(exclude_none=True)
-            for each in tried
-        ],
-        "notices": records(*(Notice.of("repaired", line) for line in notices)),
-    }
-    return shape, shape.to_world(placed.points), placed.cells, info
+    taken = Taken.of(tried, f"the smooth surface of {obj.name!r} bends too sharply for {len(directions)} vertices")
+    shape = taken.shape(rest.axes, obj.barycentre)
+    return shape, shape.to_world(taken.placed.points), taken.placed.cells, taken.info(obj.name, connectivity)
 
 
 def _fitted(obj: LabelObject, beginning: Beginning, evidence: Evidence, goal: Template, slices: Outlines) -> list[Laid]:

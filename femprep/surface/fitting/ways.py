@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from pydantic import Field
 
@@ -112,3 +113,8 @@ class Attempt(Record):
     mean_quality: float | None = Field(None, description="Mean Q of the triangles; not of quadrilaterals.")
     distance_pixels: float | None = Field(None, description="Mean distance to the labels' outlines, pixels.")
     greatest_pixels: float | None = Field(None, description="Greatest distance to them in any slice, pixels.")
+
+
+def told(attempts: Iterable[Attempt]) -> list[dict[str, Any]]:
+    """Attempts as the ``info`` of a surface has them."""
+    return [each.model_dump(exclude_none=True) for each in attempts]

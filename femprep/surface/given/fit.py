@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -17,14 +17,13 @@ from femprep.mesh.patches import PatchSurface
 from femprep.mesh.sampling import sample_surface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import is_closed
-from femprep.model import FloatArray, IntArray, Notice, Surface, records, split_quads
+from femprep.model import FloatArray, IntArray, Surface, split_quads
 from femprep.model.products import unit_vectors
 from femprep.options import SurfaceOptions
 from femprep.surface.estimate.chords import outset
-from femprep.surface.fitting.laying import Laid, Laying, Off, Template
-from femprep.surface.fitting.placed_parametrisation import PlacedShape
+from femprep.surface.fitting.laying import Laying, Off, Template
 from femprep.surface.fitting.slide import Goal
-from femprep.surface.fitting.ways import WAYS
+from femprep.surface.fitting.taken import Taken
 from femprep.surface.given.beyond import closed_beyond
 from femprep.surface.given.lid import without_lid
 from femprep.surface.given.mend import mended
@@ -106,10 +105,9 @@ class _Target:
 
 
 class _Fit(NamedTuple):
-    """A template on a smooth surface, all attempts, its distance from what was given, the middle of its coordinates."""
+    """A template on a smooth surface, its distance from what was given, the middle of its coordinates."""
 
-    best: Laid
-    tried: list[Laid]
+    taken: Taken
     off: Off
     middle: FloatArray
 
@@ -126,10 +124,9 @@ def _laid(name: str, points: FloatArray, cells: IntArray, target: _Target, chose
     out = outset(surface, wanted - there)
     goal = Template(template.directions, template.cells, chosen.connectivity, chosen.curvature_sizing)
     tried = Laying("as given", goal, target, surface, out, None).attempts()
-    best = min(tried, key=lambda one: one.short)
-    if best.shape is None or best.placed is None or best.short == np.inf:
-        raise StageError(f"surface {name!r} bends too sharply for {chosen.vertices} vertices; use more, or smooth it")
-    return _Fit(best, tried, target.off(best.placed.points, split_quads(best.placed.cells)), target.middle)
+    refusal = f"surface {name!r} bends too sharply for {chosen.vertices} vertices; use more, or smooth it"
+    taken = Taken.of(tried, refusal)
+    return _Fit(taken, target.off(taken.placed.points, split_quads(taken.placed.cells)), target.middle)
 
 
 class _Facets:
@@ -163,46 +160,25 @@ def _smooth(points: FloatArray, cells: IntArray, vertices: int) -> PatchSurface:
 
 
 def _surface(given: Surface, laid: _Fit, chosen: SurfaceOptions) -> Surface:
-    best = laid.best
-    assert best.placed is not None
-    assert best.shape is not None
-    placed = best.placed
-    shape = PlacedShape(best.shape, placed.directions, split_quads(placed.cells), placed.points, np.eye(3), laid.middle)
-    redrawn = best.attempt.way == WAYS[-1].name
-    notices = []
-    if redrawn:
-        notices.append(
-            Notice.of(
-                "repaired",
-                f"surface {given.name} is too long or branched to be covered from a sphere; its "
-                "triangles were drawn anew",
-            )
-        )
-    info: dict[str, Any] = {
+    placed = laid.taken.placed
+    shape = laid.taken.shape(np.eye(3), laid.middle)
+    own = laid.taken.info(given.name, chosen.connectivity)
+    info = {
+        **given.info,
         "method": "given",
         "vertices": len(placed.points),
         "cells": chosen.cells,
         "given": {"points": len(given.points), "triangles": len(given.cells)},
         "distance_mean_mm": laid.off.mean,
         "distance_greatest_mm": laid.off.greatest,
-        "steps": placed.steps,
-        "flips": placed.flips,
-        "redrawn": redrawn,
-        "attempts": [
-            each.attempt.model_copy(update={"status": "taken"} if each is best else {}).model_dump(exclude_none=True)
-            for each in laid.tried
-        ],
+        **own,
+        "notices": [*given.info.get("notices", ()), *own["notices"]],
     }
-    before = list(given.info.get("notices", ()))
     return replace(
         given,
         points=shape.to_world(placed.points),
         cells=placed.cells,
-        directions=placed.directions,
+        directions=shape.directions,
         shape=shape,
-        info={
-            **{k: v for k, v in given.info.items() if k != "notices"},
-            **info,
-            "notices": [*before, *records(*notices)],
-        },
+        info=info,
     )
