@@ -168,7 +168,7 @@ def fit_surface(
         line = f"surface {obj.name} would leave the space between its sphere and its singularities at {held} of its "
         line += "vertices, and was held within it"
         notices.append(Notice.of("repaired", line, place=points[worst]))
-    if mapped.info["underdetermined"]:
+    if mapped.solved.underdetermined:
         line = f"surface {obj.name} has more control points than boundary points: it was smoothed to be determined"
         notices.append(Notice.of("assumed", line))
     info |= _residuals(residual) | {"stopping_held": held} | mapped.info

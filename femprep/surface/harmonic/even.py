@@ -45,6 +45,8 @@ class Evened:
         ``shape(directions)``, mm LPS.
     cells : (m, 3) or (m, 4) array
         Its cells, or others on the same vertices.
+    least_quality : float
+        Least Q of the triangles.
     info : dict
         ``rounds``; ``q_mean`` and ``q_min`` of the triangles before and after; ``flipped``, whether edges were.
     """
@@ -52,6 +54,7 @@ class Evened:
     directions: FloatArray
     points: FloatArray
     cells: IntArray
+    least_quality: float
     info: dict[str, Any]
 
 
@@ -110,7 +113,7 @@ def even_out(
     begin = best = current = _state(shape, directions, cells)
     rounds = 0
     if begin.faults.lost:
-        return Evened(directions, begin.points, cells, {"rounds": 0, "q_mean": [0.0, 0.0], "q_min": [0.0, 0.0]})
+        return Evened(directions, begin.points, cells, 0.0, {"rounds": 0, "q_mean": [0.0, 0.0], "q_min": [0.0, 0.0]})
     for _ in range(_ROUNDS):
         mesh = _resolve(shape, current)
         whole = volume(mesh.points, mesh.cells)
@@ -143,7 +146,7 @@ def even_out(
         "q_min": [float(state.quality.min()) for state in (begin, best)],
         "flipped": not np.array_equal(best.cells, cells),
     }
-    return Evened(best.directions, best.points, best.cells, info)
+    return Evened(best.directions, best.points, best.cells, float(best.quality.min()), info)
 
 
 def _state(shape: HarmonicShape, directions: FloatArray, cells: IntArray) -> _State:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import prange
@@ -57,12 +57,30 @@ def _factor(matrix: FloatArray) -> FloatArray | None:
     return rows if factorise(rows) and rows[:, 0].min() > _LEAST_PIVOT else None
 
 
+class Solved(NamedTuple):
+    """How a spline was solved for.
+
+    Attributes
+    ----------
+    smoothing : float
+        Used: at least what was asked for.
+    underdetermined : bool
+        Whether there are fewer values than unknowns.
+    rms : float
+        Residual.
+    """
+
+    smoothing: float
+    underdetermined: bool
+    rms: float
+
+
 def fit_spline(
     basis: Basis,
     directions: FloatArray,
     values: FloatArray,
     smoothing: float = 0.0,
-) -> tuple[Spline, dict[str, Any]]:
+) -> tuple[Spline, Solved]:
     """Fit a spline on the sphere to values at directions (Eqs. 9 to 11).
 
     G'G is gathered from blocks of rows, scaled to a unit diagonal and factorised; its ill-conditioning is made good
@@ -83,8 +101,8 @@ def fit_spline(
     -------
     spline : Spline
         The fitted function.
-    info : dict
-        ``smoothing`` used, ``underdetermined``, ``rms`` residual.
+    solved : Solved
+        How.
 
     Raises
     ------
@@ -134,4 +152,4 @@ def fit_spline(
     spline = Spline(basis, coefficients)
     misfit = np.concatenate([(rows_of(block) * coefficients).sum(axis=1) - values[block] for block in blocks])
     rms = float(np.sqrt(np.mean(misfit * misfit)))
-    return spline, {"smoothing": float(used), "underdetermined": underdetermined, "rms": rms}
+    return spline, Solved(float(used), underdetermined, rms)

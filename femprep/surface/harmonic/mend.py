@@ -14,7 +14,7 @@ from femprep.model import FloatArray, IntArray, Notice, records, split_quads
 from femprep.surface.fitting.slide import Connectivity
 from femprep.surface.harmonic.even import even_out
 from femprep.surface.harmonic.field import Field
-from femprep.surface.harmonic.leastsquares import fit_spline
+from femprep.surface.harmonic.leastsquares import Solved, fit_spline
 from femprep.surface.harmonic.shape import HarmonicShape
 from femprep.surface.harmonic.soundness import Faults, find_faults
 from femprep.surface.harmonic.spline import Basis
@@ -44,15 +44,21 @@ class Mapped:
         The vertices, ``shape(directions)``, mm LPS.
     cells : (m, 3) or (m, 4) array
         The template's cells, or others on the same vertices.
+    solved : Solved
+        How its stopping function was solved for.
+    least_quality : float or None
+        Least Q of the triangles; None where vertices were not moved.
     info : dict
-        ``smoothing`` used, ``underdetermined``, ``even`` (how much triangles gained, where vertices were moved), and
-        under ``notices`` what had to be mended.
+        The record: ``smoothing`` used, ``underdetermined``, ``even`` (how much triangles gained, where vertices were
+        moved), and under ``notices`` what had to be mended.
     """
 
     shape: HarmonicShape
     directions: FloatArray
     points: FloatArray
     cells: IntArray
+    solved: Solved
+    least_quality: float | None
     info: dict[str, Any]
 
 
@@ -96,21 +102,22 @@ class Target:
     connectivity: Connectivity = "template"
     curvature: float = 0.0
 
-    def stopped(self, smoothing: float) -> tuple[HarmonicShape, dict[str, Any]]:
+    def stopped(self, smoothing: float) -> tuple[HarmonicShape, Solved]:
         """The surface of one smoothing, and how its stopping function was solved for."""
-        stopping, solve = fit_spline(self.basis, self.feet, self.level, smoothing=smoothing)
+        stopping, solved = fit_spline(self.basis, self.feet, self.level, smoothing=smoothing)
         bounds = 0.5 * float(self.level.min()), 1.5 * float(self.level.max())
-        return HarmonicShape(self.field, stopping, *bounds, self.steps), solve
+        return HarmonicShape(self.field, stopping, *bounds, self.steps), solved
 
     def mapped(self, smoothing: float, even: bool) -> tuple[Mapped, Faults]:
         """The template on the surface of one smoothing, its vertices moved or not, and its faults."""
-        shape, solve = self.stopped(smoothing)
-        info: dict[str, Any] = {"smoothing": solve["smoothing"], "underdetermined": solve["underdetermined"]}
+        shape, solved = self.stopped(smoothing)
+        info: dict[str, Any] = {"smoothing": solved.smoothing, "underdetermined": solved.underdetermined}
         if even:
             found = even_out(shape, self.directions, self.cells, self.axes, self.connectivity, self.curvature)
-            mapped = Mapped(shape, found.directions, found.points, found.cells, info | {"even": found.info})
+            info["even"] = found.info
+            mapped = Mapped(shape, found.directions, found.points, found.cells, solved, found.least_quality, info)
         else:
-            mapped = Mapped(shape, self.directions, shape(self.directions), self.cells, info)
+            mapped = Mapped(shape, self.directions, shape(self.directions), self.cells, solved, None, info)
         return mapped, find_faults(mapped.points, split_quads(mapped.cells), self.field)
 
 
@@ -141,18 +148,18 @@ def sound_map(target: Target, even: bool) -> Mapped:
                 break
             continue
         found.append(mapped)
-        if not moved or smoothing >= _WORTH or mapped.info["even"]["q_min"][1] >= _WISHED:
+        if mapped.least_quality is None or smoothing >= _WORTH or mapped.least_quality >= _WISHED:
             break
     if not found:
         raise StageError(
             f"the surface of {target.name!r} has {first} and could not be mended; raise the number of vertices "
             f"({len(target.directions)}), lower control_points ({target.basis.size - 1}), or mend the labels there"
         )
-    best = max(found, key=lambda one: one.info["even"]["q_min"][1] if "even" in one.info else 1.0)
+    best = max(found, key=lambda one: 1.0 if one.least_quality is None else one.least_quality)
     notices = []
     if first is not None:
-        how = f"smoothing its stopping function by {best.info['smoothing']:g}"
-        if "even" in best.info and not even:
+        how = f"smoothing its stopping function by {best.solved.smoothing:g}"
+        if best.least_quality is not None and not even:
             how += " and moving its vertices along it"
         notices.append(f"surface {target.name} had {first}; {how} mended it")
         _log.warning(notices[0])

@@ -70,14 +70,14 @@ def test_fit_equals_an_orthogonal_factorisation(knots: int) -> None:
     at /= np.linalg.norm(at, axis=1)[:, None]
     values = bumps(at) + 0.01 * random.normal(size=len(at))
     basis = Basis(sphere_points(knots))
-    spline, info = fit_spline(basis, at, values)
+    spline, solved = fit_spline(basis, at, values)
     rows = basis.rows(at)
     scale = 1.0 / np.linalg.norm(rows, axis=0)
     exact = np.linalg.lstsq(rows * scale, values, rcond=None)[0] * scale
     np.testing.assert_allclose(spline(at), rows @ exact, atol=1e-9)
-    assert info["smoothing"] == 0.0
-    assert not info["underdetermined"]
-    assert info["rms"] == pytest.approx(np.sqrt(np.mean((rows @ exact - values) ** 2)), rel=1e-6)
+    assert solved.smoothing == 0.0
+    assert not solved.underdetermined
+    assert solved.rms == pytest.approx(np.sqrt(np.mean((rows @ exact - values) ** 2)), rel=1e-6)
 
 
 @pytest.mark.slow
@@ -120,9 +120,9 @@ def test_smoothing_damps_noise_and_keeps_the_mean() -> None:
 def test_more_control_points_than_values_is_said_and_smoothed(caplog: pytest.LogCaptureFixture) -> None:
     at = sphere_points(40)
     with caplog.at_level("WARNING"):
-        spline, info = fit_spline(Basis(sphere_points(90)), at, bumps(at))
-    assert info["underdetermined"]
-    assert info["smoothing"] > 0.0
+        spline, solved = fit_spline(Basis(sphere_points(90)), at, bumps(at))
+    assert solved.underdetermined
+    assert solved.smoothing > 0.0
     assert "90 control points for 40 boundary points" in caplog.text
     assert np.abs(spline(at) - bumps(at)).max() < 0.01
     assert np.abs(spline(sphere_points(500)) - bumps(sphere_points(500))).max() < 0.1
@@ -131,8 +131,8 @@ def test_more_control_points_than_values_is_said_and_smoothed(caplog: pytest.Log
 def test_values_in_one_place_do_not_break_the_fit() -> None:
     # All normal equations are singular here.
     at = np.tile([[0.0, 0.0, 1.0]], (100, 1))
-    spline, info = fit_spline(Basis(sphere_points(20)), at, np.full(100, 0.9))
-    assert info["smoothing"] > 0.0
+    spline, solved = fit_spline(Basis(sphere_points(20)), at, np.full(100, 0.9))
+    assert solved.smoothing > 0.0
     np.testing.assert_allclose(spline(at[:1]), 0.9, atol=1e-3)
     assert np.all(np.isfinite(spline(sphere_points(50))))
 
