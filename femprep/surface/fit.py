@@ -7,20 +7,24 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from femprep.errors import InputError, OptionError, ResourceError, StageError
+from femprep.errors import InputError, OptionError, ResourceError
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.canonical_frame import image_axes
 from femprep.image.canonical_storage import stored_by_content
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic
-from femprep.model import FloatArray, IntArray, Notice, Progress, Surface, records
+from femprep.mesh.measures.triangles import triangle_quality
+from femprep.model import FloatArray, IntArray, Notice, Progress, Surface, records, split_quads
 from femprep.model.products import product
 from femprep.options import SurfaceOptions, choose, takes
+from femprep.surface.fitting.laying import Outlines
 from femprep.surface.fitting.smooth import smooth_map
+from femprep.surface.fitting.taken import NoSurfaceError
+from femprep.surface.fitting.ways import FALLBACK, Attempt, told
 from femprep.surface.given.fit import lay_on
 from femprep.surface.harmonic.field import Field, fit_strength
 from femprep.surface.harmonic.leastsquares import BLOCK
-from femprep.surface.harmonic.mend import Target, sound_map
+from femprep.surface.harmonic.mend import Mapped, Target, sound_map
 from femprep.surface.harmonic.sources import place_sources
 from femprep.surface.harmonic.spline import Basis
 from femprep.template import charge_template, cubed_template, sphere_points
@@ -139,16 +143,17 @@ def fit_surface(
         "centre": obj.barycentre.tolist(),
     }
     notices: list[Notice] = []
+    tried: tuple[Attempt, ...] = ()
     if chosen.method == "smooth":
         try:
             smooth, points, cells, more = smooth_map(
                 obj, boundary, directions, template.cells, chosen.connectivity, chosen.curvature_sizing
             )
-        except StageError as error:
+        except NoSurfaceError as error:
             # The harmonic surface is less accurate, but bends of a thin chamber cannot cross on it.
             line = f"{error}; the surface of method even is taken in its place"
             notices.append(Notice.of("repaired", line))
-            info["method"] = "even"
+            info["method"], tried = "even", error.attempts
             _log.warning(line)
         else:
             info |= _residuals(smooth.height(boundary.points)) | more
@@ -173,8 +178,27 @@ def fit_surface(
         notices.append(Notice.of("assumed", line))
     info |= _residuals(residual) | {"stopping_held": held} | mapped.info
     info["notices"] = [*records(*notices), *info.get("notices", [])]
+    if tried:
+        info["attempts"] = told([*tried, _instead(obj, mapped)])
     tell("surface", 1.0)
     return Surface(points, mapped.cells, name=obj.name, directions=directions, shape=shape, info=info)
+
+
+def _instead(obj: LabelObject, mapped: Mapped) -> Attempt:
+    """The attempt that a harmonic surface is, taken in place of smooth ones."""
+    beginning, way = FALLBACK
+    triangles = split_quads(mapped.cells)
+    quality = triangle_quality(mapped.points, triangles)
+    off = Outlines(obj).off(mapped.points - obj.barycentre, triangles)
+    return Attempt(
+        beginning=beginning,
+        way=way,
+        status="taken",
+        least_quality=float(quality.min()),
+        mean_quality=float(quality.mean()) if mapped.cells.shape[1] == 3 else None,
+        distance_pixels=off.mean,
+        greatest_pixels=off.greatest,
+    )
 
 
 def _target(

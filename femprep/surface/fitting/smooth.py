@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from femprep.errors import StageError
 from femprep.image.boundary import BoundaryPoints
 from femprep.image.canonical_frame import AtRest
 from femprep.image.object import LabelObject
@@ -25,7 +26,7 @@ from femprep.surface.fitting.place import placed_or_flipped
 from femprep.surface.fitting.placed_parametrisation import PlacedShape
 from femprep.surface.fitting.remeshing import even_mesh
 from femprep.surface.fitting.slide import Connectivity, Goal
-from femprep.surface.fitting.taken import Taken
+from femprep.surface.fitting.taken import NoSurfaceError, Taken
 from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, Attempt, Beginning
 from femprep.template import charge_template
 
@@ -82,8 +83,8 @@ def smooth_map(
 
     Raises
     ------
-    StageError
-        Triangles cross or are folded.
+    NoSurfaceError
+        Triangles cross or are folded, or a mesh could not be bent; it has the attempts.
     """
     # All is done at rest, so that a turned image gives the same surface, turned.
     rest = AtRest.of(obj)
@@ -93,7 +94,11 @@ def smooth_map(
     goal = Template(rest.directions(directions), cells, connectivity, curvature)
     tried: list[Laid] = []
     for beginning in BEGINNINGS:
-        tried += _fitted(rest.obj, beginning, evidence, goal, slices)
+        try:
+            tried += _fitted(rest.obj, beginning, evidence, goal, slices)
+        except StageError as error:
+            attempts = [*(one.attempt for one in tried), Attempt(beginning=beginning.name, status="no mesh")]
+            raise NoSurfaceError(str(error), attempts) from error
         if min(one.short for one in tried) <= 1.0:
             break
     taken = Taken.of(tried, f"the smooth surface of {obj.name!r} bends too sharply for {len(directions)} vertices")

@@ -69,6 +69,8 @@ WAYS: Final = (
     Way("map made anew, much finer where curved", finer=1.0, wanted="far"),
     Way("triangles drawn anew", redrawn=True, wanted="bad"),
 )
+#: Beginning and way of the surface that is taken where none of these gives one.
+FALLBACK: Final = ("harmonic field", "vertices moved along it")
 
 
 @dataclass(frozen=True)

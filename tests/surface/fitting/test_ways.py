@@ -7,11 +7,14 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
-from femprep.image import Grid, make_object
+from femprep.errors import StageError
+from femprep.image import Grid, LabelObject, make_object
 from femprep.report.manifest import plain
+from femprep.report.notices import lines
 from femprep.surface import fit_surface
-from femprep.surface.fitting import laying
-from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, WAYS, Acceptance, Attempt
+from femprep.surface.fitting import laying, smooth
+from femprep.surface.fitting.laying import Laid
+from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, FALLBACK, WAYS, Acceptance, Attempt, Beginning
 
 
 def ball():
@@ -45,6 +48,30 @@ def test_all_ways_are_told_where_none_is_good_enough(monkeypatch: pytest.MonkeyP
         1 + sum(way.wanted != "uneven" for way in WAYS)
     )
     assert min(told, key=lambda one: one.distance_pixels or np.inf).status in {"taken", "sound"}
+
+
+@pytest.mark.parametrize("fails", ["folded", "raises"])
+def test_attempts_are_told_where_the_harmonic_field_is_taken_instead(
+    monkeypatch: pytest.MonkeyPatch, fails: str
+) -> None:
+    def folded(obj: LabelObject, beginning: Beginning, *_: object) -> list[Laid]:
+        if fails == "raises" and beginning is BEGINNINGS[-1]:
+            raise StageError("a matrix of the fit is not positive definite")
+        return [Laid(Attempt(beginning=beginning.name, status="folded"))]
+
+    monkeypatch.setattr(smooth, "_fitted", folded)
+    surface = fit_surface(ball(), vertices=200, singularities=60, control_points=60)
+    assert surface.info["method"] == "even"
+    assert any("is taken in its place" in line for line in lines(surface.info))
+    told = [Attempt(**each) for each in surface.info["attempts"]]
+    assert [(one.beginning, one.status) for one in told] == [
+        (BEGINNINGS[0].name, "folded"),
+        (BEGINNINGS[1].name, "folded" if fails == "folded" else "no mesh"),
+        (FALLBACK[0], "taken"),
+    ]
+    assert told[-1].least_quality > 0.5
+    assert 0.0 < told[-1].distance_pixels < told[-1].greatest_pixels < 1.0
+    assert plain(surface.info["attempts"]) == surface.info["attempts"]
 
 
 def test_the_table_is_frozen() -> None:
