@@ -14,13 +14,12 @@ from femprep.errors import OptionError
 from femprep.image import IntensityImage, Segmentation
 from femprep.mesh.measures.triangles import areas
 from femprep.mesh.topology import volume
-from femprep.model import Plane, Progress, Surface, VolumeMesh, Wall
+from femprep.model import Progress, Surface
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
 from femprep.preflight import check_options, check_second_images
-from femprep.report.manifest import VolumeRecord
+from femprep.report.beside_given import volumes_beside_given
 from femprep.report.run import Run
-from femprep.report.volumes import cavity_volume
 from femprep.stages.fill import fill
 from femprep.stages.furnish import concluded, furnish
 from femprep.surface import fit_surface
@@ -31,7 +30,7 @@ from femprep.volume.refine.plan import levels_for
 from femprep.volume.validate import check_amount
 from femprep.wall import given_openings, keep_apart
 from femprep.wall.anatomies import Parts
-from femprep.wall.own import OUTER, OwnSurfaces, anatomy_of, prepare_surfaces
+from femprep.wall.own import OUTER, OwnSurfaces, anatomy_of, facets_of, prepare_surfaces
 
 #: How far volume and thickness of the wall may be off before it is cut: what is refused is certain.
 _SLACK: Final = 1.5
@@ -106,20 +105,15 @@ def mesh_surfaces(
     mesh = furnish(mesh, lambda: ventricular_axes(filled, mirrored=mirrored), options, stages, tissue, images)
     with stages("quality"):
         quality = check(mesh, options=options.check)
-        given = {_facets(name, own): surface for name, surface in own.surfaces.items()}
+        given = {facets_of(name, own.anatomy): surface for name, surface in own.surfaces.items()}
         judged = with_given_fidelity(quality, given_fidelity(mesh, given))
     mesh, judged, solution = concluded(mesh, quality, judged, options, stages)
     more: dict[str, Any] = {
-        "volumes": tuple(_volumes(mesh, wall, own)),
+        "volumes": tuple(volumes_beside_given(mesh, wall, own)),
         "seconds": stages.seconds,
         "solution": solution,
     }
     return Run(None, options, {}, parts.surfaces, wall, mesh, judged, **more, given=own)
-
-
-def _facets(name: str, own: OwnSurfaces) -> str:
-    """Name of the facets of a surface in the mesh."""
-    return name if name == OUTER else "endo" if own.anatomy == "lv" else f"endo_{name}"
 
 
 def _check(own: OwnSurfaces, options: Options, second: bool) -> None:
@@ -157,43 +151,3 @@ def _parts(own: OwnSurfaces, options: Options, stages: Stages) -> Parts:
         endo, repaired = keep_apart(endo, options.wall.minimum_thickness, options.wall.maximum_push)
     openings = given_openings(options.wall.valves)
     return Parts({}, endo, laid[OUTER], own.base, openings=openings, repaired=repaired, notices=list(own.notices))
-
-
-def _volumes(mesh: VolumeMesh, wall: Wall, own: OwnSurfaces) -> list[VolumeRecord]:
-    """Volumes of cavities and wall of the mesh beside those of the given surfaces below the base."""
-    given = {name: _below(surface, own.base) for name, surface in own.surfaces.items()}
-    found = []
-    for name in own.endo:
-        facets = _facets(name, own)
-        if facets in mesh.facet_names:
-            title = "cavity" if facets == "endo" else f"{name} cavity"
-            found.append(_beside(title, cavity_volume(mesh, facets), given[name]))
-    whole = given[OUTER] - sum(given[name] for name in own.endo)
-    return [*found, _beside("wall", wall.volume, whole)]
-
-
-def _beside(name: str, mesh_mm3: float, given_mm3: float) -> VolumeRecord:
-    return VolumeRecord(
-        name=name,
-        mesh_ml=mesh_mm3 / 1000.0,
-        given_ml=given_mm3 / 1000.0,
-        difference_percent=100.0 * (mesh_mm3 - given_mm3) / given_mm3 if given_mm3 > 0.0 else None,
-    )
-
-
-def _below(surface: Surface, base: Plane | None) -> float:
-    """Volume that a given surface encloses below the base, mm3: its own triangles, cut at the plane."""
-    points, cells = closed_beyond(surface.points, surface.triangles)
-    if base is None:
-        return volume(points, cells)
-    away = base.signed_distance(points)[cells]
-    # Tetrahedra to a point of the plane, each triangle cut there: the cut itself then adds nothing.
-    corner = points[cells] - base.point
-    total = np.linalg.det(corner) / 6.0
-    order = np.argsort(away, axis=1)
-    low, mid, high = np.take_along_axis(away, order, axis=1).T
-    with np.errstate(divide="ignore", invalid="ignore"):
-        one = np.where(high != low, low / (low - high), 0.0) * np.where(mid != low, low / (low - mid), 0.0)
-        two = 1.0 - np.where(high != low, high / (high - low), 0.0) * np.where(high != mid, high / (high - mid), 0.0)
-    share = np.where(high <= 0.0, 1.0, np.where(low >= 0.0, 0.0, np.where(mid > 0.0, one, two)))
-    return float((share * total).sum())

@@ -56,7 +56,8 @@ def mesh_phases(
     from femprep.image import read_frames, read_segmentation
     from femprep.image.underlay import read_under
     from femprep.model.stages import Stages
-    from femprep.sequence import mesh_sequence, phase_names, write_sequence
+    from femprep.report.sequence_output import phase_names, write_sequence
+    from femprep.sequence import mesh_sequence
 
     names = phase_names(paths)
     if len(paths) > 1:

@@ -22,7 +22,8 @@ from femprep.image.underlay import read_under
 from femprep.model.stages import Stages
 from femprep.pipeline import fit_surfaces, mesh_segmentation
 from femprep.report.output import write_run, write_surfaces
-from femprep.sequence import mesh_sequence, write_sequence
+from femprep.report.sequence_output import write_sequence
+from femprep.sequence import mesh_sequence
 
 #: A subject that ended its worker so often is set aside.
 ATTEMPTS: Final = 2

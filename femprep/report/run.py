@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from femprep.image import LabelObject, Segmentation
@@ -10,6 +10,7 @@ from femprep.model import Surface, VolumeMesh, Wall
 from femprep.model.solution import SolutionRecord
 from femprep.options import Options
 from femprep.report.manifest import VolumeRecord
+from femprep.report.volumes import cavity_volume
 from femprep.volume import QualityReport
 from femprep.volume.quality.fidelity import Fidelity, judge_fidelity
 from femprep.wall.own import OwnSurfaces
@@ -83,3 +84,54 @@ class Surfaces:
     def failures(self) -> tuple[str, ...]:
         """A line for each surface that lies too far from its labels."""
         return tuple(judge_fidelity(self.fidelity.records, self.options.limits).failures)
+
+
+@dataclass(frozen=True)
+class SequenceRun:
+    """Runs of the phases of one heart.
+
+    Attributes
+    ----------
+    runs : tuple of Run
+        In order; each mesh has ``point_data["displacement"]`` from the reference phase, mm.
+    times : tuple of float
+    reference : int
+        Number of that phase, from 0.
+    template : mapping of str to int or str
+        What their connectivity follows from, see :func:`~femprep.sweeping.template_of`.
+    options : Options, optional
+        Those asked for; of each run, with its own base and this template.
+    seconds : mapping of str to float
+        Wall-clock time of each stage beside those of the runs.
+
+    Examples
+    --------
+    >>> [run.quality.passed for run in found.runs]  # doctest: +SKIP
+    [True, True]
+    """
+
+    runs: tuple[Run, ...]
+    times: tuple[float, ...]
+    reference: int
+    template: Mapping[str, int | str]
+    options: Options | None = None
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def passed(self) -> bool:
+        """Whether every phase passed the quality check."""
+        return all(run.quality.passed for run in self.runs)
+
+    @property
+    def ejection_fraction(self) -> float:
+        """Greatest less least cavity of the meshes below their base planes, per cent of the greatest."""
+        return _ejected([cavity_volume(run.mesh) for run in self.runs])
+
+    @property
+    def label_ejection_fraction(self) -> float:
+        """The same of all voxels of the cavity."""
+        return _ejected([run.objects["lv"].volume for run in self.runs])
+
+
+def _ejected(volumes: Sequence[float]) -> float:
+    return 100.0 * (max(volumes) - min(volumes)) / max(volumes)

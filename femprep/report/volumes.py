@@ -1,4 +1,4 @@
-"""Volumes of a mesh, and of the segmentation's voxels between the same planes."""
+"""Volumes of a mesh, and of the segmentation's voxels or the surfaces given between the same planes."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from collections.abc import Iterable
 import numpy as np
 
 from femprep.image import LabelObject
-from femprep.mesh.topology import enclosed_volume
-from femprep.model import Plane, VolumeMesh
+from femprep.mesh.topology import enclosed_volume, volume
+from femprep.model import Plane, Surface, VolumeMesh
 from femprep.model.facets import facet_triangles
+from femprep.surface.given.beyond import closed_beyond
 
 
 def cavity_volume(mesh: VolumeMesh, name: str = "endo") -> float:
@@ -29,3 +30,29 @@ def voxel_volume(obj: LabelObject, planes: Iterable[Plane]) -> float:
         extent = float(np.abs(plane.normal @ np.asarray(obj.grid.direction)) @ np.asarray(obj.grid.spacing))
         part *= np.clip(0.5 - plane.signed_distance(centre) / extent, 0.0, 1.0)
     return float(part.sum() * np.prod(obj.grid.spacing))
+
+
+def volume_below(surface: Surface, base: Plane | None) -> float:
+    """Volume that a surface encloses below a base, mm3: its own triangles, cut at the plane.
+
+    Parameters
+    ----------
+    surface : Surface
+        Closed, or open above the base.
+    base : Plane or None
+        None for all of it.
+    """
+    points, cells = closed_beyond(surface.points, surface.triangles)
+    if base is None:
+        return volume(points, cells)
+    away = base.signed_distance(points)[cells]
+    # Tetrahedra to a point of the plane, each triangle cut there: the cut itself then adds nothing.
+    corner = points[cells] - base.point
+    total = np.linalg.det(corner) / 6.0
+    order = np.argsort(away, axis=1)
+    low, mid, high = np.take_along_axis(away, order, axis=1).T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one = np.where(high != low, low / (low - high), 0.0) * np.where(mid != low, low / (low - mid), 0.0)
+        two = 1.0 - np.where(high != low, high / (high - low), 0.0) * np.where(high != mid, high / (high - mid), 0.0)
+    share = np.where(high <= 0.0, 1.0, np.where(low >= 0.0, 0.0, np.where(mid > 0.0, one, two)))
+    return float((share * total).sum())

@@ -167,6 +167,11 @@ def anatomy_of(surfaces: Mapping[str, object]) -> str:
     return _ANATOMY[own]
 
 
+def facets_of(name: str, anatomy: str) -> str:
+    """Name of the facets of a surface in a mesh of some anatomy."""
+    return name if name == OUTER else "endo" if anatomy == "lv" else f"endo_{name}"
+
+
 def _unit(surfaces: Mapping[str, Surface], unit: str) -> tuple[str, float, list[Notice]]:
     """Their unit, its millimetres, and what there is to say of it; refused where they differ."""
     size = {name: float(np.linalg.norm(np.ptp(surface.points, axis=0))) for name, surface in surfaces.items()}

@@ -7,7 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from femprep.mesh.topology import enclosed_volume
+from femprep.model import Plane, Surface
 from femprep.report.pictures.slices import plane_cut
+from femprep.report.volumes import volume_below
 
 
 def tube(n: int, radius: float, height: float) -> tuple[np.ndarray, np.ndarray]:
@@ -45,3 +47,13 @@ def test_cut_of_a_tube_is_its_ring() -> None:
 def test_cut_beside_a_surface_is_empty() -> None:
     points, triangles = tube(12, 3.0, 5.0)
     assert plane_cut(points, triangles, points[:, 2] + 1.0).shape == (0, 2, 3)
+
+
+@pytest.mark.parametrize("height", [-0.5, 0.0, 0.3, 0.9, 1.0, 2.0])
+def test_a_given_surface_is_cut_at_the_base(height: float) -> None:
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+    tetra = Surface(corners + 7.0, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]))
+    base = Plane([9.0, -3.0, 7.0 + height], [0.0, 0.0, 1.0])
+    exact = (1.0 - (1.0 - np.clip(height, 0.0, 1.0)) ** 3) / 6.0
+    assert_allclose(volume_below(tetra, base), exact, rtol=1e-12, atol=1e-14)
+    assert_allclose(volume_below(tetra, None), 1.0 / 6.0, rtol=1e-12)

@@ -16,7 +16,6 @@ from femprep.phantoms import lv_ellipsoid
 from femprep.report.manifest import PhaseRecord
 from femprep.report.page.sequence import _chart, _round_marks
 from femprep.report.pictures.scene import _spread
-from femprep.sequence import SequenceRun
 
 VIEW = "window.femprepView"
 #: Radius of the cavity and thickness of the wall in each phase; the third is end-systole.
@@ -91,15 +90,6 @@ def test_page_tells_volumes_thickening_and_checks_of_each_phase(out: Path) -> No
     assert len(gained) == 17
     # 9 mm to 12 mm, a third, at the girth.
     assert np.median(gained[:6]) == pytest.approx(33.0, abs=4.0)
-
-
-def test_images_are_as_many_as_phases(tmp_path: Path) -> None:
-    seg = lv_ellipsoid().segmentation(spacing=(3.0, 3.0, 10.0))
-    # None of the runs is looked at before.
-    two = SequenceRun((None, None), (0.0, 1.0), 0, {})  # type: ignore[arg-type]
-    with pytest.raises(fp.InputError, match="1 images given for 2 phases"):
-        fp.write_sequence(two, tmp_path / "out", images=[cine(seg)])
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
