@@ -48,7 +48,7 @@ class Options(StageOptions):
     anatomy: Literal["lv", "biv", "whole-heart"] = Field(
         "lv", description="Which part of the heart is meshed: left ventricle, both ventricles, or all four chambers."
     )
-    preset: str | None = Field(None, description="Structures of a known data set: acdc, rodero.")
+    preset: str | None = Field(None, description=f"Structures of a known data set: {', '.join(PRESETS)}.")
     structures: dict[str, tuple[int | str, ...]] = Field(
         default_factory=dict,
         description="Label numbers by structure name (lv, myo, rv, ...); of a .seg.nrrd also names of its segments.",
