@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from pydantic import Field, model_validator
 
 from femprep.options.base import StageOptions
 
 _Point = tuple[float, float, float]
+#: Straight pieces of a branch at most: growing one takes half a millisecond, and there are hundreds of branches.
+_MOST_SEGMENTS: Final = 200
 
 
 class PurkinjeOptions(StageOptions):
@@ -42,6 +46,11 @@ class PurkinjeOptions(StageOptions):
             raise ValueError(
                 f"a branch of {self.branch_length:g} mm needs three segments at least; segment_length is "
                 f"{self.segment_length:g} mm"
+            )
+        if self.branch_length > _MOST_SEGMENTS * self.segment_length:
+            raise ValueError(
+                f"a branch of {self.branch_length:g} mm has {self.branch_length / self.segment_length:.3g} segments of "
+                f"{self.segment_length:g} mm, more than {_MOST_SEGMENTS}; give longer segments or shorter branches"
             )
         return self
 

@@ -126,6 +126,10 @@ def test_what_it_needs() -> None:
         fp.add_purkinje(bare)
     with pytest.raises(fp.OptionError, match="three segments"):
         fp.add_purkinje(mesh, branch_length=2.0)
+    # Found by a damaged command line: a millionth of a picometre did not come to an end.
+    for given in ({"segment_length": 1e-30}, {"branch_length": 1e30}, {"branch_length": 30.0, "segment_length": 0.1}):
+        with pytest.raises(fp.OptionError, match="more than 200"):
+            fp.add_purkinje(mesh, **given)
 
 
 def test_without_the_library_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
