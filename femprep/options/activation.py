@@ -23,7 +23,7 @@ class PurkinjeOptions(StageOptions):
     """
 
     branch_length: float = Field(
-        8.0, gt=0, description="Mean length of a branch, mm; lengths vary about it by half of it."
+        8.0, ge=0.5, description="Mean length of a branch, mm; lengths vary about it by half of it."
     )
     branch_angle: float = Field(
         8.6, gt=0, le=90, description="Angle by which each of two branches turns from the one they come from, degrees."
@@ -31,7 +31,7 @@ class PurkinjeOptions(StageOptions):
     repulsion: float = Field(0.1, ge=0, le=1, description="How much branches turn away from what is there already.")
     generations: int = Field(20, ge=1, le=60, description="How often branches part, at most.")
     segment_length: float = Field(1.0, gt=0, description="Length of the straight pieces of a branch, mm.")
-    speed: float = Field(2.5, gt=0, description="Speed of conduction in Purkinje fibres, m/s.")
+    speed: float = Field(2.5, ge=1e-3, le=100, description="Speed of conduction in Purkinje fibres, m/s.")
     seed: int = Field(0, ge=0, lt=2**32, description="Number that random lengths and sides are drawn from.")
     root_lv: _Point | None = Field(
         None, description="Where the left bundle branch begins, mm LPS; below the base of the septum where not given."
@@ -66,6 +66,8 @@ class ActivationOptions(StageOptions):
     0.67
     """
 
-    fibre_speed: float = Field(0.67, gt=0, description="Speed of activation along fibres, m/s.")
-    sheet_speed: float = Field(0.30, gt=0, description="Speed of activation across fibres within sheets, m/s.")
-    normal_speed: float = Field(0.17, gt=0, description="Speed of activation across sheets, m/s.")
+    fibre_speed: float = Field(0.67, ge=1e-3, le=100, description="Speed of activation along fibres, m/s.")
+    sheet_speed: float = Field(
+        0.30, ge=1e-3, le=100, description="Speed of activation across fibres within sheets, m/s."
+    )
+    normal_speed: float = Field(0.17, ge=1e-3, le=100, description="Speed of activation across sheets, m/s.")

@@ -95,3 +95,6 @@ def test_what_it_needs() -> None:
         fp.add_activation(bare)
     with pytest.raises(fp.OptionError, match="fibre_speed"):
         fp.add_activation(mesh, fibre_speed=0.0)
+    # Found by a damaged command line: its square is beyond all numbers.
+    with pytest.raises(fp.OptionError, match="fibre_speed"):
+        fp.add_activation(mesh, fibre_speed=1e300)
