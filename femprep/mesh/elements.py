@@ -162,6 +162,11 @@ def faces_of(cells: Mapping[str, IntArray], facet: str, number: IntArray) -> Ele
     return ElementFaces(*(np.concatenate(arrays) for arrays in zip(*found)))
 
 
+def facet_types(cells: Mapping[str, IntArray]) -> set[str]:
+    """The facet types that faces of some elements are."""
+    return {facet for name in cells for facet in _faces_by_type(ELEMENTS[name])}
+
+
 def _faces_by_type(kind: ElementType) -> dict[str, list[int]]:
     """Numbers of the faces of an element type, by the facet type they are."""
     found: dict[str, list[int]] = {}

@@ -41,6 +41,8 @@ class Deck:
     #: First number of each part, by its name in capitals, and of the part of each instance.
     parts: dict[str, int] = field(default_factory=dict)
     instances: dict[str, int] = field(default_factory=dict)
+    #: How the part of each instance is moved and turned, by its first number.
+    moves: dict[int, list[FloatArray]] = field(default_factory=dict)
 
 
 def parse(path: Path) -> Deck:
@@ -84,11 +86,15 @@ def parse(path: Path) -> Deck:
             rows = [_fields(line)[:2] for line in lines]
             pairs = [(_member(deck, row[0], first), row[1]) for row in rows if len(row) == 2]
             deck.surfaces.setdefault(options.get("NAME", ""), []).extend(pairs)
+    for table in deck.nodes if deck.moves else ():
+        for first, given in deck.moves.items():  # last: an instance may hold nodes of its own
+            own = table[:, 0] // PART == first // PART
+            table[own, 1:4] = _moved(table[own, 1:4], given)
     return deck
 
 
 def _place(deck: Deck, options: dict[str, str], lines: Sequence[str], path: Path) -> int:
-    """Put a part where an instance says: moved, then turned round an axis. Returns its first number."""
+    """Note where an instance puts its part: moved, then turned round an axis. Returns the part's first number."""
     name, part = options.get("NAME", ""), options.get("PART", "").upper()
     if part not in deck.parts:
         raise FileError(f"{str(path)!r}: instance {name!r} is of part {options.get('PART')!r}, which is not there")
@@ -96,10 +102,8 @@ def _place(deck: Deck, options: dict[str, str], lines: Sequence[str], path: Path
     if first in deck.instances.values():
         raise FileError(f"{str(path)!r}: part {options['PART']!r} is placed twice; each copy needs a part of its own")
     deck.instances[name.upper()] = first
-    given = [np.array(_fields(line), dtype=np.float64) for line in lines]
-    for table in deck.nodes if given else ():
-        own = table[:, 0] // PART == first // PART
-        table[own, 1:4] = _moved(table[own, 1:4], given)
+    if lines:
+        deck.moves[first] = [np.array(_fields(line), dtype=np.float64) for line in lines]
     return first
 
 

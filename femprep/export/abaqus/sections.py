@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from femprep.export.deck.includes import included
+from femprep.export.deck.includes import OpenedFile
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def sections(path: Path) -> Iterator[Section]:
         A file that the deck takes in is not there.
     """
     section: Section | None = None
-    for line in _lines((path,)):
+    for line in _lines(OpenedFile(path)):
         if line.startswith("*") and not line.startswith("**"):
             if section is not None:
                 yield section
@@ -48,9 +48,9 @@ def sections(path: Path) -> Iterator[Section]:
         yield section
 
 
-def _lines(opened: tuple[Path, ...]) -> Iterator[str]:
+def _lines(opened: OpenedFile) -> Iterator[str]:
     """Lines that count, those of ``*INCLUDE`` and of ``INPUT=`` in their places."""
-    with opened[-1].open(encoding="utf-8", errors="replace") as file:
+    with opened.path.open(encoding="utf-8", errors="replace") as file:
         for raw in file:
             line = raw.strip()
             if line.startswith("**"):
@@ -61,7 +61,7 @@ def _lines(opened: tuple[Path, ...]) -> Iterator[str]:
                 if keyword != "INCLUDE":
                     yield line
                 if "INPUT" in options or keyword == "INCLUDE":
-                    yield from _lines((*opened, included(opened, options.get("INPUT", ""))))
+                    yield from _lines(opened.take_in(options.get("INPUT", "")))
             elif line:
                 yield line
 

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from femprep.errors import FileError, InputError
-from femprep.export.deck.includes import included
+from femprep.export.deck.includes import OpenedFile
 from femprep.export.deck.parts import DeckParts, rows_of_nodes
 from femprep.export.deck.units import units_of
 from femprep.export.febio.step import INWARD
@@ -36,7 +36,7 @@ def read(path: Path) -> VolumeMesh:
     InputError
         It has no nodes or volume elements, or a node that is not defined is used.
     """
-    root = _root((path,))
+    root = _root(OpenedFile(path))
     found = root.find("Mesh")
     if found is None:
         raise InputError("holds no section Mesh; femprep reads FEBio's versions 3 and 4")
@@ -68,7 +68,7 @@ def read(path: Path) -> VolumeMesh:
     return _with_segments(mesh, found, numbers)
 
 
-def _root(opened: tuple[Path, ...]) -> ElementTree.Element:
+def _root(opened: OpenedFile) -> ElementTree.Element:
     """A model, the sections that it takes from other files (``from=``) in their places.
 
     Raises
@@ -76,8 +76,8 @@ def _root(opened: tuple[Path, ...]) -> ElementTree.Element:
     FileError
         A file is damaged, or not there.
     """
-    path = opened[-1]
-    if len(opened) > 1:
+    path = opened.path
+    if opened.by is not None:
         refuse_entities(path)
     try:
         root = ElementTree.parse(path).getroot()
@@ -85,8 +85,7 @@ def _root(opened: tuple[Path, ...]) -> ElementTree.Element:
         raise FileError(f"{str(path)!r} is damaged: {error}") from error
     for place, section in enumerate(root):
         if name := section.get("from"):
-            other = included(opened, name)
-            found = _root((*opened, other)).find(section.tag)
+            found = _root(opened.take_in(name)).find(section.tag)
             if found is None:
                 raise FileError(f"{str(path)!r} takes its {section.tag} from {name!r}, which has none")
             root[place] = found

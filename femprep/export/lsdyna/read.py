@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FileError, InputError
-from femprep.export.deck.includes import included
+from femprep.export.deck.includes import OpenedFile
 from femprep.export.deck.parts import DeckParts, rows_of_nodes, with_mid_side_nodes
 from femprep.export.deck.units import units_of
 from femprep.export.lsdyna.write import PLACES
@@ -36,7 +36,7 @@ def read(path: Path) -> VolumeMesh:
     InputError
         It holds no solid elements.
     """
-    text = "\n".join(_lines((path,)))
+    text = "\n".join(_lines(OpenedFile(path)))
     if "*KEYWORD" not in text.upper():
         raise FileError(f"{str(path)!r} is no LS-DYNA keyword file: it has no *KEYWORD")
     scale = units_of(path).per_mm
@@ -104,7 +104,7 @@ def _net(
     return PurkinjeNet.numbered(points, edges.reshape(-1, 2), tag, ends, **speed)
 
 
-def _lines(opened: tuple[Path, ...]) -> Iterator[str]:
+def _lines(opened: OpenedFile) -> Iterator[str]:
     """Lines of a file, those of the files it takes in in their places.
 
     Raises
@@ -113,16 +113,16 @@ def _lines(opened: tuple[Path, ...]) -> Iterator[str]:
         Such a file is not there, or is to be moved or renumbered.
     """
     including = False
-    for line in opened[-1].read_text(encoding="utf-8", errors="replace").splitlines():
+    for line in opened.path.read_text(encoding="utf-8", errors="replace").splitlines():
         if line.startswith("*"):
             keyword = line.split()[0].upper()
             including = keyword == "*INCLUDE"
             if keyword.startswith("*INCLUDE_"):
-                raise FileError(f"{str(opened[-1])!r}: {keyword} is not followed; put what it takes in into one file")
+                raise FileError(f"{str(opened.path)!r}: {keyword} is not followed; put what it takes in into one file")
         if not including:
             yield line
         elif line.strip() and line[0] not in "*$":
-            yield from _lines((*opened, included(opened, line)))
+            yield from _lines(opened.take_in(line))
 
 
 def _sections(text: str) -> Iterator[tuple[str, list[str]]]:

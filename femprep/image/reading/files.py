@@ -10,13 +10,13 @@ import gzip
 import math
 import os
 import re
-import struct
 import zlib
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from femprep.errors import FileError, ResourceError
 from femprep.image.reading.native import memory
+from femprep.image.reading.nifti_header import LONGEST_HEADER, has_finite_affine, nifti_bytes
 
 #: ITK's reader by file name ending.
 FORMATS = {
@@ -99,8 +99,8 @@ def _require_whole_nifti(path: Path) -> None:
         size = os.fstat(file.fileno()).st_size
     try:
         with gzip.open(path, "rb") if compressed else open(path, "rb") as stream:
-            head = stream.read(352)
-            length, expected = len(head) if compressed else size, _nifti_bytes(head)
+            head = stream.read(LONGEST_HEADER)
+            length, expected = len(head) if compressed else size, nifti_bytes(head)
             if expected is not None and expected > (_DENSEST if compressed else 1) * size:
                 raise FileError(f"{path}: cut short, {size} bytes cannot hold the {expected} of its header; {_REMEDY}")
             _require_room(path, expected or 0)
@@ -112,6 +112,8 @@ def _require_whole_nifti(path: Path) -> None:
         raise FileError(f"{path}: damaged or cut short ({error}); {_REMEDY}") from None
     if expected is None:
         raise FileError(f"{path}: not a NIfTI file, or its header is damaged")
+    if not has_finite_affine(head):
+        raise FileError(f"{path}: its affine holds numbers that are not finite; mend the header")
     if length < expected:
         raise FileError(f"{path}: cut short, {length} of {expected} bytes; {_REMEDY}")
 
@@ -124,26 +126,6 @@ def _require_room(path: Path, size: int) -> None:
             f"{path}: its voxels are {size / 1e9:.3g} GB, and there are {there / 1e9:.3g} GB of memory; crop or "
             "resample the image"
         )
-
-
-def _nifti_bytes(head: bytes) -> int | None:
-    """Number of bytes of the whole file by its header, NIfTI-1 or NIfTI-2 of either byte order."""
-    for order in "<>":
-        if len(head) >= 348 and struct.unpack_from(f"{order}i", head, 0)[0] == 348:
-            sizes = struct.unpack_from(f"{order}8h", head, 40)
-            bits = struct.unpack_from(f"{order}h", head, 72)[0]
-            offset = struct.unpack_from(f"{order}f", head, 108)[0]
-            break
-        if len(head) >= 176 and struct.unpack_from(f"{order}i", head, 0)[0] == 540:
-            sizes = struct.unpack_from(f"{order}8q", head, 16)
-            bits = struct.unpack_from(f"{order}h", head, 14)[0]
-            offset = struct.unpack_from(f"{order}q", head, 168)[0]
-            break
-    else:
-        return None
-    if not math.isfinite(offset) or not 1 <= sizes[0] <= 7 or any(n < 1 for n in sizes[1 : sizes[0] + 1]) or bits < 1:
-        return None
-    return int(offset) + math.prod(int(n) for n in sizes[1 : sizes[0] + 1]) * int(bits) // 8
 
 
 class _Voxels(NamedTuple):

@@ -184,7 +184,7 @@ def write_image(labels: npt.NDArray[Any], grid: Grid, file: Path) -> None:
 def skewed(file: Path) -> InputError:
     """What is said of axes that are not at right angles."""
     return InputError(
-        f"{file}: the axes of its affine are not at right angles, or not finite; add --resample to have it drawn anew "
+        f"{file}: the axes of its affine are not at right angles; add --resample to have it drawn anew "
         "on a rectangular grid, or mend the header"
     )
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, facet_types
 from femprep.mesh.measures.sample_points import family, shape_values
 from femprep.mesh.numbering import set_numbers
 from femprep.model import FloatArray, IntArray, TagArray
@@ -44,6 +44,10 @@ def number_nodes(points: FloatArray, cells: Mapping[str, IntArray], facets: Mapp
         An element names a node twice, or a facet is the face of no element.
     """
     _check_nodes(cells)
+    for kind, block in facets.items():
+        if len(block) and kind not in facet_types(cells):
+            words = f"a facet is a {kind}, of the points {block[0].tolist()}, and no element has such a face"
+            raise InputError(f"{words}; facets must be faces")
     quadratic = any(ELEMENTS[name].quadratic for name in cells)
     lattice = {name: [block] for name, block in cells.items()}
     rings = {kind: [block] for kind, block in facets.items()}

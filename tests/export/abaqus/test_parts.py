@@ -65,10 +65,12 @@ def test_elements_of_no_set_are_named_after_their_part(tmp_path: Path) -> None:
 
 
 def test_elements_written_within_an_instance_are_its_parts(tmp_path: Path) -> None:
-    body = f"*Node\n{CORNERS}*Element, type=C3D4\n1, 1, 2, 3, 4\n"
+    body = f"0, 0, 5\n*Node\n{CORNERS}*Element, type=C3D4\n1, 1, 2, 3, 4\n"
     assembly = f"*Assembly, name=B\n*Instance, name=A-1, part=A\n{body}*End Instance\n*End Assembly\n"
     (tmp_path / "heart.inp").write_text(f"*Part, name=A\n*End Part\n{assembly}")
-    assert read_mesh(tmp_path / "heart.inp").cells["tetra"].tolist() == [[0, 1, 2, 3]]
+    mesh = read_mesh(tmp_path / "heart.inp")
+    assert mesh.cells["tetra"].tolist() == [[0, 1, 2, 3]]
+    assert mesh.points.tolist() == [[0, 0, 5], [10, 0, 5], [0, 10, 5], [0, 0, 15]]
 
 
 @pytest.mark.parametrize(

@@ -89,3 +89,17 @@ def test_a_febio_file_without_the_section_asked_for_is_told(tmp_path: Path) -> N
     (tmp_path / "deck.feb").write_text(INCLUDES["deck.feb"].format("other.feb"))
     with pytest.raises(FileError, match=r"takes its Mesh from 'other\.feb', which has none"):
         read_mesh(tmp_path / "deck.feb")
+
+
+@pytest.mark.parametrize("suffix", [".inp", ".k", ".feb"])
+def test_files_that_double_with_each_step_come_to_an_end(tmp_path: Path, suffix: str) -> None:
+    doubled = {
+        ".inp": "*INCLUDE, INPUT={0}\n*INCLUDE, INPUT={0}\n",
+        ".k": "*KEYWORD\n*INCLUDE\n{0}\n{0}\n*END\n",
+        ".feb": '<febio_spec version="4.0"><Mesh from="{0}"/><Mesh from="{0}"/></febio_spec>\n',
+    }[suffix]
+    for step in range(40):
+        (tmp_path / f"{step}{suffix}").write_text(doubled.format(f"{step + 1}{suffix}"))
+    (tmp_path / f"40{suffix}").write_text('<febio_spec version="4.0"><Mesh/></febio_spec>' if suffix == ".feb" else "")
+    with pytest.raises(FileError, match="one more than the 1000 that a deck may take in"):
+        read_mesh(tmp_path / f"0{suffix}")

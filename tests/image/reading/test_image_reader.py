@@ -159,13 +159,24 @@ def test_missing_affine_is_said(tmp_path, nifti):
     assert "no affine" in read_segmentation(path, preset="acdc").info["notices"][0]["what"]
 
 
-@pytest.mark.parametrize("shear", [0.5, float("nan")])
-def test_sheared_affine_is_refused(tmp_path, nifti, shear):
+def test_sheared_affine_is_refused(tmp_path, nifti):
     struct.pack_into("<h", nifti, 252, 0)
-    struct.pack_into("<12f", nifti, 280, 1.5, shear, 0, 0, 0, 1.25, 0, 0, 0, 0, 8, 0)
+    struct.pack_into("<12f", nifti, 280, 1.5, 0.5, 0, 0, 0, 1.25, 0, 0, 0, 0, 8, 0)
     path = tmp_path / "sheared.nii"
     path.write_bytes(nifti)
     with pytest.raises(InputError, match="not at right angles"):
+        read_segmentation(path, preset="acdc")
+
+
+@pytest.mark.parametrize("place", [256, 268, 280, 320])
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_an_affine_that_is_not_finite_is_refused(tmp_path, nifti, place, value):
+    """ITK loops for ever on an infinite one."""
+    struct.pack_into("<2h", nifti, 252, 1, 1)
+    struct.pack_into("<f", nifti, place, value)
+    path = tmp_path / "infinite.nii"
+    path.write_bytes(nifti)
+    with pytest.raises(FileError, match="its affine holds numbers that are not finite; mend the header"):
         read_segmentation(path, preset="acdc")
 
 

@@ -129,5 +129,5 @@ def test_a_broken_affine_is_refused_all_the_same(tmp_path: Path) -> None:
     header = bytearray(path.read_bytes())
     struct.pack_into("<f", header, 284, float("nan"))
     path.write_bytes(header)
-    with pytest.raises(fp.InputError, match="not at right angles, or not finite"):
+    with pytest.raises(fp.FileError, match="holds numbers that are not finite"):
         fp.read_segmentation(path, {"lv": 3, "myo": 2}, resample=True)

@@ -260,6 +260,10 @@ def test_meshes_that_cannot_be_refined_are_refused() -> None:
     stray = {"triangle": np.array([[0, 1, len(tets.points) - 1]])}
     with pytest.raises(InputError, match="facets must be faces"):
         refine(replace(tets, facets=stray, facet_tag=np.array([101], dtype=np.int32)), 1)
+    stray = {"quad": np.array([[0, 1, 2, 3]])}
+    for mesh in (tets, coarse("tetra10")):
+        with pytest.raises(InputError, match=r"a quad, of the points \[0, 1, 2, 3\], and no element has such a face"):
+            refine(replace(mesh, facets=stray, facet_tag=np.array([101], dtype=np.int32)), 1)
     with pytest.raises(InputError, match="no elements"):
         refine(VolumeMesh(np.zeros((0, 3)), {}, np.empty(0)), 1)
     with pytest.raises(InputError, match="expected one for each"):
