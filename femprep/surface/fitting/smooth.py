@@ -26,7 +26,7 @@ from femprep.surface.fitting.place import placed_or_flipped
 from femprep.surface.fitting.placed_parametrisation import PlacedShape
 from femprep.surface.fitting.remeshing import even_mesh
 from femprep.surface.fitting.slide import Connectivity, Goal
-from femprep.surface.fitting.taken import NoSurfaceError, Taken
+from femprep.surface.fitting.taken import Taken
 from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, Attempt, Beginning
 from femprep.template import charge_template
 
@@ -96,9 +96,8 @@ def smooth_map(
     for beginning in BEGINNINGS:
         try:
             tried += _fitted(rest.obj, beginning, evidence, goal, slices)
-        except StageError as error:
-            attempts = [*(one.attempt for one in tried), Attempt(beginning=beginning.name, status="no mesh")]
-            raise NoSurfaceError(str(error), attempts) from error
+        except StageError:  # a mesh crumpled while it was bent; one that begins otherwise may not
+            tried.append(Laid(Attempt(beginning=beginning.name, status="no mesh")))
         if min(one.short for one in tried) <= 1.0:
             break
     taken = Taken.of(tried, f"the smooth surface of {obj.name!r} bends too sharply for {len(directions)} vertices")

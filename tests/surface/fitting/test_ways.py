@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import FrozenInstanceError
+from typing import Any
 
 import numpy as np
 import pytest
@@ -72,6 +73,22 @@ def test_attempts_are_told_where_the_harmonic_field_is_taken_instead(
     assert told[-1].least_quality > 0.5
     assert 0.0 < told[-1].distance_pixels < told[-1].greatest_pixels < 1.0
     assert plain(surface.info["attempts"]) == surface.info["attempts"]
+
+
+def test_a_mesh_that_cannot_be_bent_leaves_it_to_the_next_beginning(monkeypatch: pytest.MonkeyPatch) -> None:
+    fitted = smooth._fitted
+
+    def crumpled(obj: LabelObject, beginning: Beginning, *rest: Any) -> list[Laid]:
+        if beginning is BEGINNINGS[0]:
+            raise StageError("a matrix of the fit is not positive definite")
+        return fitted(obj, beginning, *rest)
+
+    monkeypatch.setattr(smooth, "_fitted", crumpled)
+    surface = fit_surface(ball(), vertices=200)
+    assert surface.info["method"] == "smooth"
+    told = [Attempt(**each) for each in surface.info["attempts"]]
+    assert (told[0].beginning, told[0].status) == (BEGINNINGS[0].name, "no mesh")
+    assert (told[-1].beginning, told[-1].status) == (BEGINNINGS[1].name, "taken")
 
 
 def test_the_table_is_frozen() -> None:
