@@ -82,7 +82,7 @@ def by_cavities(shell: Shell) -> Reading:
         raise NoReading(f"the space between the walls holds {count} cavities; a heart has 1, 2 or 4")
     outside = count + 1
     basin = flood(space, np.where(space.outside, outside, seeds))
-    looks = _looks(shell, space, basin)
+    looks = looks_at(shell, space, basin)
     names, sure, questions = name_cavities(shell, [looks == k + 1 for k in range(count)], looks == outside)
     parts: list[str | None] = [*names, None]
     openings = _openings(space, basin, parts)
@@ -95,7 +95,7 @@ def by_cavities(shell: Shell) -> Reading:
             parts.append(name)
             seeds[own] = len(parts)
         basin = flood(space, seeds)
-        looks = _looks(shell, space, basin)
+        looks = looks_at(shell, space, basin)
         openings = _openings(space, basin, parts)
     tag = np.full(len(shell), FACET_TAGS["epi"], dtype=np.int32)
     given = {"epi": Name(0.95, "looks outside")}
@@ -113,7 +113,7 @@ def by_cavities(shell: Shell) -> Reading:
     return Reading("cavities", spread(shell, tag), given, tuple(questions), tuple(one for one, _ in openings))
 
 
-def _looks(shell: Shell, space: Space, basin: IntArray) -> IntArray:
+def looks_at(shell: Shell, space: Space, basin: IntArray) -> IntArray:
     """What each facet looks at: the number of the basin in front of it."""
     normal = shell.normal
     looks = np.zeros(len(shell), dtype=np.int64)
@@ -123,10 +123,10 @@ def _looks(shell: Shell, space: Space, basin: IntArray) -> IntArray:
             break
         looks[empty] = space.at(basin, shell.centre[empty] + far * space.step * normal[empty])
     looks = spread(shell, looks)
-    return _smoothed(shell, looks)
+    return smoothed(shell, looks)
 
 
-def _smoothed(shell: Shell, looks: IntArray) -> IntArray:
+def smoothed(shell: Shell, looks: IntArray) -> IntArray:
     """Single facets that look elsewhere than all around them take their neighbours' side."""
     count = int(looks.max()) + 1
     for _ in range(_ROUNDS):

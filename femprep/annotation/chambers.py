@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull, cKDTree
 
 from femprep.annotation.reading import SURE, Name, NoReading, Question
 from femprep.annotation.shell import Shell
-from femprep.model import BoolArray, FloatArray
+from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.model.notice import spot
 
 #: Facets that stand for a surface in searches.
@@ -45,12 +45,20 @@ def name_cavities(
     raise NoReading(f"{len(cavities)} cavities; a heart has 1, 2 or 4")
 
 
-def _measure(shell: Shell, own: BoolArray, epi: BoolArray) -> Cavity:
-    rows = np.flatnonzero(own)
-    rows = rows[:: max(1, len(rows) // _SAMPLE)]
+def wall_thickness(shell: Shell, own: BoolArray, epi: BoolArray) -> float:
+    """Thickness of a cavity's free wall, mm."""
+    rows = _sample(own)
     # The free wall tells: towards the septum the epicardium is far away.
-    distance = cKDTree(shell.centre[epi]).query(shell.centre[rows])[0]
-    thickness = float(np.percentile(distance, 30))
+    return float(np.percentile(cKDTree(shell.centre[epi]).query(shell.centre[rows])[0], 30))
+
+
+def _sample(own: BoolArray) -> IntArray:
+    rows = np.flatnonzero(own)
+    return rows[:: max(1, len(rows) // _SAMPLE)]
+
+
+def _measure(shell: Shell, own: BoolArray, epi: BoolArray) -> Cavity:
+    rows, thickness = _sample(own), wall_thickness(shell, own, epi)
     enclosed = abs(shell.enclosed(own))
     hull = ConvexHull(shell.centre[rows]).volume
     return Cavity(thickness, enclosed / max(hull, 1e-9), enclosed / 1e3, shell.centre[rows].mean(axis=0))

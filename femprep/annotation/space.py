@@ -77,14 +77,19 @@ def space_of(shell: Shell) -> Space:
     # Off the round numbers that points of regular meshes have, so that no ray runs along an edge.
     origin = low - (_MARGIN + 2.0 * step) - step * np.array([0.1379, 0.2311, 0.3173])
     shape = np.ceil((high + _MARGIN + 2.0 * step - origin) / step).astype(np.int64) + 1
-    turns = np.zeros(shape, dtype=np.int32)
-    _cross((shell.points - origin) / step, shell.triangles, turns)
-    tissue = np.cumsum(turns, axis=2) > 0
+    tissue = filled((shell.points - origin) / step, shell.triangles, shape)
     width = distance_transform_edt(~tissue, sampling=step)
     covered = [reached(width, step, ball) for ball in BALLS]
     void = [int(np.count_nonzero(~tissue & ~one)) for one in covered]
     chosen = next(k for k in range(len(BALLS)) if void[k] >= _SHARE * void[-1])
     return Space(origin, step, tissue, width, covered[chosen], BALLS[chosen])
+
+
+def filled(points: FloatArray, triangles: IntArray, shape: IntArray) -> BoolArray:
+    """Voxels within a closed surface wound outward, whose points are given in steps from the first voxel."""
+    turns = np.zeros(shape, dtype=np.int32)
+    _cross(points, triangles, turns)
+    return np.asarray(np.cumsum(turns, axis=2) > 0)
 
 
 def reached(width: FloatArray, step: float, ball: float) -> BoolArray:

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Final
 
 from femprep.annotation.cavities import by_cavities
+from femprep.annotation.cups import by_hull
 from femprep.annotation.flat import by_closed_sheets, by_creases, by_flat_pieces
 from femprep.annotation.reading import Reading
 from femprep.annotation.shell import Shell
@@ -29,4 +30,5 @@ WAYS: Final = (
     Way("creases of 45 degrees", "a base with sharp rims", partial(by_creases, degrees=45.0)),
     Way("creases of 30 degrees", "a base with rims", partial(by_creases, degrees=30.0)),
     Way("cavities", "chambers with openings, told by the space between them", by_cavities),
+    Way("convex hull", "one ventricle or two, open at a base that is rounded", by_hull),
 )
