@@ -16,8 +16,9 @@ class TissueRecord(Record):
     voxels_ml: float = Field(description="Volume of all its voxels, mL.")
     off_wall_ml: float = Field(description="Volume of those whose centre lies a pixel or more off the wall, mL.")
     wall_ml: float = Field(
-        description="Volume the labels have in the wall, mL: each slice's labels reach half-way to its neighbours, "
-        "along the wall. The shares and the region are held to it."
+        description="Volume of the labels' voxels up to the ends of the wall, mL, those a pixel or more off it left "
+        "out; where the rest of the wall is labelled too, the volume of the wall nearest to them. The shares and the "
+        "region are held to it."
     )
     shares_ml: float = Field(description="Sum of its share of each element, mL.")
     region_ml: float = Field(description="Volume of its region, mL.")

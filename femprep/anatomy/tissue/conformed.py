@@ -64,7 +64,7 @@ def _cut(
     """
     field = TissueField(mesh, image, names)
     sampled = sample(field)
-    wanted = volumes_of(sampled)
+    wanted = volumes_of(field, sampled)
     wall = np.zeros(mesh.n_cells, dtype=np.bool_)
     for part in field.parts:
         wall[part.cells] = True

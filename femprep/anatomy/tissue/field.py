@@ -47,9 +47,11 @@ class TissueField:
                 "no voxel of the second image lies in the wall of the mesh; both have to be in the same world "
                 "coordinates (scanner, mm): compare their positions, or resample one onto the other"
             )
-        if "healthy" in image.structures:
-            told: BoolArray = np.asarray((self.labels > 0) | image.mask("healthy"), dtype=np.bool_)
-            known = np.asarray(known & told, dtype=np.bool_)
+        #: Whether the image tells of the rest of the wall, too.
+        self.told = "healthy" in image.structures
+        if self.told:
+            named: BoolArray = np.asarray((self.labels > 0) | image.mask("healthy"), dtype=np.bool_)
+            known = np.asarray(known & named, dtype=np.bool_)
             if not known.any():
                 raise InputError("none of the labels of the second image lies in the wall of the mesh")
         self.maps = SliceMaps(self.labels, known, self.grid)

@@ -83,7 +83,7 @@ def add_regions(
         mesh, cut = conformed(mesh, image, names)
     field = TissueField(mesh, image, names)
     sampled = sample(field)
-    wanted = volumes_of(sampled)
+    wanted = volumes_of(field, sampled)
     levels = levels_of(field, sampled, wanted)
     chosen = classes_of(sampled.scores, levels)
     size: FloatArray = np.asarray(
@@ -248,8 +248,14 @@ def _notices(record: TissuesRecord, said: Sequence[Mapping[str, Any]]) -> list[N
         if one.off_wall_ml > 0.02 * one.voxels_ml:
             words = f"{{amount}} of the {one.voxels_ml:.1f} mL of {one.name} lie a pixel or more off the wall: left out"
             found.append(Notice.of("left out", words, amount=one.off_wall_ml, unit="mL"))
-        miss = one.region_ml - one.wall_ml
-        if one.wall_ml > 0 and abs(miss) > 0.05 * one.wall_ml:
+        miss, room = one.region_ml - one.wall_ml, one.shares_ml - one.wall_ml
+        if one.wall_ml > 0 and abs(room) > 0.05 * one.wall_ml:
+            words = (
+                f"{one.name} has {one.shares_ml:.2f} mL in the wall where its labels have {one.wall_ml:.2f} mL: "
+                "{amount} off, as its outlines move by a pixel at most; do the labels' wall and the mesh's agree?"
+            )
+            found.append(Notice.of("not reached", words, amount=abs(room), unit="mL"))
+        elif one.wall_ml > 0 and abs(miss) > 0.05 * one.wall_ml:
             words = (
                 f"region {one.name} has {one.region_ml:.2f} mL where its labels have {one.wall_ml:.2f} mL: {{amount}} "
                 "off, as the elements are too large for it; use the shares, or smaller elements"

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from femprep.anatomy.tissue.field import TissueField
+from femprep.anatomy.tissue.label_volumes import label_volumes
 from femprep.anatomy.tissue.levels import levels_for
 from femprep.anatomy.tissue.wall_samples import sample_part
 from femprep.model import FloatArray, IntArray
@@ -57,10 +58,22 @@ def sample(field: TissueField) -> Sampled:
     return Sampled(*(np.concatenate(parts) for parts in zip(*found)))
 
 
-def volumes_of(sampled: Sampled) -> FloatArray:
-    """Volume of each tissue by its labels, mm3."""
-    count = sampled.scores.shape[1]
-    return np.array([sampled.volume[sampled.nearest == k + 1].sum() for k in range(count)])
+def volumes_of(field: TissueField, sampled: Sampled) -> FloatArray:
+    """Volume of each tissue by its labels, mm3.
+
+    It is that of their voxels, and beyond the image's last slices that of the wall on which their labels go on. Where
+    the rest of the wall is labelled too, outlines of the image and of the mesh may differ: it then is the volume of the
+    wall nearest to each label, so that a tissue ends where the wall does.
+    """
+    count, last = sampled.scores.shape[1], field.grid.shape[field.grid.stack_axis] - 0.5
+    beyond = (sampled.position < -0.5) | (sampled.position > last)
+    rows = np.ones_like(beyond) if field.told else beyond
+    found: FloatArray = np.asarray(
+        np.bincount(sampled.nearest[rows], weights=sampled.volume[rows], minlength=count + 1)[1:], dtype=np.float64
+    )
+    if field.told:
+        return found
+    return found + label_volumes(field.mesh, field.locator, np.asarray(field.labels), field.grid, count)
 
 
 def levels_of(field: TissueField, sampled: Sampled, wanted: FloatArray) -> FloatArray:

@@ -22,6 +22,7 @@ from femprep.model.fidelity import FidelityRecord, SliceFidelity
 from femprep.options import CheckOptions
 from femprep.surface.measure.inslice import dense
 from femprep.surface.measure.sections import label_contours
+from femprep.volume.quality.cut_openings import is_cut
 from femprep.volume.quality.report import QualityReport
 from femprep.volume.quality.verdicts import Verdicts
 from femprep.wall.chambers.openings import Opening
@@ -65,7 +66,8 @@ def mesh_fidelity(mesh: VolumeMesh, outlines: Iterable[Outline], grid: Grid, lim
     Parameters
     ----------
     mesh : VolumeMesh
-        With facet tags. Outlines beyond its planes and in its openings do not count.
+        With facet tags. Outlines beyond its planes and in openings that were cut do not count; an opening that was left
+        closed does, whatever others of its name were cut.
     outlines : iterable of Outline
     grid : Grid
         Of the label map, whose slices are counted.
@@ -78,7 +80,7 @@ def mesh_fidelity(mesh: VolumeMesh, outlines: Iterable[Outline], grid: Grid, lim
     """
     planes, names = list(mesh.planes.values()), mesh.facet_names
     followed = (
-        replace(one, openings=tuple(opening for opening in one.openings if opening.name in names))
+        replace(one, openings=tuple(opening for opening in one.openings if is_cut(opening, mesh)))
         for one in outlines
         if one.facets in names
     )

@@ -145,6 +145,33 @@ def test_where_an_opening_was_cut_the_outline_is_none_of_the_facets():
     assert mesh_fidelity(opened, [wrong], seg.grid).records[0].greatest_mm > 6.0
 
 
+def test_a_vein_left_closed_is_measured_where_another_was_cut():
+    """Both windows of a tube are off the labels; the ring of a cut lies around one of them alone."""
+    seg = rings()
+    mesh = tube(seg, 20.0, -0.5, 5.5)
+    triangles = mesh.facets["triangle"]
+    centre, middle = mesh.points[triangles].mean(axis=1), mesh.points.mean(axis=0)
+    left, veins, ring = np.ones(len(triangles), dtype=bool), [], []
+    for side in (1.0, -1.0):
+        normal = np.array([side, 0.0, 0.0])
+        far = np.linalg.norm(centre - middle - 20.0 * normal, axis=1)
+        left &= far > 8.0
+        ring.append(triangles[np.abs(far - 8.0) < 1.0])
+        veins.append(Opening("veins", "la", None, Plane(middle + 20.0 * normal, normal), 9.0))
+    outline = Outline("endo", seg.object("lv"), openings=tuple(veins))
+
+    def greatest(*cut):
+        facets = np.concatenate([triangles[left], *cut])
+        tags = np.full(len(facets), FACET_TAGS["veins"])
+        tags[: left.sum()] = FACET_TAGS["endo"]
+        opened = VolumeMesh(mesh.points, mesh.cells, mesh.region, {"triangle": facets}, tags)
+        return mesh_fidelity(opened, [outline], seg.grid).records[0].greatest_mm
+
+    assert greatest(*ring) < 1.0
+    assert greatest(ring[0]) > 6.0
+    assert greatest(ring[1]) > 6.0
+
+
 def test_a_neighbour_that_rounds_off_below_its_last_slice_is_near_there_too():
     """Half way to the next slice a chamber ends, and the wall around it reaches that slice."""
     seg = rings()
