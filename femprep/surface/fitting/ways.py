@@ -34,7 +34,7 @@ class Beginning:
 
 
 @dataclass(frozen=True)
-class Way:
+class LayingWay:
     """How a template's triangles are laid on the surface.
 
     Attributes
@@ -62,12 +62,12 @@ BEGINNINGS: Final = (
     Beginning("sphere carried to the outline", False, 1000, 752, 2),
     Beginning("drawn on the outline", True, 2000, 1000, 4),
 )
-WAYS: Final = (
-    Way("map known", known=True),
-    Way("map made anew"),
-    Way("map made anew, finer where curved", finer=0.5),
-    Way("map made anew, much finer where curved", finer=1.0, wanted="far"),
-    Way("triangles drawn anew", redrawn=True, wanted="bad"),
+LAYING_WAYS: Final = (
+    LayingWay("map known", known=True),
+    LayingWay("map made anew"),
+    LayingWay("map made anew, finer where curved", finer=0.5),
+    LayingWay("map made anew, much finer where curved", finer=1.0, wanted="far"),
+    LayingWay("triangles drawn anew", redrawn=True, wanted="bad"),
 )
 #: Beginning and way of the surface that is taken where none of these gives one.
 FALLBACK: Final = ("harmonic field", "vertices moved along it")
@@ -102,7 +102,7 @@ class Acceptance:
 ACCEPTANCE: Final = Acceptance()
 
 
-class Attempt(Record):
+class FitAttempt(Record):
     """One attempt to fit a surface, as ``run.json`` has it."""
 
     beginning: str = Field(description="How the mesh was made that was bent to the surface.")
@@ -117,6 +117,6 @@ class Attempt(Record):
     greatest_pixels: float | None = Field(None, description="Greatest distance to them in any slice, pixels.")
 
 
-def told(attempts: Iterable[Attempt]) -> list[dict[str, Any]]:
+def told(attempts: Iterable[FitAttempt]) -> list[dict[str, Any]]:
     """Attempts as the ``info`` of a surface has them."""
     return [each.model_dump(exclude_none=True) for each in attempts]

@@ -11,8 +11,8 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.model import BoolArray, FloatArray, IntArray, Notice, records
+from femprep.sweeping.cup.followed_points import FollowedPoints, Pulls, pulls
 from femprep.sweeping.cup.matched import MatchedSurfaces
-from femprep.sweeping.cup.samples import Pulls, Samples, pulls
 from femprep.sweeping.cup.simplices import Simplices, corners, tetrahedra
 from femprep.sweeping.elements.judge import judge
 from femprep.sweeping.elements.nodes import least_determinant, move_nodes
@@ -69,7 +69,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
         return found
     start = nodes.copy()
     surfaces = (matched.inner_surface, matched.outer_surface)
-    samples = [Samples(surface, planes) for surface in surfaces]
+    followed = [FollowedPoints(surface, planes) for surface in surfaces]
     edge = float(np.linalg.norm(points[:, cells[:, 0]] - points[:, cells[:, 1]], axis=2).mean())
     for round_ in range(_ROUNDS):
         limit = limits[round_] if round_ < len(limits) else _BAD
@@ -89,7 +89,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
             delta = np.sqrt(small * (small - least)) if least <= 0.0 else 0.0
             longest = move_nodes(
                 *(nodes, moving, star, simplices, measure, side, flatness[moving % count], normals, near, planes),
-                *(tuple(s.arrays for s in surfaces), _pulls(samples, points, cells, edge, delta == 0.0), delta, edge),
+                *(tuple(s.arrays for s in surfaces), _pulls(followed, points, cells, edge, delta == 0.0), delta, edge),
             )
             if longest < _SETTLED * edge and least > 0.0:
                 break
@@ -116,10 +116,10 @@ def worst_columns(points: FloatArray, matched: MatchedSurfaces, element: str) ->
     return np.asarray(judge(points, cells, _judged(points, cells, element)).max(axis=0))
 
 
-def _pulls(samples: list[Samples], points: FloatArray, cells: IntArray, edge: float, steep: bool) -> Pulls:
+def _pulls(followed: list[FollowedPoints], points: FloatArray, cells: IntArray, edge: float, steep: bool) -> Pulls:
     """What the facets of both surfaces must not pass by."""
     found = []
-    for one, layer in zip(samples, (0, len(points) - 1)):
+    for one, layer in zip(followed, (0, len(points) - 1)):
         corners, shares, missed = one.missed(points[layer], cells, edge)
         found.append((corners + layer * points.shape[1], shares, missed))
     return pulls([np.concatenate(parts) for parts in zip(*found)], points.shape[0] * points.shape[1], edge, steep)

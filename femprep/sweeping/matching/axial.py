@@ -12,7 +12,7 @@ from femprep.model import FloatArray, IntArray, Plane, Surface
 from femprep.model.functions import arctan2
 from femprep.model.products import inner, length, product, solve_definite, weighted
 from femprep.sweeping.cup.cup import HOLE
-from femprep.sweeping.cup.samples import crossings
+from femprep.sweeping.cup.followed_points import crossings
 
 #: Heights at which the cavity is cut for its axis.
 _CUTS = 12

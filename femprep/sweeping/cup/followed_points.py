@@ -26,7 +26,7 @@ STRENGTH: Final = (500.0, 5000.0)
 Pulls = tuple[IntArray, IntArray, IntArray, FloatArray, FloatArray, float, float]
 
 
-class Samples:
+class FollowedPoints:
     """Points of a smooth surface between its planes, vertices and rims, that a mesh of it must not pass by.
 
     Parameters
@@ -60,7 +60,7 @@ class Samples:
 
 
 def pulls(missed: Any, count: int, edge: float, steep: bool) -> Pulls:
-    """What the kernels take, for ``count`` vertices; arguments as of :meth:`Samples.missed`."""
+    """What the kernels take, for ``count`` vertices; arguments as of :meth:`FollowedPoints.missed`."""
     corners, shares, points = missed
     order = np.argsort(corners.ravel(), kind="stable")
     starts = np.searchsorted(corners.ravel()[order], np.arange(count + 1)).astype(np.int64)
