@@ -87,8 +87,18 @@ class Acceptance:
         Greatest distance in any place of any slice, pixels: below the limit of a finished mesh, which adds its own.
     fair : float
         Least Q with which no other map is tried.
-    rough : float
-        Least Q with which the mesh to begin with keeps the edges of its template.
+    rough, outline : float
+        Least Q with which the mesh to begin with keeps the edges of its template, and one on an outline of voxels that
+        serves by itself.
+    kept_mean, kept_least : float
+        Q with which a template keeps its edges where they may be flipped, in the mean and at least.
+    cut : float
+        Share of the volume that its triangles may cut off then; also before a round of the harmonic surface counts as
+        worse than another.
+    flipped : float
+        Least Q with which nothing more is done for the worst triangles after edges were flipped.
+    given_mean, given_greatest : float
+        Distance from a given surface with which no finer template is tried, mm.
     """
 
     mean: float = 0.95
@@ -97,6 +107,13 @@ class Acceptance:
     greatest: float = 1.5
     fair: float = 0.6
     rough: float = 0.3
+    outline: float = 0.2
+    kept_mean: float = 0.955
+    kept_least: float = 0.55
+    cut: float = 0.02
+    flipped: float = 0.65
+    given_mean: float = 0.2
+    given_greatest: float = 1.5
 
 
 ACCEPTANCE: Final = Acceptance()

@@ -24,6 +24,7 @@ from femprep.surface.estimate.chords import outset
 from femprep.surface.fitting.laying import Laying, Off, TemplateToLay
 from femprep.surface.fitting.slide import Goal
 from femprep.surface.fitting.taken import Taken
+from femprep.surface.fitting.ways import ACCEPTANCE
 from femprep.surface.given.beyond import closed_beyond
 from femprep.surface.given.lid import without_lid
 from femprep.surface.given.mend import mended
@@ -36,10 +37,9 @@ _FAIR: Final = (0.1, 0.7)
 #: One of more vertices than this times the template's, or with worse triangles, is drawn anew with this many.
 _FINE: Final = 6.0
 _DRAWN: Final = 4.0
-#: Distance from the given surface with which no finer template is tried, mm: mean and greatest; its vertices.
-_NEAR: Final = (0.2, 1.5)
+#: Vertices of the finer template that is tried where the usual one does not come near the given surface.
 _FINER: Final = 3000
-#: Points at which that distance is taken.
+#: Points at which the distance from it is taken.
 _SAMPLES: Final = 6000
 
 
@@ -78,14 +78,13 @@ def lay_on(given: Surface, chosen: SurfaceOptions) -> Surface:
     closed = closed_beyond(sound.points, open_)
     yardstick = _GivenPoints(sound.points, open_)
     laid = _laid(given.name, *closed, yardstick, chosen)
-    near = laid.off.mean <= _NEAR[0] and laid.off.greatest <= _NEAR[1]
-    if not near and "vertices" not in chosen.model_fields_set:
+    if _far(laid) > 1.0 and "vertices" not in chosen.model_fields_set:
         try:
             finer = _laid(given.name, *closed, yardstick, chosen.model_copy(update={"vertices": _FINER}))
         except StageError as error:
             _log.info("%s", error)
         else:
-            laid = min(laid, finer, key=lambda one: max(one.off.mean / _NEAR[0], one.off.greatest / _NEAR[1]))
+            laid = min(laid, finer, key=_far)
     return _surface(sound, laid, chosen)
 
 
@@ -110,6 +109,11 @@ class _Fit(NamedTuple):
     taken: Taken
     off: Off
     middle: FloatArray
+
+
+def _far(laid: _Fit) -> float:
+    """How many times farther than accepted a template lies from the given surface."""
+    return max(laid.off.mean / ACCEPTANCE.given_mean, laid.off.greatest / ACCEPTANCE.given_greatest)
 
 
 def _laid(name: str, points: FloatArray, cells: IntArray, yardstick: _GivenPoints, chosen: SurfaceOptions) -> _Fit:

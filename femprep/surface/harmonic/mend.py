@@ -12,6 +12,7 @@ import numpy as np
 from femprep.errors import StageError
 from femprep.model import FloatArray, IntArray, Notice, records, split_quads
 from femprep.surface.fitting.slide import Connectivity
+from femprep.surface.fitting.ways import ACCEPTANCE
 from femprep.surface.harmonic.even import even_out
 from femprep.surface.harmonic.field import Field
 from femprep.surface.harmonic.leastsquares import SplineSolution, fit_spline
@@ -25,8 +26,7 @@ _log = logging.getLogger(__name__)
 _PAPER: Final = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)
 #: Vertices that move see the stopping function between the template's own directions too: never without smoothing.
 _EVEN: Final = (1e-6, 1e-5, 1e-4)
-#: For the sake of even triangles alone, least Q, smoothing goes up to here.
-_WISHED: Final = 0.5
+#: For the sake of even triangles alone smoothing goes up to here.
 _WORTH: Final = 1e-5
 
 
@@ -148,7 +148,7 @@ def sound_map(fit: HarmonicFit, even: bool) -> Mapped:
                 break
             continue
         found.append(mapped)
-        if mapped.least_quality is None or smoothing >= _WORTH or mapped.least_quality >= _WISHED:
+        if mapped.least_quality is None or smoothing >= _WORTH or mapped.least_quality >= ACCEPTANCE.least:
             break
     if not found:
         raise StageError(
