@@ -48,7 +48,7 @@ class ImageContent(NamedTuple):
     notes: list[str]
 
 
-def read_image(file: Path, frame: int | None = None, *, sheared: bool = False) -> ImageContent:
+def read_content(file: Path, frame: int | None = None, *, sheared: bool = False) -> ImageContent:
     """Read a file, one frame of it where it has several.
 
     With ``sheared`` also one whose axes are not at right angles: its ``direction`` are then unit vectors that are not.

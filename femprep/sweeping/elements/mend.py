@@ -14,7 +14,7 @@ from femprep.model import BoolArray, FloatArray, IntArray, Notice, records
 from femprep.sweeping.cup.followed_points import FollowedPoints, Pulls, pulls
 from femprep.sweeping.cup.matched import MatchedSurfaces
 from femprep.sweeping.cup.simplices import Simplices, corners, tetrahedra
-from femprep.sweeping.elements.judge import judge
+from femprep.sweeping.elements.mean_ratio import inverse_mean_ratio
 from femprep.sweeping.elements.nodes import least_determinant, move_nodes
 
 #: Elements with a greater inverse mean ratio than this are mended.
@@ -61,7 +61,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
     planes = np.array([[*plane.normal, plane.offset] for plane in matched.planes.values()])
     judged = _judged(points, cells, element)
     nodes = points.reshape(-1, 3)
-    worst = judge(points, cells, judged)
+    worst = inverse_mean_ratio(points, cells, judged)
     limits = [_POOR] * _FIRST if np.mean(worst > _POOR) > _SHARE else []
     poor = int(np.count_nonzero(worst > _BAD))
     found: dict[str, Any] = {"poor_before": poor, "poor": poor, "moved": 0, "farthest_mm": 0.0}
@@ -93,7 +93,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
             )
             if longest < _SETTLED * edge and least > 0.0:
                 break
-        worst = judge(points, cells, judged)
+        worst = inverse_mean_ratio(points, cells, judged)
     moved = np.linalg.norm(nodes - start, axis=1)
     found |= {
         "poor": int(np.count_nonzero(worst > _BAD)),
@@ -113,7 +113,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
 def worst_columns(points: FloatArray, matched: MatchedSurfaces, element: str) -> FloatArray:
     """Greatest inverse mean ratio of the elements over each cell ``(T,)``; arguments as of :func:`mend`."""
     cells = matched.cup.cells
-    return np.asarray(judge(points, cells, _judged(points, cells, element)).max(axis=0))
+    return np.asarray(inverse_mean_ratio(points, cells, _judged(points, cells, element)).max(axis=0))
 
 
 def _pulls(followed: list[FollowedPoints], points: FloatArray, cells: IntArray, edge: float, steep: bool) -> Pulls:

@@ -14,7 +14,7 @@ from femprep.sweeping.cup.cup import Cup
 from femprep.sweeping.cup.followed_points import FollowedPoints, pulls
 from femprep.sweeping.cup.layers import graded, layer_depths
 from femprep.sweeping.cup.simplices import Simplices, corners, tetrahedra
-from femprep.sweeping.elements.judge import judge
+from femprep.sweeping.elements.mean_ratio import inverse_mean_ratio
 from femprep.sweeping.matching.vertex_newton import slide
 
 #: A vertex that moves by no more than this share of an edge, as its neighbours, rests.
@@ -180,7 +180,7 @@ class Relaxation:
             self._depth = np.repeat(graded(self.layers, self.grading)[:, None], len(growth), axis=1)
         inner, outer = self.places
         nodes = inner + self._depth[:, :, None] * (outer - inner)
-        self.worst = judge(nodes, self._mesh[0], judged, self._shown).max(axis=0)
+        self.worst = inverse_mean_ratio(nodes, self._mesh[0], judged, self._shown).max(axis=0)
 
 
 def _neighbours(cells: IntArray) -> IntArray:

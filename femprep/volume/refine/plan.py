@@ -49,7 +49,7 @@ class WallThickness:
         return float(np.percentile(self.values, percent)) if len(self.values) else 0.0
 
 
-def wall_thickness(wall: Wall) -> WallThickness:
+def measured_thickness(wall: Wall) -> WallThickness:
     """Measure how thick a wall is, from points of each side to the other sides."""
     sides = [t for t in np.unique(wall.facet_tag).tolist() if tag_name(t).startswith(("endo", "epi"))]
     points, found = [np.empty((0, 3))], [np.empty(0)]

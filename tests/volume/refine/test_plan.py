@@ -7,7 +7,7 @@ import pytest
 from analytic_walls import ellipsoid_wall
 
 from femprep.options import VolumeOptions
-from femprep.volume.refine.plan import LONGEST, is_thin, levels_for, wall_thickness
+from femprep.volume.refine.plan import LONGEST, is_thin, levels_for, measured_thickness
 from femprep.volume.tetwild.ways import planned_runs
 from femprep.volume.validate import check_amount
 
@@ -34,10 +34,10 @@ def test_the_mesher_works_as_coarsely_as_the_wall_bears(options, thickness, leve
 
 def test_thickness_that_most_of_a_wall_has():
     """Between these ellipsoids the wall is 9 mm thick at the equator and the apex, and a little less between."""
-    usual = wall_thickness(ellipsoid_wall(rings=24))
+    usual = measured_thickness(ellipsoid_wall(rings=24))
     assert usual.of_all_but(5.0) == pytest.approx(8.7, abs=0.35)
     assert not is_thin(usual, 6.5, 1)
-    thin = wall_thickness(ellipsoid_wall((22.0, 22.0, 42.0), (24.0, 24.0, 44.0), rings=24))
+    thin = measured_thickness(ellipsoid_wall((22.0, 22.0, 42.0), (24.0, 24.0, 44.0), rings=24))
     assert thin.of_all_but(5.0) == pytest.approx(1.95, abs=0.1)
     assert is_thin(thin, 4.0, 1)
     assert not is_thin(thin, 2.0, 1)
