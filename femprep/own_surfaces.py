@@ -29,7 +29,7 @@ from femprep.volume.quality.given_fidelity import given_fidelity, with_given_fid
 from femprep.volume.refine.plan import levels_for
 from femprep.volume.validate import check_amount
 from femprep.wall import given_openings, keep_apart
-from femprep.wall.anatomies import Parts
+from femprep.wall.anatomies import WallSurfaces
 from femprep.wall.own import OUTER, OwnSurfaces, anatomy_of, facets_of, prepare_surfaces
 
 #: How far volume and thickness of the wall may be off before it is cut: what is refused is certain.
@@ -96,8 +96,8 @@ def mesh_surfaces(
         _check(own, options, second)
         points = np.concatenate([surface.points for surface in own.surfaces.values()])
         check_second_images(points, options, tissue, images or {})
-    parts = _parts(own, options, stages)
-    wall, mesh = fill(parts, options, stages)
+    fitted = _fitted(own, options, stages)
+    wall, mesh = fill(fitted, options, stages)
     if anatomy != "lv":
         with stages("regions"):
             mesh = on_wall(mesh, lambda part: replace(part, region=regions_by_place(part)))
@@ -113,7 +113,7 @@ def mesh_surfaces(
         "seconds": stages.seconds,
         "solution": solution,
     }
-    return Run(None, options, {}, parts.surfaces, wall, mesh, judged, **more, given=own)
+    return Run(None, options, {}, fitted.surfaces, wall, mesh, judged, **more, given=own)
 
 
 def _check(own: OwnSurfaces, options: Options, second: bool) -> None:
@@ -139,7 +139,7 @@ def _check(own: OwnSurfaces, options: Options, second: bool) -> None:
         check_amount(tissue, thickness, options.volume, _SLACK, levels_for(options.volume, thickness))
 
 
-def _parts(own: OwnSurfaces, options: Options, stages: Stages) -> Parts:
+def _fitted(own: OwnSurfaces, options: Options, stages: Stages) -> WallSurfaces:
     """Templates on all surfaces, apart from each other, and the planes they are cut by."""
     laid = {}
     for name, surface in own.surfaces.items():
@@ -150,4 +150,6 @@ def _parts(own: OwnSurfaces, options: Options, stages: Stages) -> Parts:
     if len(endo) > 1:
         endo, repaired = keep_apart(endo, options.wall.minimum_thickness, options.wall.maximum_push)
     openings = given_openings(options.wall.valves)
-    return Parts({}, endo, laid[OUTER], own.base, openings=openings, repaired=repaired, notices=list(own.notices))
+    return WallSurfaces(
+        {}, endo, laid[OUTER], own.base, openings=openings, repaired=repaired, notices=list(own.notices)
+    )

@@ -84,19 +84,19 @@ def mesh_segmentation(
     check_second_images(seg, options, tissue, images or {})
     seg, layout, axes = begin(seg, options, stages)
     with advised(seg, options):
-        parts = ANATOMIES[options.anatomy](seg, layout, options, stages)
-        wall, mesh = fill(parts, options, stages)
+        fitted = ANATOMIES[options.anatomy](seg, layout, options, stages)
+        wall, mesh = fill(fitted, options, stages)
     filled = mesh
     mesh = furnish(mesh, lambda: axes or ventricular_axes(seg), options, stages, tissue, images)
     with stages("quality") as report:
         quality = check(mesh, options=options.check)
         report("quality", 0.6)
-        volumes = volumes_beside_labels(filled, parts.objects, wall.planes)
-        fidelity = mesh_fidelity(mesh, parts.outlines, seg.grid, quality.options.maximum_label_distance)
+        volumes = volumes_beside_labels(filled, fitted.objects, wall.planes)
+        fidelity = mesh_fidelity(mesh, fitted.outlines, seg.grid, quality.options.maximum_label_distance)
         judged = judge_wall_volume(quality, wall_difference(volumes))
-        judged = with_fidelity(judged, fidelity, what_helps(seg, fidelity, parts, options))
+        judged = with_fidelity(judged, fidelity, what_helps(seg, fidelity, fitted, options))
     mesh, judged, solution = concluded(mesh, quality, judged, options, stages)
-    made = (parts.objects, parts.surfaces, wall, mesh, judged, fidelity, tuple(volumes), stages.seconds, solution)
+    made = (fitted.objects, fitted.surfaces, wall, mesh, judged, fidelity, tuple(volumes), stages.seconds, solution)
     return Run(seg, options, *made)
 
 

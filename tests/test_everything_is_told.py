@@ -25,7 +25,7 @@ from femprep.report.notices import gather
 from femprep.surface.fitting.outlined import outline_surface
 from femprep.sweeping.matching.match import match_surfaces
 from femprep.volume.runs import attempt_notices as attempts_told
-from femprep.volume.tetwild.attempts import RunRecord
+from femprep.volume.tetwild.ways import RunRecord
 from femprep.wall import Envelope, Part, build_wall, extend_apex, find_base, find_common_base, keep_apart, thin_wall
 from femprep.wall.assumed import assumed_wall, closed_openings, filled_groove, unused_structures
 from femprep.wall.chambers.holes import open_wall

@@ -10,13 +10,13 @@ import numpy as np
 
 from femprep.annotation.flat import by_plane, spread
 from femprep.annotation.given import given_facets, given_regions, with_places
-from femprep.annotation.reading import Attempt, Name, NoReading, Question, Reading, area_by_name
+from femprep.annotation.reading import Name, NoReading, Question, Reading, ReadingAttempt, area_by_name
 from femprep.annotation.records import Annotation
 from femprep.annotation.region_facets import facets_of_regions
 from femprep.annotation.regions import match_regions, regions_by_place
 from femprep.annotation.shell import Shell, shell_of
 from femprep.annotation.ventricles import with_anatomy
-from femprep.annotation.ways import WAYS, Way
+from femprep.annotation.ways import READING_WAYS, ReadingWay
 from femprep.errors import FemprepError, InputError
 from femprep.export.deck.names import FOREIGN
 from femprep.mesh.measures.volume_elements import all_volumes, element_volumes
@@ -155,28 +155,28 @@ def _used(mesh: VolumeMesh) -> VolumeMesh:
 
 def _read(
     mesh: VolumeMesh, shell: Shell, options: AnnotateOptions, scale: float
-) -> tuple[Reading, tuple[Attempt, ...]]:
+) -> tuple[Reading, tuple[ReadingAttempt, ...]]:
     """The first reading of the boundary that fits, with given names over it; and what was tried."""
     given = given_facets(mesh, shell, options.names)
-    attempts: list[Attempt] = []
+    attempts: list[ReadingAttempt] = []
     reading: Reading | None = None
     if (given > 0).all():
         reading = Reading("names", given)
-        attempts.append(Attempt("names", True, "every boundary facet has a name that is known"))
-    ways: tuple[Way, ...] = WAYS
+        attempts.append(ReadingAttempt("names", True, "every boundary facet has a name that is known"))
+    ways: tuple[ReadingWay, ...] = READING_WAYS
     if options.base is not None:
         point, normal = np.array(options.base[:3]) * scale, np.array(options.base[3:])
         if not np.linalg.norm(normal) > 0:
             raise InputError("the base plane's normal is 0, 0, 0; give the direction out of the ventricle")
-        ways = (Way("base plane", "the plane given", lambda own: by_plane(own, Plane(point, normal, "given"))),)
+        ways = (ReadingWay("base plane", "the plane given", lambda own: by_plane(own, Plane(point, normal, "given"))),)
     for way in ways:
         if reading is not None:
             break
         try:
             reading = way.read(shell)
-            attempts.append(Attempt(way.name, True, "fits", _figures(reading, shell)))
+            attempts.append(ReadingAttempt(way.name, True, "fits", _figures(reading, shell)))
         except NoReading as error:
-            attempts.append(Attempt(way.name, False, str(error)))
+            attempts.append(ReadingAttempt(way.name, False, str(error)))
             _log.info("%s: %s", way.name, error)
     if reading is None:
         tried = "; ".join(f"{attempt.way}: {attempt.why}" for attempt in attempts)

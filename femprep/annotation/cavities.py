@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from femprep.annotation.chambers import name_cavities
 from femprep.annotation.flat import spread
 from femprep.annotation.parting import part_cavities
-from femprep.annotation.reading import Name, NoReading, Opening, Reading
+from femprep.annotation.reading import CavityOpening, Name, NoReading, Reading
 from femprep.annotation.shell import Shell
 from femprep.annotation.space import Space, flood, reached_far, space_of
 from femprep.annotation.vein_ends import vein_rim
@@ -141,7 +141,7 @@ def smoothed(shell: Shell, looks: IntArray) -> IntArray:
     return looks
 
 
-def _openings(space: Space, basin: IntArray, parts: list[str | None]) -> list[tuple[Opening, _Patch]]:
+def _openings(space: Space, basin: IntArray, parts: list[str | None]) -> list[tuple[CavityOpening, _Patch]]:
     """Where parts of the space meet; normals out of the ventricle, or out of the atrium to the outside."""
     found = []
     for (inner, beyond), name in OPENINGS.items():
@@ -149,11 +149,11 @@ def _openings(space: Space, basin: IntArray, parts: list[str | None]) -> list[tu
             continue
         one, other = parts.index(inner) + 1, parts.index(beyond) + 1
         patches = _patches(space, basin, one, other)
-        found += [(Opening(name, inner, each.centre, each.normal, each.area), each) for each in patches]
+        found += [(CavityOpening(name, inner, each.centre, each.normal, each.area), each) for each in patches]
     return found
 
 
-def _lumens(space: Space, sheltered: BoolArray, openings: list[tuple[Opening, _Patch]]) -> dict[str, BoolArray]:
+def _lumens(space: Space, sheltered: BoolArray, openings: list[tuple[CavityOpening, _Patch]]) -> dict[str, BoolArray]:
     """Where the inside of a vessel begins, beyond a ventricle's opening to the outside."""
     found: dict[str, BoolArray] = {}
     for opening, patch in openings:
@@ -231,7 +231,7 @@ def _rings(
     tag: np.ndarray,
     looks: IntArray,
     parts: list[str | None],
-    openings: list[tuple[Opening, _Patch]],
+    openings: list[tuple[CavityOpening, _Patch]],
     given: dict[str, Name],
 ) -> None:
     """Name the ring of tissue around each opening."""

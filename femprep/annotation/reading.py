@@ -38,7 +38,7 @@ class Question:
 
 
 @dataclass(frozen=True, eq=False)
-class Opening:
+class CavityOpening:
     """An opening of a cavity: its ring's name, centre (mm), normal out of the cavity, area (mm2) and cavity."""
 
     name: str
@@ -61,18 +61,18 @@ class Reading:
     names : mapping of str to Name
         How sure each name is.
     questions : tuple of Question
-    openings : tuple of Opening
+    openings : tuple of CavityOpening
     """
 
     way: str
     tag: TagArray
     names: Mapping[str, Name] = field(default_factory=dict)
     questions: tuple[Question, ...] = ()
-    openings: tuple[Opening, ...] = ()
+    openings: tuple[CavityOpening, ...] = ()
 
 
 @dataclass(frozen=True)
-class Attempt:
+class ReadingAttempt:
     """One way that was tried, as ``run.json`` has it."""
 
     way: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from femprep.annotation.reading import Attempt, Name, Opening
+from femprep.annotation.reading import CavityOpening, Name, ReadingAttempt
 from femprep.model import VolumeMesh
 from femprep.options import AnnotateOptions
 from femprep.volume import QualityReport
@@ -26,9 +26,9 @@ class Annotation:
         Unit of length of the file it came from.
     names : mapping of str to Name
         How sure the name of each kind of facet and region is, and by what it was told.
-    attempts : tuple of Attempt
+    attempts : tuple of ReadingAttempt
         The ways that were tried, in order.
-    openings : tuple of Opening
+    openings : tuple of CavityOpening
         Openings of the cavities, where the mesh has any but a base.
     seconds : mapping of str to float
         Wall-clock time of each stage.
@@ -45,8 +45,8 @@ class Annotation:
     options: AnnotateOptions
     unit: str
     names: Mapping[str, Name]
-    attempts: tuple[Attempt, ...]
-    openings: tuple[Opening, ...] = ()
+    attempts: tuple[ReadingAttempt, ...]
+    openings: tuple[CavityOpening, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:

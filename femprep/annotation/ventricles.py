@@ -9,7 +9,7 @@ import numpy as np
 
 from femprep.anatomy import WallFields, add_aha, add_atrial_fibres, add_coordinates, add_fibres, ventricular_axes
 from femprep.anatomy.part import part_of, spread_over
-from femprep.annotation.reading import Opening
+from femprep.annotation.reading import CavityOpening
 from femprep.annotation.shell import shell_of
 from femprep.mesh.elements import FACET_CORNERS
 from femprep.mesh.numbering import set_numbers
@@ -22,7 +22,7 @@ from femprep.options import FibreOptions
 _VENTRICLES = ("lv", "rv", "septum")
 
 
-def with_anatomy(mesh: VolumeMesh, options: FibreOptions, openings: Sequence[Opening] = ()) -> VolumeMesh:
+def with_anatomy(mesh: VolumeMesh, options: FibreOptions, openings: Sequence[CavityOpening] = ()) -> VolumeMesh:
     """The mesh with coordinates, segments and fibres on its ventricles and, where asked for, fibres of its atria."""
 
     def add(part: VolumeMesh) -> VolumeMesh:

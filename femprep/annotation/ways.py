@@ -15,7 +15,7 @@ from femprep.annotation.shell import Shell
 
 
 @dataclass(frozen=True)
-class Way:
+class ReadingWay:
     """One way of reading a boundary: its name, what it takes for granted, and what does it."""
 
     name: str
@@ -24,11 +24,11 @@ class Way:
 
 
 #: From the strictest to the most tolerant: what the first ones find is as good as certain.
-WAYS: Final = (
-    Way("closed sheets", "cavities closed all round", by_closed_sheets),
-    Way("flat pieces", "a base, and perhaps an apex, cut flat", by_flat_pieces),
-    Way("creases of 45 degrees", "a base with sharp rims", partial(by_creases, degrees=45.0)),
-    Way("creases of 30 degrees", "a base with rims", partial(by_creases, degrees=30.0)),
-    Way("cavities", "chambers with openings, told by the space between them", by_cavities),
-    Way("convex hull", "one ventricle or two, open at a base that is rounded", by_hull),
+READING_WAYS: Final = (
+    ReadingWay("closed sheets", "cavities closed all round", by_closed_sheets),
+    ReadingWay("flat pieces", "a base, and perhaps an apex, cut flat", by_flat_pieces),
+    ReadingWay("creases of 45 degrees", "a base with sharp rims", partial(by_creases, degrees=45.0)),
+    ReadingWay("creases of 30 degrees", "a base with rims", partial(by_creases, degrees=30.0)),
+    ReadingWay("cavities", "chambers with openings, told by the space between them", by_cavities),
+    ReadingWay("convex hull", "one ventricle or two, open at a base that is rounded", by_hull),
 )

@@ -28,7 +28,7 @@ def schema_texts() -> dict[str, str]:
     from pydantic import BaseModel
 
     from femprep.cohort.records import CohortRecord
-    from femprep.model.transfer import TransferRecord
+    from femprep.model.shared_records.transfer import TransferRecord
     from femprep.options import AnnotateOptions, Options
     from femprep.report.manifest import AnnotationManifest, RunManifest, SequenceManifest
     from femprep.volume import QualityReport

@@ -33,7 +33,7 @@ def transfer(
     """
     from femprep.anatomy import transfer as bring
     from femprep.export import read_mesh, write_mesh
-    from femprep.model.transfer import TransferRecord
+    from femprep.model.shared_records.transfer import TransferRecord
     from femprep.report.manifest import file_sha256
     from femprep.report.notices import lines
     from femprep.report.page.shared import write_page

@@ -16,7 +16,7 @@ from femprep.cohort.done import is_done
 from femprep.cohort.reasons import reason
 from femprep.cohort.records import CohortRecord, SubjectRecord, Timing
 from femprep.cohort.row import row_of_folder, timing_of_folder
-from femprep.cohort.state import Note, only_one, read_note, replace_file, sweep
+from femprep.cohort.state import Note, clear_leftovers, only_one, read_note, replace_file
 from femprep.cohort.subjects import Subject
 from femprep.cohort.table import Table
 from femprep.errors import DiskFullError, OptionError, StageError
@@ -129,7 +129,7 @@ def run_cohort(
             done = f"{len(table)} of {len(subjects)} subjects are done; the same command goes on"
             raise KeyboardInterrupt(done) from None
         finally:
-            sweep(out)
+            clear_leftovers(out)
             record = table.write()
             replace_file(out, "cohort.html", page(record, table.timings, out, command))
     return Cohort(record, table.timings)

@@ -109,7 +109,7 @@ def only_one(out: Path) -> Iterator[None]:
         if not free:
             raise FileError(f"another femprep cohort is at work in {str(out)!r}; wait until it is done, or {_REMEDY}")
         _clear(state)
-        sweep(out)
+        clear_leftovers(out)
         yield
 
 
@@ -121,7 +121,7 @@ def _clear(state: Path) -> None:
                 path.unlink()
 
 
-def sweep(out: Path) -> None:
+def clear_leftovers(out: Path) -> None:
     """Put in order what killed workers have left: half-made folders go, whole ones have their names."""
     left = re.compile(r"\.(.+)\.(?:partial|old)-[a-z0-9_]{8}")
     names = {match[1] for path in out.iterdir() if (match := left.fullmatch(path.name))}

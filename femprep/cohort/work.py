@@ -55,14 +55,14 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SubjectOutcome:
     """What a worker gives back."""
 
     record: SubjectRecord
     timing: Timing
 
 
-def run_subject(job: Job) -> Outcome:
+def run_subject(job: Job) -> SubjectOutcome:
     """Make the folder of a subject, whole or not at all.
 
     Parameters
@@ -71,7 +71,7 @@ def run_subject(job: Job) -> Outcome:
 
     Returns
     -------
-    Outcome
+    SubjectOutcome
         Whatever happens: an error is a row with its reason.
     """
     subject, start = job.subject, time.perf_counter()
@@ -101,16 +101,16 @@ def run_subject(job: Job) -> Outcome:
         peak_memory_mb=round(peak / 1e6, 1),
         attempts=note.attempts,
     )
-    return Outcome(record, timing)
+    return SubjectOutcome(record, timing)
 
 
-def set_aside(job: Job, note: Note) -> Outcome:
+def set_aside(job: Job, note: Note) -> SubjectOutcome:
     """The row of a subject that ended its worker."""
     code = note.reason or "worker-lost"
     words = note.words or f"its worker was ended {note.attempts} times while at work on it"
     remove_note(job.out, job.subject.name)
     record = _failed(job, reason(code), f"{words}; {reason(code).remedy[:1].lower()}{reason(code).remedy[1:]}", 3)
-    return Outcome(record, Timing(subject=job.subject.name, seconds=0.0, attempts=note.attempts))
+    return SubjectOutcome(record, Timing(subject=job.subject.name, seconds=0.0, attempts=note.attempts))
 
 
 def _made(job: Job, *, again: bool) -> tuple[SubjectRecord, float]:

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.mesh.least_corner import Parts, unpaired
+from femprep.mesh.least_corner import BlockParts, unpaired
 from femprep.mesh.numbering import row_numbers
 from femprep.model import IntArray
 from femprep.model.blocks import block_rows, chosen_rows
@@ -132,13 +132,13 @@ def element_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
     return found
 
 
-def face_parts(cells: Mapping[str, IntArray]) -> dict[str, list[Parts]]:
+def face_parts(cells: Mapping[str, IntArray]) -> dict[str, list[BlockParts]]:
     """The corners of all faces of all elements, by facet type, numbered in the order of ``element_faces``."""
-    parts: dict[str, list[Parts]] = {}
+    parts: dict[str, list[BlockParts]] = {}
     for name, block, own in block_rows(cells):
         for facet, faces in _faces_by_type(ELEMENTS[name]).items():
             corners = np.array([ELEMENTS[name].faces[face] for face in faces])
-            parts.setdefault(facet, []).append(Parts(block, corners, own.start))
+            parts.setdefault(facet, []).append(BlockParts(block, corners, own.start))
     return parts
 
 

@@ -23,7 +23,7 @@ _TOGETHER: Final = 400
 
 
 @dataclass(frozen=True)
-class Parts:
+class BlockParts:
     """Parts of one block of elements, all with as many corners.
 
     Attributes
@@ -91,7 +91,7 @@ class Chunk:
         return np.repeat(np.arange(self.nodes.start, self.nodes.stop), np.diff(self.end))
 
 
-def by_least_corner(blocks: Sequence[Parts], most: int = _CHUNK) -> Iterator[Chunk]:
+def by_least_corner(blocks: Sequence[BlockParts], most: int = _CHUNK) -> Iterator[Chunk]:
     """Go through all parts of some blocks by their smallest corners, ascending, at most about so many at a time."""
     total = sum(map(len, blocks))
     if total >= 2**31:
@@ -116,13 +116,13 @@ def by_least_corner(blocks: Sequence[Parts], most: int = _CHUNK) -> Iterator[Chu
         low = high
 
 
-def unpaired(blocks: Sequence[Parts]) -> IntArray:
+def unpaired(blocks: Sequence[BlockParts]) -> IntArray:
     """Numbers of the parts whose corners no other part has, in any order, ascending."""
     single = [chunk.unpaired(chunk.before()) for chunk in by_least_corner(blocks)]
     return np.sort(np.concatenate([np.empty(0, dtype=np.int64), *single]))
 
 
-def distinct_pairs(blocks: Sequence[Parts]) -> IntArray:
+def distinct_pairs(blocks: Sequence[BlockParts]) -> IntArray:
     """The parts of two corners, each once, the smaller corner first, in ascending order, ``(m, 2)``."""
     found = [np.empty((0, 2), dtype=np.int64)]
     for chunk in by_least_corner(blocks):

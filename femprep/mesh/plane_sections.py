@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from femprep.mesh.topology import edge_table
+from femprep.mesh.level_segments import level_segments
 from femprep.model import FloatArray, IntArray, Plane
 
 
@@ -29,27 +29,10 @@ def plane_sections(points: npt.ArrayLike, triangles: npt.ArrayLike, planes: Sequ
         through a vertex is taken as passing just beyond it, so that contours of a closed surface are always closed.
     """
     p, t = np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int64)
-    table = edge_table(t)
     out = []
     for plane in planes:
-        height = plane.signed_distance(p)
-        above = height >= 0.0
-        low, high = table.nodes.T
-        crossed = above[low] != above[high]
-        cut = crossed[table.of_cell]
-        cells = np.flatnonzero(cut.any(axis=1))
-        # Two sides of each such triangle are crossed; the one that leads upwards comes first, which orients the chain.
-        sides = cut[cells]
-        start = t[cells]
-        upward = sides & above[np.roll(start, -1, axis=1)]
-        downward = sides & above[start]
-        edges = table.of_cell[cells]
-        segments = np.stack([edges[upward], edges[downward]], axis=1)
-        used, ends = np.unique(segments, return_inverse=True)
-        a, b = table.nodes[used].T
-        ratio = height[a] / (height[a] - height[b])
-        crossing = p[a] + ratio[:, None] * (p[b] - p[a])
-        out.append([crossing[chain] for chain in chains(ends.reshape(-1, 2), len(used))])
+        crossings, segments = level_segments(p, t, plane.signed_distance(p))
+        out.append([crossings[chain] for chain in chains(segments, len(crossings))])
     return out
 
 

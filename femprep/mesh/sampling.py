@@ -16,7 +16,7 @@ _PLASTIC = 1.32471795724474602596
 
 
 @dataclass(frozen=True)
-class Samples:
+class SurfaceSamples:
     """Points of a surface.
 
     Attributes
@@ -31,7 +31,7 @@ class Samples:
     triangle: IntArray
 
 
-def sample_surface(points: npt.ArrayLike, triangles: npt.ArrayLike, count: int) -> Samples:
+def sample_surface(points: npt.ArrayLike, triangles: npt.ArrayLike, count: int) -> SurfaceSamples:
     """Spread points over a surface so that every part gets its share by area.
 
     The triangles are laid end to end by area and sampled at equal steps (systematic sampling); within the triangles
@@ -49,7 +49,7 @@ def sample_surface(points: npt.ArrayLike, triangles: npt.ArrayLike, count: int) 
 
     Returns
     -------
-    Samples
+    SurfaceSamples
 
     Raises
     ------
@@ -67,4 +67,4 @@ def sample_surface(points: npt.ArrayLike, triangles: npt.ArrayLike, count: int) 
     over = u + v > 1.0
     u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
     a, b, c = (p[t[triangle, k]] for k in range(3))
-    return Samples(a + u[:, None] * (b - a) + v[:, None] * (c - a), triangle.astype(np.int64))
+    return SurfaceSamples(a + u[:, None] * (b - a) + v[:, None] * (c - a), triangle.astype(np.int64))

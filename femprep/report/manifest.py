@@ -13,11 +13,11 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field
 
 from femprep import __version__
-from femprep.model.distance import SurfaceFidelity
-from femprep.model.fidelity import FidelityRecord
 from femprep.model.record import Record
-from femprep.model.solution import SolutionRecord
-from femprep.model.tissue import TissuesRecord
+from femprep.model.shared_records.label_fidelity import FidelityRecord
+from femprep.model.shared_records.solution import SolutionRecord
+from femprep.model.shared_records.surface_fidelity import SurfaceFidelity
+from femprep.model.shared_records.tissue import TissuesRecord
 from femprep.options import AnnotateOptions, Options
 
 #: Libraries whose version can change a result.

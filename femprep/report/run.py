@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from femprep.image import LabelObject, Segmentation
 from femprep.model import Surface, VolumeMesh, Wall
-from femprep.model.solution import SolutionRecord
+from femprep.model.shared_records.solution import SolutionRecord
 from femprep.options import Options
 from femprep.report.manifest import VolumeRecord
 from femprep.report.volumes import cavity_volume

@@ -14,30 +14,30 @@ from femprep.sweeping.matching.match import match_surfaces
 from femprep.volume import tetrahedralize
 from femprep.volume.ventricles import label_chambers, label_ventricles
 from femprep.wall import build_wall, fill_cavities, open_wall
-from femprep.wall.anatomies import Parts
+from femprep.wall.anatomies import WallSurfaces
 from femprep.wall.joining.build import apex_info
 
 _log = logging.getLogger(__name__)
 
 
-def fill(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
+def fill(fitted: WallSurfaces, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
     """The wall of some surfaces, and the mesh in it, by the mesher asked for."""
-    wall, mesh = (_swept if options.volume.mesher == "sweep" else _tetrahedra)(parts, options, stages)
-    return replace(wall, info=noted(wall.info, *parts.notices)), mesh
+    wall, mesh = (_swept if options.volume.mesher == "sweep" else _tetrahedra)(fitted, options, stages)
+    return replace(wall, info=noted(wall.info, *fitted.notices)), mesh
 
 
-def _tetrahedra(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
+def _tetrahedra(fitted: WallSurfaces, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
     """Fill the wall by fTetWild; a left ventricle's, where that comes to nothing, by swept tetrahedra."""
     try:
-        return _tetwild(parts, options, stages)
+        return _tetwild(fitted, options, stages)
     except StageError as error:
-        if options.anatomy != "lv" or parts.base is None or options.blood_pool or options.volume.sizing is not None:
+        if options.anatomy != "lv" or fitted.base is None or options.blood_pool or options.volume.sizing is not None:
             raise
         failed = error
     _log.warning("no mesh by fTetWild (%s); the wall is swept instead", failed)
     own = {"element": "tetra", "template": None}
     try:
-        wall, mesh = _swept(parts, options.model_copy(update={"sweep": options.sweep.model_copy(update=own)}), stages)
+        wall, mesh = _swept(fitted, options.model_copy(update={"sweep": options.sweep.model_copy(update=own)}), stages)
     except FemprepError as error:
         # Its cause is that of the mesher that was asked for; by that a cohort knows it.
         raise StageError(f"{failed}; nor could the wall be swept: {error}") from failed
@@ -47,41 +47,41 @@ def _tetrahedra(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, V
     return wall, replace(mesh, info=info)
 
 
-def _tetwild(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
+def _tetwild(fitted: WallSurfaces, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
     """Join the surfaces to a wall and fill it by fTetWild."""
     with stages("wall") as report:
         wall = build_wall(
-            epi=parts.epi, endo=parts.endo, base=parts.base, apex=parts.apex, options=options.wall, progress=report
+            epi=fitted.epi, endo=fitted.endo, base=fitted.base, apex=fitted.apex, options=options.wall, progress=report
         )
-        wall = replace(wall, info={**wall.info, "repaired": [*parts.repaired, *wall.info["repaired"]]})
-        wall = open_wall(wall, parts.openings) if parts.openings else wall
+        wall = replace(wall, info={**wall.info, "repaired": [*fitted.repaired, *wall.info["repaired"]]})
+        wall = open_wall(wall, fitted.openings) if fitted.openings else wall
     with stages("volume") as report:
         blood = fill_cavities(wall) if options.blood_pool else None
         mesh = tetrahedralize(wall, options=options.volume, progress=report, blood=blood)
-    if parts.body is not None:
+    if fitted.body is not None:
         with stages("regions"):
-            mesh = (label_ventricles if options.anatomy == "biv" else label_chambers)(mesh, parts.body)
+            mesh = (label_ventricles if options.anatomy == "biv" else label_chambers)(mesh, fitted.body)
     return wall, mesh
 
 
-def _swept(parts: Parts, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
+def _swept(fitted: WallSurfaces, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
     """Match the surfaces and fill the wall between them by layers; its boundary is the wall."""
-    assert parts.base is not None  # anatomy lv, as the options make sure
+    assert fitted.base is not None  # anatomy lv, as the options make sure
     layers = options.layers
-    frame = parts.objects["lv"].frame if "lv" in parts.objects else None
+    frame = fitted.objects["lv"].frame if "lv" in fitted.objects else None
     if layers.toward is None and frame is not None:
         x, y, z = frame[:, 0].tolist()
         layers = layers.model_copy(update={"toward": (x, y, z)})
     with stages("match") as report:
         matched = match_surfaces(
-            endo=parts.endo["lv"],
-            epi=parts.epi,
-            base=parts.base,
-            apex=parts.apex,
+            endo=fitted.endo["lv"],
+            epi=fitted.epi,
+            base=fitted.base,
+            apex=fitted.apex,
             options=layers,
             progress=report,
         )
     with stages("volume") as report:
         mesh = sweep(matched, options=layers, progress=report)
     wall = boundary_wall(mesh)
-    return replace(wall, info={**wall.info, "apex": apex_info(parts.epi, parts.apex)}), mesh
+    return replace(wall, info={**wall.info, "apex": apex_info(fitted.epi, fitted.apex)}), mesh

@@ -23,7 +23,7 @@ from femprep.export.abaqus.calculix import inflate
 from femprep.export.content import content_of, refusals
 from femprep.image import IntensityImage, Segmentation
 from femprep.model import Progress, VolumeMesh, verdict_of, with_verdict
-from femprep.model.solution import SolutionRecord
+from femprep.model.shared_records.solution import SolutionRecord
 from femprep.model.stages import Stages
 from femprep.options import Options
 from femprep.volume import QualityReport

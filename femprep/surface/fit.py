@@ -20,11 +20,11 @@ from femprep.options import SurfaceOptions, choose, takes
 from femprep.surface.fitting.laying import Outlines
 from femprep.surface.fitting.smooth import smooth_map
 from femprep.surface.fitting.taken import NoSurfaceError
-from femprep.surface.fitting.ways import FALLBACK, Attempt, told
+from femprep.surface.fitting.ways import FALLBACK, FitAttempt, told
 from femprep.surface.given.fit import lay_on
 from femprep.surface.harmonic.field import Field, fit_strength
 from femprep.surface.harmonic.leastsquares import BLOCK
-from femprep.surface.harmonic.mend import Mapped, Target, sound_map
+from femprep.surface.harmonic.mend import HarmonicFit, Mapped, sound_map
 from femprep.surface.harmonic.sources import place_sources
 from femprep.surface.harmonic.spline import Basis
 from femprep.template import charge_template, cubed_template, sphere_points
@@ -143,7 +143,7 @@ def fit_surface(
         "centre": obj.barycentre.tolist(),
     }
     notices: list[Notice] = []
-    tried: tuple[Attempt, ...] = ()
+    tried: tuple[FitAttempt, ...] = ()
     if chosen.method == "smooth":
         try:
             smooth, points, cells, more = smooth_map(
@@ -159,13 +159,13 @@ def fit_surface(
             info |= _residuals(smooth.height(boundary.points)) | more
             tell("surface", 1.0)
             return Surface(points, cells, name=obj.name, directions=smooth.directions, shape=smooth, info=info)
-    target, more = _target(obj, boundary, chosen, axes, turn, directions, template.cells, tell)
+    fit, more = _harmonic_fit(obj, boundary, chosen, axes, turn, directions, template.cells, tell)
     info |= more
-    field, level = target.field, target.level
-    mapped = sound_map(target, even=chosen.method != "paper")
+    field, level = fit.field, fit.level
+    mapped = sound_map(fit, even=chosen.method != "paper")
     shape, points, directions = mapped.shape, mapped.points, mapped.directions
     raw = shape.stopping(directions)
-    residual = (level - shape.levels(target.feet)) / np.linalg.norm(field.gradient(boundary.points), axis=1)
+    residual = (level - shape.levels(fit.feet)) / np.linalg.norm(field.gradient(boundary.points), axis=1)
     held = int(np.count_nonzero((raw < shape.lowest) | (raw > shape.highest)))
     if held:
         _log.warning("surface of %r: stopping value held within bounds at %d vertices", obj.name, held)
@@ -184,13 +184,13 @@ def fit_surface(
     return Surface(points, mapped.cells, name=obj.name, directions=directions, shape=shape, info=info)
 
 
-def _instead(obj: LabelObject, mapped: Mapped) -> Attempt:
+def _instead(obj: LabelObject, mapped: Mapped) -> FitAttempt:
     """The attempt that a harmonic surface is, taken in place of smooth ones."""
     beginning, way = FALLBACK
     triangles = split_quads(mapped.cells)
     quality = triangle_quality(mapped.points, triangles)
     off = Outlines(obj).off(mapped.points - obj.barycentre, triangles)
-    return Attempt(
+    return FitAttempt(
         beginning=beginning,
         way=way,
         status="taken",
@@ -201,7 +201,7 @@ def _instead(obj: LabelObject, mapped: Mapped) -> Attempt:
     )
 
 
-def _target(
+def _harmonic_fit(
     obj: LabelObject,
     boundary: BoundaryPoints,
     chosen: SurfaceOptions,
@@ -210,7 +210,7 @@ def _target(
     directions: FloatArray,
     cells: IntArray,
     tell: Progress,
-) -> tuple[Target, dict[str, Any]]:
+) -> tuple[HarmonicFit, dict[str, Any]]:
     """The paper's field about an object and what its boundary asks of the stopping function; what was chosen for it."""
     amounts = _amounts(obj, boundary, chosen)
     singularities, control_points = amounts.singularities, amounts.control_points
@@ -230,7 +230,7 @@ def _target(
     steps = chosen.steps or field.enough_steps(boundary.points, level, _FLOW_ERROR)
     feet = field.directions(field.flow(boundary.points, level, 0.0, steps))
     tell("surface", 0.7)
-    target = Target(
+    fit = HarmonicFit(
         field,
         Basis(product(sphere_points(control_points), turn.T), chosen.spline_order),
         feet,
@@ -243,7 +243,7 @@ def _target(
         chosen.connectivity,
         chosen.curvature_sizing,
     )
-    return target, {
+    return fit, {
         "singularities": singularities,
         "control_points": control_points,
         "radius": radius,

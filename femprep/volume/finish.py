@@ -21,8 +21,8 @@ from femprep.volume.refine import PARENT, refine
 from femprep.volume.refine.peel import without_flat
 from femprep.volume.sound import VOLUME_LIMIT, check_boundary, check_positive, check_volumes, filled, require_sound
 from femprep.volume.tagging import tag_facets
-from femprep.volume.tetwild.attempts import MISSED, Attempt
 from femprep.volume.tetwild.guard import TetwildRun
+from femprep.volume.tetwild.ways import MISSED, RunParameters
 
 #: Smallest dihedral angle asked of a mesh that was refined, degrees, where no angle was asked for and the quality's own
 #: is lower: the mesher itself mostly makes one of 25, of 20 at least.
@@ -69,7 +69,11 @@ class Candidate:
 
 
 def finish(
-    run: TetwildRun, filling: Filling, options: VolumeOptions, attempt: Attempt, progress: Progress | None = None
+    run: TetwildRun,
+    filling: Filling,
+    options: VolumeOptions,
+    parameters: RunParameters,
+    progress: Progress | None = None,
 ) -> Candidate:
     """Check, tag, put in place, refine and improve what the mesher gave; ``progress`` is told of the refinement.
 
@@ -83,15 +87,15 @@ def finish(
     region = filling.regions(given, cells)
     check_volumes(given, cells, filling.outer)
     facets = find_facets(cells, region)
-    merged, constraints = _held(given, facets, filling, attempt.envelope)
+    merged, constraints = _held(given, facets, filling, parameters.envelope)
     if filling.cavities:
         check_cavities(given, cells, region, filling, 2.0 * VOLUME_LIMIT)
     points, record = _improved(given, cells, constraints, options)
     check_positive(points, cells, element_volumes(points, cells, "tetra"))
     step = np.linalg.norm(points - given, axis=1)
     info = {
-        "envelope_mm": attempt.envelope,
-        "stop_energy": attempt.stop_energy,
+        "envelope_mm": parameters.envelope,
+        "stop_energy": parameters.stop_energy,
         "moved_points": int((step > 0).sum()),
         "greatest_move_mm": float(step.max()),
         **record,
@@ -99,19 +103,19 @@ def finish(
     tag = filling.tags(merged, facets, region)
     planes = {**filling.wall.planes, **filling.caps}
     mesh = VolumeMesh(points, {"tetra": cells}, region, {"triangle": facets.nodes}, tag, planes=planes, info=info)
-    mesh, undone, fine = _in_steps(mesh, filling, options, attempt.levels, progress)
+    mesh, undone, fine = _in_steps(mesh, filling, options, parameters.levels, progress)
     measures = element_measures(mesh.points, mesh.cells["tetra"], "tetra")
     mesh = replace(mesh, info={**mesh.info, **filled(measures["volume"], mesh.region, filling)})
     smallest, mean = float(measures["minimum_dihedral"].min()), float(measures["mean_ratio"].mean())
-    reached = fine and smallest >= _asked_dihedral(options, attempt) and mean >= options.targets.mean_ratio
+    reached = fine and smallest >= _asked_dihedral(options, parameters) and mean >= options.targets.mean_ratio
     return Candidate(mesh, smallest, mean, reached, undone, fine)
 
 
-def _asked_dihedral(options: VolumeOptions, attempt: Attempt) -> float:
+def _asked_dihedral(options: VolumeOptions, parameters: RunParameters) -> float:
     """Smallest dihedral angle asked of a mesh, degrees."""
     asked = options.targets.minimum_dihedral
     own = options.minimum_dihedral is None and options.quality != "fast"
-    return max(asked, _REFINED_DIHEDRAL) if own and attempt.levels else asked
+    return max(asked, _REFINED_DIHEDRAL) if own and parameters.levels else asked
 
 
 def _in_steps(

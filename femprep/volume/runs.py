@@ -15,10 +15,10 @@ from femprep.model import Notice, Progress, Wall
 from femprep.options import VolumeOptions
 from femprep.volume.blood import Filling
 from femprep.volume.finish import Candidate, finish
-from femprep.volume.refine.plan import Thickness, is_thin
+from femprep.volume.refine.plan import WallThickness, is_thin
 from femprep.volume.sizing import SizingField, following_field
-from femprep.volume.tetwild.attempts import Attempt, RunRecord, Status, attempts
 from femprep.volume.tetwild.guard import TetwildRun, TooLongError, run_tetwild
+from femprep.volume.tetwild.ways import RunParameters, RunRecord, Status, planned_runs
 from femprep.volume.validate import SECONDS_PER_TET, TETS_PER_CUBE, Estimate, estimate
 
 _log = logging.getLogger(__name__)
@@ -52,13 +52,13 @@ class Sizes:
     ----------
     wall : Wall
     options : VolumeOptions
-    thickness : Thickness
+    thickness : WallThickness
         Of this wall.
     given : SizingField, optional
         Edges that vary as the user wants them.
     """
 
-    def __init__(self, wall: Wall, options: VolumeOptions, thickness: Thickness, given: SizingField | None) -> None:
+    def __init__(self, wall: Wall, options: VolumeOptions, thickness: WallThickness, given: SizingField | None) -> None:
         self._wall, self._options, self._thickness = wall, options, thickness
         self._found: dict[tuple[int, bool], SizingField | None] = {}
         self._given = given
@@ -89,9 +89,9 @@ class Sizes:
         finest, coarsest = self.range(levels, follows)
         return max(finest, 0.4 * coarsest)
 
-    def seconds(self, need: Estimate, attempt: Attempt) -> float:
+    def seconds(self, need: Estimate, parameters: RunParameters) -> float:
         """Seconds that a run will take, by those that one with edges of one length needs."""
-        field = self.field(attempt.levels, attempt.follows)
+        field = self.field(parameters.levels, parameters.follows)
         if self._given is not None or field is None:
             return need.seconds
         return max(need.seconds, SECONDS_PER_TET * TETS_PER_CUBE * field.elements)
@@ -127,11 +127,11 @@ def best_of_runs(
     best: Candidate | None = None
     thickness = 2.0 * filling.wall.volume / float(areas(filling.wall.points, filling.wall.triangles).sum())
     shortest = sizes.shortest(levels) / 2.0**levels
-    for attempt in attempts(options, lambda: records[-1].status, shortest, thickness, levels):
-        if attempt.follows and options.envelope is None:
-            widest = _THIN_ENVELOPE * sizes.shortest(attempt.levels, True)
-            attempt = replace(attempt, envelope=min(attempt.envelope, widest))
-        candidate, record = _one(filling, options, attempt, sizes, need, report)
+    for parameters in planned_runs(options, lambda: records[-1].status, shortest, thickness, levels):
+        if parameters.follows and options.envelope is None:
+            widest = _THIN_ENVELOPE * sizes.shortest(parameters.levels, True)
+            parameters = replace(parameters, envelope=min(parameters.envelope, widest))
+        candidate, record = _one(filling, options, parameters, sizes, need, report)
         records.append(record)
         if candidate is not None and (best is None or _rank(candidate) > _rank(best)):
             best = candidate
@@ -148,23 +148,23 @@ def _rank(candidate: Candidate) -> tuple[bool, bool, float]:
 
 
 def _one(
-    filling: Filling, options: VolumeOptions, attempt: Attempt, sizes: Sizes, need: Estimate, report: Progress
+    filling: Filling, options: VolumeOptions, parameters: RunParameters, sizes: Sizes, need: Estimate, report: Progress
 ) -> tuple[Candidate | None, RunRecord]:
     """One run: its mesh in order, where it gave a sound one, and its record."""
-    need = estimate(need.elements, attempt.levels)
-    seconds = sizes.seconds(need, attempt)
-    limit = attempt.time_limit(seconds, len(filling.triangles), options.time_limit)
+    need = estimate(need.elements, parameters.levels)
+    seconds = sizes.seconds(need, parameters)
+    limit = parameters.time_limit(seconds, len(filling.triangles), options.time_limit)
     told: dict[str, Any] = {
-        "way": attempt.way,
-        "refined_levels": attempt.levels,
-        "edge_length_mm": sizes.range(attempt.levels, attempt.follows),
-        "envelope_mm": attempt.envelope,
-        "stop_energy": attempt.stop_energy,
+        "way": parameters.way,
+        "refined_levels": parameters.levels,
+        "edge_length_mm": sizes.range(parameters.levels, parameters.follows),
+        "envelope_mm": parameters.envelope,
+        "stop_energy": parameters.stop_energy,
         "time_limit_s": limit,
     }
     status: Status = "crashed"
     try:
-        run = _mesh(filling, options, attempt, sizes, need, limit, report)
+        run = _mesh(filling, options, parameters, sizes, need, limit, report)
         status = "wrong mesh"
         told.update(
             seconds=run.seconds,
@@ -172,14 +172,14 @@ def _one(
             peak_bytes=run.peak_bytes,
             elements=len(run.cells),
         )
-        share = _share(attempt.levels)
+        share = _share(parameters.levels)
         candidate = finish(
-            run, filling, options, attempt, lambda _, fraction: report("volume", share + (1.0 - share) * fraction)
+            run, filling, options, parameters, lambda _, fraction: report("volume", share + (1.0 - share) * fraction)
         )
     except StageError as error:
         status = "too long" if isinstance(error, TooLongError) else status
         return None, RunRecord(**told, status=status, outcome=str(error))
-    finest, coarsest = (edge / 2.0**attempt.levels for edge in sizes.range(attempt.levels, attempt.follows))
+    finest, coarsest = (edge / 2.0**parameters.levels for edge in sizes.range(parameters.levels, parameters.follows))
     edges = finest if finest == coarsest else [finest, coarsest]
     mesh = replace(candidate.mesh, info={"edge_length_mm": edges, **candidate.mesh.info})
     candidate = replace(candidate, mesh=mesh)
@@ -190,7 +190,7 @@ def _one(
 def _mesh(
     filling: Filling,
     options: VolumeOptions,
-    attempt: Attempt,
+    parameters: RunParameters,
     sizes: Sizes,
     need: Estimate,
     limit: float,
@@ -199,21 +199,21 @@ def _mesh(
     points, triangles = filling.outer.points, filling.triangles
     diagonal = float(np.linalg.norm(np.ptp(points[np.unique(triangles)], axis=0)))
     expected = max(need.seconds, 1.0)
-    field = sizes.field(attempt.levels, attempt.follows)
+    field = sizes.field(parameters.levels, parameters.follows)
     return run_tetwild(
         points,
         triangles,
         {
-            "edge_length_abs": float(sizes.range(attempt.levels, attempt.follows)[1]),
-            "epsilon": float(attempt.envelope / diagonal),
-            "stop_energy": float(attempt.stop_energy),
+            "edge_length_abs": float(sizes.range(parameters.levels, parameters.follows)[1]),
+            "epsilon": float(parameters.envelope / diagonal),
+            "stop_energy": float(parameters.stop_energy),
             "num_threads": 1,
         },
         arrays={} if field is None else {"bg_vertices": field.points, "bg_tets": field.tets, "bg_values": field.values},
         time_limit=limit,
         memory_limit=options.memory_limit,
         least_room=_BYTES_PER_ELEMENT * need.elements,
-        pulse=lambda gone: report("volume", _share(attempt.levels) * (1.0 - float(np.exp(-gone / expected)))),
+        pulse=lambda gone: report("volume", _share(parameters.levels) * (1.0 - float(np.exp(-gone / expected)))),
     )
 
 

@@ -21,7 +21,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.vtk.reading import load
 from femprep.model import BoolArray, FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
-from femprep.volume.refine.plan import Thickness
+from femprep.volume.refine.plan import WallThickness
 
 #: A field of edge lengths: a function of points ``(n, 3)``, or points ``(k, 3)`` and the length at each ``(k,)``, mm.
 Sizing = Callable[[FloatArray], npt.ArrayLike] | tuple[npt.ArrayLike, npt.ArrayLike]
@@ -109,7 +109,7 @@ def sizing_field(wall: Wall, options: VolumeOptions, sizing: Sizing | None = Non
     )
 
 
-def following_field(wall: Wall, thickness: Thickness, edge_length: float, gradation: float) -> SizingField:
+def following_field(wall: Wall, thickness: WallThickness, edge_length: float, gradation: float) -> SizingField:
     """Edges of one length, mm, but no longer than a wall is thick where it is thinner than that."""
     grid = _Grid(wall, _COARSE_STEP)
     lengths = np.minimum(_THIN * thickness.values, edge_length)

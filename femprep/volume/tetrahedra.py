@@ -13,11 +13,11 @@ from femprep.model import BloodPools, Notice, Progress, VolumeMesh, Wall, noted
 from femprep.options import VolumeOptions, choose, takes
 from femprep.volume.blood import Filling
 from femprep.volume.quality.transmural import elements_through_wall
-from femprep.volume.refine.plan import levels_of, wall_thickness
+from femprep.volume.refine.plan import levels_of, measured_thickness
 from femprep.volume.runs import Sizes, attempt_notices, best_of_runs
 from femprep.volume.sizing import Sizing, sizing_field
 from femprep.volume.smooth import quadratic_tetrahedra
-from femprep.volume.validate import check_edge_length, check_sizing, check_wall
+from femprep.volume.validate import check_edge_length, check_fillable, check_sizing
 
 _log = logging.getLogger(__name__)
 
@@ -94,11 +94,11 @@ def tetrahedralize(
     VolumeMesh(... points, ... tetra, ... facets: lv, endo, epi, base)
     """
     settings = choose(VolumeOptions, options, changes)
-    check_wall(wall)
+    check_fillable(wall)
     filling = Filling(wall, blood)
     field = sizing_field(wall, settings, sizing)
     size = filling.outer.volume / wall.volume
-    thickness = wall_thickness(wall)
+    thickness = measured_thickness(wall)
     levels = levels_of(settings, thickness) if field is None else 0
     need = check_edge_length(wall, settings, size, levels) if field is None else check_sizing(field, settings, size)
     sizes = Sizes(wall, settings, thickness, field)

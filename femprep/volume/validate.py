@@ -15,7 +15,7 @@ from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table, pieces, pinched_vertices, volume
 from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
-from femprep.volume.refine.plan import levels_of, wall_thickness
+from femprep.volume.refine.plan import levels_of, measured_thickness
 from femprep.volume.sizing import SizingField
 
 #: Tetrahedra per edge length cubed of wall volume; 9.6 to 10.6 were measured, more where the wall is thin.
@@ -50,7 +50,7 @@ class Estimate:
     seconds: float
 
 
-def check_wall(wall: Wall) -> None:
+def check_fillable(wall: Wall) -> None:
     """Check that a wall bounds a volume: fTetWild checks nothing, crashes or fills cavities silently.
 
     Raises
@@ -117,7 +117,7 @@ def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0, lev
     ResourceError
         The mesh would need more memory than the limit.
     """
-    levels = levels_of(options, wall_thickness(wall)) if levels is None else levels
+    levels = levels_of(options, measured_thickness(wall)) if levels is None else levels
     return check_amount(size * wall.volume, mean_thickness(wall), options, levels=levels)
 
 

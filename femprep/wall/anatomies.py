@@ -75,7 +75,7 @@ class Layout:
 
 
 @dataclass(frozen=True)
-class Parts:
+class WallSurfaces:
     """What a wall is built from.
 
     Attributes
@@ -171,15 +171,15 @@ def _fitted(seg: Segmentation, layout: Layout, options: Options, stages: Stages,
     return fitted
 
 
-def left_ventricle(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> Parts:
+def left_ventricle(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> WallSurfaces:
     """Endo- and epicardium of the left ventricle, fitted to ``lv`` and ``lv`` + ``myo``."""
     objects, base, apex = layout.objects, layout.base, layout.apex
     fitted = _fitted(seg, layout, options, stages, outer="epi")
     outlines = Outline("endo", objects["lv"]), Outline("epi", objects["epi"])
-    return Parts(objects, {"lv": fitted["lv"]}, fitted["epi"], base, apex, outlines=outlines)
+    return WallSurfaces(objects, {"lv": fitted["lv"]}, fitted["epi"], base, apex, outlines=outlines)
 
 
-def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> Parts:
+def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> WallSurfaces:
     """Both endocardia and the common epicardium.
 
     The epicardium encloses the left ventricle (``lv`` + ``myo``) and the right one: where the labels have its wall
@@ -202,7 +202,7 @@ def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages:
         epi = _enclose(enclosed, seg, options, report, repaired)
     clear = _JOINT["biv"] if walled else (1.0 + _ROUNDED * _ROUNDING) * thickness
     outlines = _outlines(objects, {**fitted, **cavities}, ("lv", "rv"), ("lv", "rv"), clear)
-    return Parts(
+    return WallSurfaces(
         objects,
         cavities,
         epi,
@@ -215,7 +215,7 @@ def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages:
     )
 
 
-def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> Parts:
+def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Stages) -> WallSurfaces:
     """Endocardia of the four chambers and the epicardium around them, all closed.
 
     The epicardium encloses the body of each chamber, cavity and wall, as the labels have it (a chamber without a
@@ -242,7 +242,7 @@ def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Sta
     notices = [assumed_wall(name, thickness) for name, thickness in given.items() if f"{name}_epi" not in fitted]
     notices += closed_openings(wall)
     notices += unused_structures(seg, [structure for own in CHAMBERS.values() for structure in own])
-    return Parts(
+    return WallSurfaces(
         objects,
         cavities,
         epi,
@@ -317,7 +317,7 @@ def _enclose(
 
 
 #: What makes the parts of each anatomy from its layout.
-ANATOMIES: Final[Mapping[str, Callable[[Segmentation, Layout, Options, Stages], Parts]]] = {
+ANATOMIES: Final[Mapping[str, Callable[[Segmentation, Layout, Options, Stages], WallSurfaces]]] = {
     "lv": left_ventricle,
     "biv": both_ventricles,
     "whole-heart": whole_heart,

@@ -28,7 +28,7 @@ from bench_meshers import MESHERS, acdc, ellipsoid, parser_of, peak_memory, row
 import femprep as fp
 from femprep.mesh.measures.volume_elements import element_measures
 from femprep.model import Plane, Wall
-from femprep.volume.refine.plan import LONGEST, levels_of, wall_thickness
+from femprep.volume.refine.plan import LONGEST, levels_of, measured_thickness
 from femprep.volume.tetrahedra import tetrahedralize
 from femprep.volume.validate import TETS_PER_CUBE
 
@@ -88,7 +88,7 @@ def main() -> None:
         return
     endo, epi, base = acdc(given.data, given.case) if given.case else ellipsoid()
     wall = fp.build_wall(epi=epi, endo={"lv": endo}, base=base)
-    thickness = wall_thickness(wall)
+    thickness = measured_thickness(wall)
     thin = thickness.of_all_but(5.0)
     print(f"wall of {wall.volume / 1000:.1f} cm3, {len(wall.triangles)} triangles, 5 % thinner than {thin:.1f} mm")
     row(

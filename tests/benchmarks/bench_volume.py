@@ -27,8 +27,8 @@ from femprep.model import Plane, Surface, Wall
 from femprep.options import VolumeOptions
 from femprep.template import charge_template
 from femprep.volume.tetrahedra import tetrahedralize
-from femprep.volume.tetwild.attempts import attempts
 from femprep.volume.tetwild.guard import run_tetwild
+from femprep.volume.tetwild.ways import planned_runs
 from femprep.volume.validate import mean_thickness
 from femprep.wall import build_wall
 
@@ -92,7 +92,7 @@ def bench_raw(name: str, vertices: int, edge: float, options: VolumeOptions, *, 
     """fTetWild alone, with its own envelope or the one that tetrahedralize gives it."""
     points, triangles = raw_cut(vertices)
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
-    first = next(attempts(options, str, edge))
+    first = next(planned_runs(options, str, edge))
     settings = {
         "edge_length_abs": edge,
         "epsilon": 1e-3 if own else first.envelope / diagonal,

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, boundary_faces, element_faces, face_parts
-from femprep.mesh.least_corner import Parts, by_least_corner, distinct_pairs
+from femprep.mesh.least_corner import BlockParts, by_least_corner, distinct_pairs
 
 
 def slow_boundary(cells):
@@ -69,12 +69,12 @@ def test_chunks_of_any_size_hold_the_same_parts(count, nodes, most, seed):
 def test_distinct_pairs_are_those_of_numpy(count, nodes, seed):
     pairs = np.random.default_rng(seed).integers(0, nodes, (count, 2))
     expected = np.unique(np.sort(pairs, axis=1), axis=0)
-    np.testing.assert_array_equal(distinct_pairs([Parts(pairs, np.array([(0, 1)]))]), expected)
+    np.testing.assert_array_equal(distinct_pairs([BlockParts(pairs, np.array([(0, 1)]))]), expected)
 
 
 def test_place_before_is_of_the_last_equal_part():
     """Three times the same triangle, and another one."""
     block = np.array([(3, 1, 2), (1, 2, 4), (2, 3, 1), (1, 2, 3)])
-    (chunk,) = by_least_corner([Parts(block, np.array([(0, 1, 2)]), start=7)])
+    (chunk,) = by_least_corner([BlockParts(block, np.array([(0, 1, 2)]), start=7)])
     np.testing.assert_array_equal(chunk.before(), [-1, -1, 0, 2])
     np.testing.assert_array_equal(chunk.element, [7, 8, 9, 10])

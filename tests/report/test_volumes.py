@@ -8,7 +8,6 @@ from numpy.testing import assert_allclose
 
 from femprep.mesh.topology import enclosed_volume
 from femprep.model import Plane, Surface
-from femprep.report.pictures.slices import plane_cut
 from femprep.report.volumes import volume_below
 
 
@@ -33,20 +32,6 @@ def test_closed_surface_needs_no_fan() -> None:
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
     triangles = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
     assert_allclose(enclosed_volume(points, triangles), 1 / 6, rtol=1e-14)
-
-
-def test_cut_of_a_tube_is_its_ring() -> None:
-    points, triangles = tube(12, 3.0, 5.0)
-    segments = plane_cut(points, triangles, points[:, 2] - 2.0)
-    assert len(segments) == 24
-    assert_allclose(segments[..., 2], 2.0, atol=1e-12)
-    length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum()
-    assert_allclose(length, 12 * 2 * 3.0 * np.sin(np.pi / 12), rtol=1e-12)
-
-
-def test_cut_beside_a_surface_is_empty() -> None:
-    points, triangles = tube(12, 3.0, 5.0)
-    assert plane_cut(points, triangles, points[:, 2] + 1.0).shape == (0, 2, 3)
 
 
 @pytest.mark.parametrize("height", [-0.5, 0.0, 0.3, 0.9, 1.0, 2.0])

@@ -85,7 +85,7 @@ def test_a_direct_run_when_asked(wall, monkeypatch):
 def test_a_step_that_spoils_the_mesh_is_undone(wall, monkeypatch):
     """What the mesher gave is sound: it is not thrown away because a step after it fails."""
     from femprep.volume import finish
-    from femprep.volume.tetwild import attempts
+    from femprep.volume.tetwild import ways
 
     asked = []
 
@@ -97,8 +97,8 @@ def test_a_step_that_spoils_the_mesh_is_undone(wall, monkeypatch):
 
     monkeypatch.setattr(finish, "refine", spoil)
     # The time a run is allowed is a few times what its own elements need, be they the coarse ones or all.
-    monkeypatch.setattr(attempts, "_LEAST_SECONDS", 5.0)
-    monkeypatch.setattr(attempts, "_SECONDS_PER_TRIANGLE", 0.0)
+    monkeypatch.setattr(ways, "_LEAST_SECONDS", 5.0)
+    monkeypatch.setattr(ways, "_SECONDS_PER_TRIANGLE", 0.0)
     found = tetrahedralize(wall, edge_length=3.2, retries=0, minimum_dihedral=0.0, mean_ratio=0.0)
     first, last = found.info["attempts"]
     assert (first["way"], first["status"]) == ("refined", "wrong mesh")

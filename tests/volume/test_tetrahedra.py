@@ -14,8 +14,8 @@ from femprep.mesh.topology import euler_characteristic, is_manifold
 from femprep.model import FACET_TAGS, REGION_TAGS, Plane, Wall
 from femprep.options import VolumeOptions
 from femprep.volume import check, finish, runs, sound, tetrahedralize
-from femprep.volume.tetwild.attempts import attempts
 from femprep.volume.tetwild.guard import TetwildRun, TooLongError
+from femprep.volume.tetwild.ways import planned_runs
 
 
 def holds(mesh, wall, volume: float = 0.01) -> None:
@@ -175,19 +175,19 @@ def test_retries_tighter_after_a_crash_and_says_so(mesher, coarse_wall, coarse_m
 
 def test_attempts_follow_the_outcome():
     options = VolumeOptions(retries=3, envelope=0.1, stop_energy=7.0)
-    assert [a.envelope for a in attempts(options, lambda: "too long")] == pytest.approx([0.1, 0.15, 0.225, 0.3375])
-    assert [a.stop_energy for a in attempts(options, lambda: "too long")] == [7.0, 14.0, 28.0, 56.0]
-    assert [a.patience for a in attempts(options, lambda: "too long")] == [4.0, 8.0, 16.0, 32.0]
-    assert [a.stop_energy for a in attempts(options, lambda: "crashed")] == [7.0, 6.0, 6.0, 6.0]
-    assert [a.follows for a in attempts(options, lambda: "wrong mesh")] == [False, True, True, True]
-    assert [a.envelope for a in attempts(options, lambda: "missed")] == [0.1] * 2
-    assert [a.stop_energy for a in attempts(VolumeOptions(), lambda: "missed")] == [10.0, 6.0]
+    assert [a.envelope for a in planned_runs(options, lambda: "too long")] == pytest.approx([0.1, 0.15, 0.225, 0.3375])
+    assert [a.stop_energy for a in planned_runs(options, lambda: "too long")] == [7.0, 14.0, 28.0, 56.0]
+    assert [a.patience for a in planned_runs(options, lambda: "too long")] == [4.0, 8.0, 16.0, 32.0]
+    assert [a.stop_energy for a in planned_runs(options, lambda: "crashed")] == [7.0, 6.0, 6.0, 6.0]
+    assert [a.follows for a in planned_runs(options, lambda: "wrong mesh")] == [False, True, True, True]
+    assert [a.envelope for a in planned_runs(options, lambda: "missed")] == [0.1] * 2
+    assert [a.stop_energy for a in planned_runs(VolumeOptions(), lambda: "missed")] == [10.0, 6.0]
     given = VolumeOptions(stop_energy=5.0)
-    assert [a.stop_energy for a in attempts(given, lambda: "crashed")] == [5.0, 5.0, 5.0]
+    assert [a.stop_energy for a in planned_runs(given, lambda: "crashed")] == [5.0, 5.0, 5.0]
 
 
 def test_the_time_of_a_run_follows_from_its_estimate():
-    attempt = next(attempts(VolumeOptions(), str))
+    attempt = next(planned_runs(VolumeOptions(), str))
     assert attempt.time_limit(30.0, 6000, longest=600.0) == 120.0
     assert attempt.time_limit(300.0, 6000, longest=600.0) == 600.0
     assert attempt.time_limit(1.0, 6000, longest=600.0) == 60.0
@@ -216,7 +216,7 @@ def test_a_run_that_takes_too_long_is_followed_by_another_one(mesher, coarse_wal
     ],
 )
 def test_a_coarse_mesh_begins_with_the_lowest_energy(options, first):
-    assert next(attempts(VolumeOptions(**options), str, options["edge_length"], 9.0)).stop_energy == first
+    assert next(planned_runs(VolumeOptions(**options), str, options["edge_length"], 9.0)).stop_energy == first
 
 
 def test_filled_cavity_is_refused(mesher, coarse_wall):

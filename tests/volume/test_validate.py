@@ -11,7 +11,7 @@ from femprep.errors import InputError, OptionError, ResourceError
 from femprep.model import FACET_TAGS, Plane, Wall
 from femprep.options import VolumeOptions
 from femprep.volume import tetrahedralize
-from femprep.volume.validate import TETS_PER_CUBE, check_amount, check_edge_length, check_wall, mean_thickness
+from femprep.volume.validate import TETS_PER_CUBE, check_amount, check_edge_length, check_fillable, mean_thickness
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +43,8 @@ def shells(inner_inward: bool = True, outer_inward: bool = False) -> Wall:
 
 
 def test_sound_walls_pass(wall):
-    check_wall(wall)
-    check_wall(shells())
+    check_fillable(wall)
+    check_fillable(shells())
     assert shells().volume > 0
 
 

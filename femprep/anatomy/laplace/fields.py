@@ -25,7 +25,7 @@ from femprep.anatomy.axes.insertions import with_insertions
 from femprep.anatomy.axes.ventricular_axes import BASE_FACETS, VentricularAxes
 from femprep.anatomy.laplace.dirichlet import solve
 from femprep.anatomy.laplace.fem import LinearElements
-from femprep.anatomy.laplace.multilevel import Solved, solve_coarsest, solve_nested
+from femprep.anatomy.laplace.multilevel import LevelSolution, solve_coarsest, solve_nested
 from femprep.anatomy.part import refuse_blood
 from femprep.errors import InputError
 from femprep.mesh.elements import ELEMENTS
@@ -87,7 +87,7 @@ class WallFields:
         self.epi = self.facet_nodes("epi")
         self.base = self.facet_nodes(*BASE_FACETS)
         self.has_apex_plane = bool(np.any(mesh.facet_tag == tags["apex"]))
-        self._solved: dict[str, Solved] = {}
+        self._solved: dict[str, LevelSolution] = {}
         if self.biventricular and not self.axes.insertions and not self._is_coarser:
             side = self.space.to_points(self.side)
             self._take(with_insertions(mesh, self.axes, side, keep_septal=axes is not None))

@@ -39,7 +39,7 @@ _DIRECT: Final = 15_000
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
+class LevelSolution:
     """A problem that was solved on one level, with what helps to solve it on a finer one.
 
     Attributes
@@ -60,7 +60,7 @@ class Solved:
 @one_blas_thread()
 def solve_coarsest(
     space: LinearElements, matrix: sp.csr_array, fixed: tuple[IntArray, FloatArray], rhs: FloatArray | None = None
-) -> Solved:
+) -> LevelSolution:
     """Solve a problem as :func:`~femprep.anatomy.laplace.dirichlet.solve` does."""
     values = solve(space, matrix, fixed, rhs)
     _, free, inner, _ = reduced(space, matrix, fixed, rhs)
@@ -68,9 +68,9 @@ def solve_coarsest(
         inverse = splu(
             sp.csc_matrix(inner), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
         )
-        return Solved(values, free, inverse.solve)
+        return LevelSolution(values, free, inverse.solve)
     diagonal = _diagonal(inner)
-    return Solved(values, free, lambda residual: residual / diagonal)
+    return LevelSolution(values, free, lambda residual: residual / diagonal)
 
 
 @one_blas_thread()
@@ -80,8 +80,8 @@ def solve_nested(
     fixed: tuple[IntArray, FloatArray],
     rhs: FloatArray | None,
     down: sp.csr_array,
-    coarser: Solved,
-) -> Solved:
+    coarser: LevelSolution,
+) -> LevelSolution:
     """Solve a problem that was solved on the coarser mesh.
 
     Parameters
@@ -90,7 +90,7 @@ def solve_nested(
         As for :func:`~femprep.anatomy.laplace.dirichlet.solve`.
     down : sparse (n, coarser n)
         Values at the nodes from those at the coarser mesh's nodes.
-    coarser : Solved
+    coarser : LevelSolution
 
     Raises
     ------
@@ -109,7 +109,7 @@ def solve_nested(
         start = (down @ coarser.values)[free]
         out[free], steps = conjugate_gradients(inner, right, start, correct, TOLERANCE)
         logger.debug("conjugate gradients on nested meshes: %d unknowns, %d iterations", len(start), steps)
-    return Solved(out, free, correct)
+    return LevelSolution(out, free, correct)
 
 
 def _diagonal(matrix: sp.csr_array) -> FloatArray:

@@ -22,7 +22,7 @@ from femprep.errors import InputError
 from femprep.image.segmentation import Segmentation
 from femprep.mesh.measures.volume_elements import all_centroids
 from femprep.model import REGION_TAGS, TISSUES, FloatArray, IntArray, Notice, VolumeMesh, is_blood, noted
-from femprep.model.tissue import TissueRecord, TissuesRecord
+from femprep.model.shared_records.tissue import TissueRecord, TissuesRecord
 
 #: The structure of a second image that is no tissue to be marked: the rest of the wall.
 HEALTHY: Final = "healthy"
@@ -60,7 +60,7 @@ def add_regions(
     VolumeMesh
         With the tissues as regions (``REGION_TAGS``), each one's share of each element, 0 to 1, in ``cell_data`` as
         ``scar_share`` and so on, the regions of the wall in ``cell_data["wall_region"]``, and ``info["tissues"]``: see
-        :class:`femprep.model.tissue.TissuesRecord`. Tissue of an earlier call is replaced.
+        :class:`femprep.model.shared_records.tissue.TissuesRecord`. Tissue of an earlier call is replaced.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from femprep.errors import InputError
 from femprep.mesh.measures.volume_elements import element_volumes
 from femprep.mesh.measures.weighted import weighted_percentile
 from femprep.model import FloatArray, Notice, VolumeMesh, is_blood, noted
-from femprep.model.transfer import FieldRecord, TransferRecord
+from femprep.model.shared_records.transfer import FieldRecord, TransferRecord
 from femprep.volume.quality.transmural import mesh_edges
 
 #: The field that the regions of a mesh are.
@@ -49,7 +49,8 @@ def transfer(
     Returns
     -------
     VolumeMesh
-        The target with the fields, and ``info["transfer"]``: see :class:`femprep.model.transfer.TransferRecord`.
+        The target with the fields, and ``info["transfer"]``, a
+        :class:`~femprep.model.shared_records.transfer.TransferRecord`.
 
     Raises
     ------

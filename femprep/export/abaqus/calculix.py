@@ -27,7 +27,7 @@ from femprep.mesh.topology import enclosed_volume
 from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
 from femprep.model.blocks import chosen_rows
 from femprep.model.facets import facet_triangles
-from femprep.model.solution import LARGE_DEFORMATIONS_LIMIT, MISFIT_LIMIT, SolutionRecord
+from femprep.model.shared_records.solution import LARGE_DEFORMATIONS_LIMIT, MISFIT_LIMIT, SolutionRecord
 from femprep.options import ExportOptions
 from femprep.volume.room import is_full
 from femprep.volume.tetwild.guard import start_watchdog, watch

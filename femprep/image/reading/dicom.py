@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from femprep.errors import FemprepError, FileError, InputError, MissingDependencyError
 from femprep.image.reading.files import require_file
-from femprep.image.reading.itk import ImageFile
+from femprep.image.reading.itk import ImageContent
 from femprep.image.reading.native import require_memory
 from femprep.image.reading.segments import Segment, header_of
 from femprep.model import BoolArray, FloatArray, IntArray
@@ -52,7 +52,7 @@ def is_dicom(file: Path) -> bool:
         return False
 
 
-def read_dicom(file: Path) -> ImageFile:
+def read_dicom(file: Path) -> ImageContent:
     """Read a segmentation: layers ``(l, i, j, k)``, axis k across the slices, and a header as 3D Slicer's.
 
     Raises
@@ -91,7 +91,7 @@ def read_dicom(file: Path) -> ImageFile:
     if shape[2] < 2:
         raise InputError(f"{file}: labels a single slice, expected a stack of at least two")
     spacing = np.linalg.norm(step, axis=0)
-    return ImageFile(layers, spacing, origin, step / spacing, header_of(segments), notes)
+    return ImageContent(layers, spacing, origin, step / spacing, header_of(segments), notes)
 
 
 class _NoStackError(Exception):

@@ -16,8 +16,7 @@ from femprep.errors import InputError
 from femprep.image.grid import Grid
 from femprep.image.reading.affine import choose_spacing
 from femprep.image.reading.files import format_of
-from femprep.image.reading.itk import read_image as read_file
-from femprep.image.reading.itk import skewed
+from femprep.image.reading.itk import read_content, skewed
 from femprep.image.reading.rectangular import is_sheared, rectangular_values
 from femprep.model import records
 from femprep.model.notice import Notice
@@ -95,7 +94,7 @@ def read_image(path: str | os.PathLike[str], *, frame: int | None = None, resamp
     IntensityImage(... voxels of 1.4 x 1.4 x 8 mm: ...)
     """
     file = Path(path)
-    array, _, origin, direction, header, notes = found = read_file(file, frame, sheared=resample)
+    array, _, origin, direction, header, notes = found = read_content(file, frame, sheared=resample)
     if array.ndim != 3:
         raise InputError(f"{file}: has {array.ndim} dimensions, expected a 3-D image")
     spacing = choose_spacing(found.spacing, header)

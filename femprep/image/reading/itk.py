@@ -25,7 +25,7 @@ from femprep.model import FloatArray
 _FULL: Final = 2**16
 
 
-class ImageFile(NamedTuple):
+class ImageContent(NamedTuple):
     """What a file holds.
 
     Attributes
@@ -48,7 +48,7 @@ class ImageFile(NamedTuple):
     notes: list[str]
 
 
-def read_image(file: Path, frame: int | None = None, *, sheared: bool = False) -> ImageFile:
+def read_content(file: Path, frame: int | None = None, *, sheared: bool = False) -> ImageContent:
     """Read a file, one frame of it where it has several.
 
     With ``sheared`` also one whose axes are not at right angles: its ``direction`` are then unit vectors that are not.
@@ -98,7 +98,7 @@ def _sheared_taken(wanted: bool) -> Iterator[None]:
                 os.environ[name] = before
 
 
-def _read(file: Path, frame: int | None) -> ImageFile:
+def _read(file: Path, frame: int | None) -> ImageContent:
     """Read a file as ITK understands it."""
     import SimpleITK as sitk
 
@@ -135,7 +135,7 @@ def _read(file: Path, frame: int | None) -> ImageFile:
     array = sitk.GetArrayFromImage(image)
     # Layers of segments come as components, the last axis; all others are turned round, to i, j, k.
     array = np.moveaxis(array, -1, 0).transpose(0, 3, 2, 1) if array.ndim == 4 else array.T
-    return ImageFile(
+    return ImageContent(
         array,
         np.array(image.GetSpacing()),
         np.array(image.GetOrigin()),

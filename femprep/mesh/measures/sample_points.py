@@ -40,7 +40,7 @@ _REFERENCE: Final = {"tetra": (_TET, 1.0 / 6.0), "wedge": (_WEDGE, 1.0), "hexahe
 
 
 @dataclass(frozen=True)
-class Samples:
+class ElementSamples:
     """Where an element type is judged.
 
     Attributes
@@ -75,7 +75,7 @@ def family(name: str) -> str:
 
 
 @cache
-def samples(name: str) -> Samples:
+def element_samples(name: str) -> ElementSamples:
     """Sample points of an element type of ``femprep.mesh.elements.ELEMENTS``: its corners and its quadrature points."""
     kind, shape = ELEMENTS[name], family(name)
     nodes, reference_volume = _REFERENCE[shape]
@@ -95,7 +95,7 @@ def samples(name: str) -> Samples:
     gradients = np.array([shape_gradients(name, point) for point in points])
     for array in (frames, scale, gradients, weights):
         array.setflags(write=False)
-    return Samples(frames, kind.corners, scale, IDEAL[shape], gradients, weights)
+    return ElementSamples(frames, kind.corners, scale, IDEAL[shape], gradients, weights)
 
 
 def reference_nodes(name: str) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.mesh.elements import ELEMENTS
-from femprep.mesh.measures.sample_points import family, samples
+from femprep.mesh.measures.sample_points import element_samples, family
 from femprep.mesh.measures.tetrahedra import tetra_measures, tetra_volumes
 from femprep.model import FloatArray, IntArray
 
@@ -119,7 +119,7 @@ def all_volumes(points: FloatArray, cells: Mapping[str, IntArray]) -> FloatArray
 def _volumes(x: FloatArray, name: str) -> FloatArray:
     if name == "tetra":
         return _determinant(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0], x[:, 3] - x[:, 0]) / 6.0
-    table = samples(name)
+    table = element_samples(name)
     total = np.zeros(len(x))
     for gradient, weight in zip(table.gradients, table.weights):
         jacobian = np.einsum("mnk,nj->mkj", x, gradient)
@@ -133,7 +133,7 @@ def _determinant(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
 
 def _measure(x: FloatArray, name: str) -> dict[str, FloatArray]:
     """Measures of elements given by their points ``(m, nodes, 3)``."""
-    table = samples(name)
+    table = element_samples(name)
     volume = _volumes(x, name)
     scaled = np.full(len(x), np.inf)
     ratio, relative, smallest = scaled.copy(), scaled.copy(), scaled.copy()
@@ -180,7 +180,7 @@ def _measure(x: FloatArray, name: str) -> dict[str, FloatArray]:
 
 def _shape_samples(name: str) -> range | set[int]:
     """Which samples the scaled Jacobian and the mean ratio are taken at."""
-    table = samples(name)
+    table = element_samples(name)
     if ELEMENTS[name].quadratic:
         return range(len(table.frames))
     corners = set(range(table.corners))

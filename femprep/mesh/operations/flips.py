@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from femprep.mesh.energies.distortion import Ideal
-from femprep.mesh.topology import edge_table
+from femprep.mesh.topology import EdgeTable, edge_table
 from femprep.model import FloatArray, IntArray
 
 #: Passes at most; each flips edges that share no triangle.
@@ -44,12 +44,8 @@ def flip_edges(
     total = 0
     for _ in range(_PASSES):
         table = edge_table(cells)
-        one, two = table.cells.T
-        # The corner of each cell that faces the edge, and the edge's ends in the order of the first cell.
-        side_one = np.argmax(table.of_cell[one] == np.arange(len(one))[:, None], axis=1)
-        side_two = np.argmax(table.of_cell[two] == np.arange(len(two))[:, None], axis=1)
-        a, b = cells[one, side_one], cells[one, (side_one + 1) % 3]
-        c, d = cells[one, (side_one + 2) % 3], cells[two, (side_two + 2) % 3]
+        pairs, corners = around_edges(cells, table)
+        a, b, c, d = corners.T
         degree = np.bincount(table.nodes.ravel(), minlength=count)
         present = table.nodes[:, 0] * count + table.nodes[:, 1]
         free = ~np.isin(np.minimum(c, d) * count + np.maximum(c, d), present)
@@ -60,24 +56,42 @@ def flip_edges(
             break
         first, second = np.stack([a, d, c], axis=1)[edges], np.stack([d, b, c], axis=1)[edges]
         then = _measure(points, normals, first, area, size) + _measure(points, normals, second, area, size)
-        before = (now[one] + now[two])[edges]
+        before = now[pairs].sum(axis=1)[edges]
         better = np.isfinite(then) & (then < before - _WORTH * np.minimum(before, 1e9))
         gain = np.where(np.isfinite(before), before, 1e30) - then
         edges, first, second, gain = edges[better], first[better], second[better], gain[better]
         used = np.zeros(count, dtype=bool)
         flipped = 0
         for k in np.argsort(-gain, kind="stable"):
-            e = edges[k]
-            corners = (a[e], b[e], c[e], d[e])
-            if used[list(corners)].any():
+            own = corners[edges[k]]
+            if used[own].any():
                 continue
-            used[list(corners)] = True
-            cells[one[e]], cells[two[e]] = first[k], second[k]
+            used[own] = True
+            cells[pairs[edges[k]]] = first[k], second[k]
             flipped += 1
         total += flipped
         if not flipped:
             break
     return cells, total
+
+
+def around_edges(cells: IntArray, table: EdgeTable) -> tuple[IntArray, IntArray]:
+    """What lies around each inner edge of triangles.
+
+    Returns
+    -------
+    pairs : (e, 2) array
+        The two triangles at it.
+    corners : (e, 4) array
+        Its ends a and b, in the order of the first triangle, and the corners c and d of both that face it. A flip makes
+        a, d, c and d, b, c of them.
+    """
+    inner = np.flatnonzero(table.count == 2)
+    one, two = pairs = table.cells[inner].T
+    side, other = (np.argmax(table.of_cell[own] == inner[:, None], axis=1) for own in pairs)
+    ends = cells[one, side], cells[one, (side + 1) % 3]
+    corners = np.stack([*ends, cells[one, (side + 2) % 3], cells[two, (other + 2) % 3]], axis=1)
+    return pairs.T, corners
 
 
 def _measure(points: FloatArray, normals: FloatArray, cells: IntArray, area: FloatArray, size: float) -> FloatArray:

@@ -10,10 +10,10 @@ import numpy.typing as npt
 
 from femprep.image import Segmentation
 from femprep.image.underlay import Underlay, greys
+from femprep.mesh.level_segments import level_segments
 from femprep.model import FloatArray, IntArray
 from femprep.report.pictures.colours import structure_colour
 from femprep.report.pictures.overlay import Drawing
-from femprep.report.pictures.slices import plane_cut
 
 #: Room around the labels, mm; pixels of a picture at most along a side.
 _ROOM: Final = 12.0
@@ -109,8 +109,8 @@ def _picture(
         drawing.raster("image", greys(under.values(index), limits).reshape(columns.shape))
     drawing.raster("labels", _labels(seg, index).reshape(*columns.shape, 4))
     for name, (corners, triangles) in surfaces.items():
-        cut = plane_cut(corners, triangles, (corners - middle) @ normal - 1e-9)
-        drawing.outline(name, (cut - middle) @ flat.T)
+        cut, segments = level_segments(corners, triangles, (corners - middle) @ normal - 1e-9)
+        drawing.outline(name, ((cut - middle) @ flat.T)[segments])
     near = 0.5 * float(seg.grid.spacing.max())
     for one in off:
         drawing.dots((one[np.abs((one - middle) @ normal) < near] - middle) @ flat.T)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from femprep.image import Segmentation
 from femprep.image.underlay import Underlay, greys
+from femprep.mesh.level_segments import level_segments
 from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.report.pictures.colours import structure_colour
 from femprep.report.pictures.overlay import Drawing
@@ -19,36 +20,6 @@ MOST: Final = 40
 #: Room around the labels within a slice: pixels, and mm where an image lies under them.
 MARGIN: Final = 3
 ROOM: Final = 12.0
-
-
-def plane_cut(points: FloatArray, triangles: IntArray, height: FloatArray) -> FloatArray:
-    """Segments in which a triangle surface meets the zero level of a height given per point.
-
-    Parameters
-    ----------
-    points : (n, 3) array
-    triangles : (m, 3) array
-    height : (n,) array
-        Signed distance from the plane; zero counts as above.
-
-    Returns
-    -------
-    (k, 2, 3) array
-        End points of the segments.
-    """
-    above = height[triangles] >= 0.0
-    crossed = triangles[(above.sum(axis=1) % 3) != 0]
-    above = height[crossed] >= 0.0
-    # The one corner that lies alone on its side of the plane comes first; the cut runs through its two edges.
-    alone = np.argmax(above == (above.sum(axis=1) == 1)[:, None], axis=1)
-    order = (alone[:, None] + np.arange(3)) % 3
-    corner = np.take_along_axis(crossed, order, axis=1)
-    ends = []
-    for other in (1, 2):
-        a, b = corner[:, 0], corner[:, other]
-        t = height[a] / (height[a] - height[b])
-        ends.append(points[a] + t[:, None] * (points[b] - points[a]))
-    return np.stack(ends, axis=1)
 
 
 def slice_pictures(
@@ -107,7 +78,8 @@ def slice_pictures(
                 drawing.fill("labels", path, structure_colour(name))
         for name, (_, triangles) in surfaces.items():
             index = indices[name]
-            drawing.outline(name, plane_cut(index, triangles, index[:, axis] - (k + 1e-9))[:, :, across])
+            cut, segments = level_segments(index, triangles, index[:, axis] - (k + 1e-9))
+            drawing.outline(name, cut[:, across][segments])
         drawing.dots(dots[np.rint(dots[:, axis]) == k][:, across])
         pictures.append(drawing.svg(width, f"slice {k}", str(k)))
     return pictures

@@ -17,11 +17,11 @@ from femprep.surface.fitting.chart import Chart
 from femprep.surface.fitting.place import Placed, place_evenly
 from femprep.surface.fitting.remeshing import redraw
 from femprep.surface.fitting.slide import Connectivity
-from femprep.surface.fitting.ways import ACCEPTANCE, WAYS, Attempt, Way
+from femprep.surface.fitting.ways import ACCEPTANCE, LAYING_WAYS, FitAttempt, LayingWay
 from femprep.surface.measure.inslice import label_distance, missed_distance
 
 
-class Template(NamedTuple):
+class TemplateToLay(NamedTuple):
     """A template in the image's axes, and how it is laid.
 
     Attributes
@@ -56,7 +56,7 @@ class Off(NamedTuple):
         return Off(self.mean / mean, self.greatest / ACCEPTANCE.greatest)
 
 
-class Target(Protocol):
+class Yardstick(Protocol):
     """What a template is measured against: labels' outlines, or a given surface."""
 
     @property
@@ -99,7 +99,7 @@ class Laid(NamedTuple):
 
     Attributes
     ----------
-    attempt : Attempt
+    attempt : FitAttempt
     poor : float
         How many times worse than good it is in triangles and mean distance; infinite for no candidate.
     far : float
@@ -108,7 +108,7 @@ class Laid(NamedTuple):
     placed : Placed, optional
     """
 
-    attempt: Attempt
+    attempt: FitAttempt
     poor: float = np.inf
     far: float = 0.0
     shape: PatchSurface | None = None
@@ -127,8 +127,8 @@ class Laying:
     ----------
     beginning : str
         Name of the beginning the surface comes from.
-    template : Template
-    outlines : Target
+    template : TemplateToLay
+    yardstick : Yardstick
     estimate : PatchSurface
         The surface the labels most likely come from.
     surface : PatchSurface
@@ -140,21 +140,21 @@ class Laying:
     def __init__(
         self,
         beginning: str,
-        template: Template,
-        outlines: Target,
+        template: TemplateToLay,
+        yardstick: Yardstick,
         estimate: PatchSurface,
         surface: PatchSurface,
         chart: Chart | None,
     ) -> None:
-        self._beginning, self._template, self._outlines = beginning, template, outlines
+        self._beginning, self._template, self._yardstick = beginning, template, yardstick
         self._surface, self._chart = surface, chart
-        self._best = outlines.off(estimate.points, estimate.triangles)
-        self._cut = float(np.linalg.norm(surface.points - estimate.points, axis=1).mean()) / outlines.pixel
+        self._best = yardstick.off(estimate.points, estimate.triangles)
+        self._cut = float(np.linalg.norm(surface.points - estimate.points, axis=1).mean()) / yardstick.pixel
 
     def attempts(self) -> list[Laid]:
         """Every way that was wanted, in order, with what it came to."""
         maps: list[Laid] = []
-        for way in WAYS:
+        for way in LAYING_WAYS:
             if way.wanted != "uneven" or (way.known and self._chart is None):
                 continue
             maps.append(self._laid(way))
@@ -163,7 +163,7 @@ class Laying:
         # Of these maps the one with the best triangles alone is a candidate.
         best = max(range(len(maps)), key=lambda k: -1.0 if (q := maps[k].attempt.least_quality) is None else q)
         tried = [self._judged(one) if k == best else one for k, one in enumerate(maps)]
-        for way in WAYS:
+        for way in LAYING_WAYS:
             good = min(tried, key=lambda one: one.short)
             # Where the surface itself is too far in some place, no template on it is closer; another surface may be.
             if good.short <= 1.0 or (good.poor <= 1.0 and self._best.greatest > ACCEPTANCE.greatest):
@@ -177,29 +177,29 @@ class Laying:
     def _in_triangles(self) -> bool:
         return int(self._template.cells.shape[1]) == 3
 
-    def _laid(self, way: Way) -> Laid:
+    def _laid(self, way: LayingWay) -> Laid:
         """The template laid by a way, its triangles measured."""
-        goal = self._template
-        curvature = max(goal.curvature, way.finer)
+        template = self._template
+        curvature = max(template.curvature, way.finer)
         placed = (
-            redraw(goal.directions, self._surface, curvature)
+            redraw(template.directions, self._surface, curvature)
             if way.redrawn
             else place_evenly(
-                goal.directions,
-                goal.cells,
+                template.directions,
+                template.cells,
                 self._surface,
                 chart=self._chart if way.known else None,
-                connectivity=goal.connectivity,
+                connectivity=template.connectivity,
                 curvature=curvature,
             )
         )
         quality = -1.0 if placed is None else _quality(placed)
         if placed is None or quality < 0.0:
             status = "no mesh" if placed is None else "folded"
-            attempt = Attempt(beginning=self._beginning, way=way.name, status=status)
+            attempt = FitAttempt(beginning=self._beginning, way=way.name, status=status)
             return Laid(attempt, shape=self._surface, placed=placed)
         mean = float(triangle_quality(placed.points, placed.cells).mean()) if self._in_triangles else None
-        record = Attempt(
+        record = FitAttempt(
             beginning=self._beginning, way=way.name, status="sound", least_quality=quality, mean_quality=mean
         )
         return Laid(record, shape=self._surface, placed=placed)
@@ -209,7 +209,7 @@ class Laying:
         record = laid.attempt
         if laid.placed is None or record.least_quality is None:
             return laid
-        off = self._outlines.off(laid.placed.points, split_quads(laid.placed.cells))
+        off = self._yardstick.off(laid.placed.points, split_quads(laid.placed.cells))
         far = off.short(self._best, self._cut)
         poor = [ACCEPTANCE.least / max(record.least_quality, 1e-9), far.mean]
         if record.mean_quality is not None:

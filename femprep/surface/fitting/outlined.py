@@ -13,12 +13,11 @@ from femprep.model import Surface
 from femprep.model.products import product
 from femprep.surface.estimate.outline import outlines
 from femprep.surface.fitting.place import placed_or_flipped
+from femprep.surface.fitting.ways import ACCEPTANCE
 from femprep.template import charge_template
 
 #: Vertices of the outline.
 _OUTLINE: Final = 1500
-#: Least Q of the triangles in the template's order; where one is worse, edges are flipped.
-_POOR: Final = 0.2
 
 
 def outline_surface(obj: LabelObject, vertices: int) -> Surface:
@@ -43,7 +42,7 @@ def outline_surface(obj: LabelObject, vertices: int) -> Surface:
     template = charge_template(vertices)
     directions = rest.directions(product(template.directions, (rest.axes if obj.frame is None else obj.frame).T))
     rough = PatchSurface(*outlines(rest.obj, _OUTLINE)[1])
-    placed = placed_or_flipped(directions, template.cells, rough, _POOR)
+    placed = placed_or_flipped(directions, template.cells, rough, ACCEPTANCE.outline)
     if placed.folded:
         raise StageError(f"the template folds on the outline of {obj.name!r}")
     points = product(placed.points, rest.axes.T) + obj.barycentre

@@ -16,6 +16,7 @@ from femprep.mesh.topology import volume
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import exponential, logarithm
 from femprep.model.products import inner
+from femprep.surface.fitting.ways import ACCEPTANCE
 
 Connectivity = Literal["template", "auto", "free"]
 
@@ -27,12 +28,8 @@ _SIZES: Final = (1.0, 0.3, 0.1)
 STEPS: Final = 100
 _STEPS_FREE: Final = 20
 _ROUNDS: Final = 8
-#: Least quality below which, where edges are flipped, the worst triangles are cared for in so many more rounds.
-_WORST: Final = 0.65
+#: Rounds more in which, where edges are flipped, the worst triangles are cared for.
 _ROUNDS_WORST: Final = 3
-#: Quality, mean and least, and share of the volume cut off by flat triangles, with which the template's are left.
-_ENOUGH: Final = (0.955, 0.55)
-_CUT: Final = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +145,7 @@ def _free(points: FloatArray, cells: IntArray, goal: Goal, near: IntArray | None
             place, more = descend(place.points, domain, ideal, solve, size, _STEPS_FREE)
             steps += more
     slid = _slid(place, cells, steps, flips)
-    return slid if slid.least >= _WORST else _worst_first(slid, domain, goal)
+    return slid if slid.least >= ACCEPTANCE.flipped else _worst_first(slid, domain, goal)
 
 
 def _worst_first(slid: Slid, domain: OnPatches, goal: Goal) -> Slid:
@@ -179,7 +176,7 @@ def _enough(slid: Slid, goal: Goal) -> bool:
     whole = volume(goal.surface.points, goal.surface.triangles)
     return (
         slid.folded == 0
-        and float(quality.mean()) >= _ENOUGH[0]
-        and float(quality.min()) >= _ENOUGH[1]
-        and volume(slid.points, slid.cells) >= (1.0 - _CUT) * whole
+        and float(quality.mean()) >= ACCEPTANCE.kept_mean
+        and float(quality.min()) >= ACCEPTANCE.kept_least
+        and volume(slid.points, slid.cells) >= (1.0 - ACCEPTANCE.cut) * whole
     )

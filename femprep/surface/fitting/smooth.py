@@ -21,13 +21,13 @@ from femprep.surface.estimate.chords import outset
 from femprep.surface.estimate.observations import Evidence
 from femprep.surface.estimate.outline import outlines
 from femprep.surface.fitting.chart import Chart
-from femprep.surface.fitting.laying import Laid, Laying, Outlines, Template
+from femprep.surface.fitting.laying import Laid, Laying, Outlines, TemplateToLay
 from femprep.surface.fitting.place import placed_or_flipped
 from femprep.surface.fitting.placed_parametrisation import PlacedShape
 from femprep.surface.fitting.remeshing import even_mesh
 from femprep.surface.fitting.slide import Connectivity, Goal
 from femprep.surface.fitting.taken import Taken
-from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, Attempt, Beginning
+from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, Beginning, FitAttempt
 from femprep.template import charge_template
 
 
@@ -91,13 +91,13 @@ def smooth_map(
     evidence = Evidence.of(rest.obj, rest.boundary(boundary))
     # Whatever was put elsewhere than the labels have it lies beyond their slices: in them their outlines hold.
     slices = Outlines(rest.obj)
-    goal = Template(rest.directions(directions), cells, connectivity, curvature)
+    template = TemplateToLay(rest.directions(directions), cells, connectivity, curvature)
     tried: list[Laid] = []
     for beginning in BEGINNINGS:
         try:
-            tried += _fitted(rest.obj, beginning, evidence, goal, slices)
+            tried += _fitted(rest.obj, beginning, evidence, template, slices)
         except StageError:  # a mesh crumpled while it was bent; one that begins otherwise may not
-            tried.append(Laid(Attempt(beginning=beginning.name, status="no mesh")))
+            tried.append(Laid(FitAttempt(beginning=beginning.name, status="no mesh")))
         if min(one.short for one in tried) <= 1.0:
             break
     taken = Taken.of(tried, f"the smooth surface of {obj.name!r} bends too sharply for {len(directions)} vertices")
@@ -105,20 +105,22 @@ def smooth_map(
     return shape, shape.to_world(taken.placed.points), taken.placed.cells, taken.info(obj.name, connectivity)
 
 
-def _fitted(obj: LabelObject, beginning: Beginning, evidence: Evidence, goal: Template, slices: Outlines) -> list[Laid]:
+def _fitted(
+    obj: LabelObject, beginning: Beginning, evidence: Evidence, template: TemplateToLay, slices: Outlines
+) -> list[Laid]:
     """Bend a mesh to the surface and lay the template on it, by one way after the other until one is good."""
     mesh = _begin(obj, beginning)
     if mesh is None:
-        return [Laid(Attempt(beginning=beginning.name, status="no mesh"))]
+        return [Laid(FitAttempt(beginning=beginning.name, status="no mesh"))]
     estimate = estimate_surface(mesh.points, mesh.cells, evidence, beginning.rounds)
-    surface = outset(estimate, Goal(estimate, len(split_quads(goal.cells)), goal.curvature).area)
+    surface = outset(estimate, Goal(estimate, len(split_quads(template.cells)), template.curvature).area)
     if len(self_intersections(surface.points, surface.triangles)):
         surface = PatchSurface(apart(estimate.points, surface.points, surface.triangles), surface.triangles)
     if len(self_intersections(surface.points, surface.triangles)):
         # No template can be placed on what is not a surface.
-        return [Laid(Attempt(beginning=beginning.name, status="folded"))]
+        return [Laid(FitAttempt(beginning=beginning.name, status="folded"))]
     chart = None if mesh.sphere is None else _chart(surface, mesh.cells, mesh.sphere)
-    return Laying(beginning.name, goal, slices, estimate, surface, chart).attempts()
+    return Laying(beginning.name, template, slices, estimate, surface, chart).attempts()
 
 
 def _chart(surface: PatchSurface, cells: IntArray, sphere: FloatArray) -> Chart:

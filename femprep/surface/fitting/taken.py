@@ -16,7 +16,7 @@ from femprep.surface.fitting.laying import Laid
 from femprep.surface.fitting.place import Placed
 from femprep.surface.fitting.placed_parametrisation import PlacedShape
 from femprep.surface.fitting.slide import Connectivity
-from femprep.surface.fitting.ways import WAYS, Attempt, told
+from femprep.surface.fitting.ways import LAYING_WAYS, FitAttempt, told
 
 
 class NoSurfaceError(StageError):
@@ -24,10 +24,10 @@ class NoSurfaceError(StageError):
 
     Attributes
     ----------
-    attempts : tuple of Attempt
+    attempts : tuple of FitAttempt
     """
 
-    def __init__(self, message: str, attempts: Iterable[Attempt]) -> None:
+    def __init__(self, message: str, attempts: Iterable[FitAttempt]) -> None:
         super().__init__(message)
         self.attempts = tuple(attempts)
 
@@ -44,14 +44,14 @@ class Taken:
         The template on it, in those coordinates.
     redrawn : bool
         Whether its triangles were drawn on the surface anew, without a map.
-    attempts : tuple of Attempt
+    attempts : tuple of FitAttempt
         All of them, in order.
     """
 
     surface: PatchSurface
     placed: Placed
     redrawn: bool
-    attempts: tuple[Attempt, ...]
+    attempts: tuple[FitAttempt, ...]
 
     @classmethod
     def of(cls, tried: Sequence[Laid], refusal: str) -> Taken:
@@ -68,7 +68,7 @@ class Taken:
         attempts = [
             each.attempt.model_copy(update={"status": "taken"}) if each is best else each.attempt for each in tried
         ]
-        return cls(best.shape, best.placed, best.attempt.way == WAYS[-1].name, tuple(attempts))
+        return cls(best.shape, best.placed, best.attempt.way == LAYING_WAYS[-1].name, tuple(attempts))
 
     def shape(self, axes: FloatArray, centre: FloatArray) -> PlacedShape:
         """The surface as a map from the sphere; columns ``axes`` and ``centre`` tell where its coordinates lie."""

@@ -34,7 +34,7 @@ class Beginning:
 
 
 @dataclass(frozen=True)
-class Way:
+class LayingWay:
     """How a template's triangles are laid on the surface.
 
     Attributes
@@ -62,12 +62,12 @@ BEGINNINGS: Final = (
     Beginning("sphere carried to the outline", False, 1000, 752, 2),
     Beginning("drawn on the outline", True, 2000, 1000, 4),
 )
-WAYS: Final = (
-    Way("map known", known=True),
-    Way("map made anew"),
-    Way("map made anew, finer where curved", finer=0.5),
-    Way("map made anew, much finer where curved", finer=1.0, wanted="far"),
-    Way("triangles drawn anew", redrawn=True, wanted="bad"),
+LAYING_WAYS: Final = (
+    LayingWay("map known", known=True),
+    LayingWay("map made anew"),
+    LayingWay("map made anew, finer where curved", finer=0.5),
+    LayingWay("map made anew, much finer where curved", finer=1.0, wanted="far"),
+    LayingWay("triangles drawn anew", redrawn=True, wanted="bad"),
 )
 #: Beginning and way of the surface that is taken where none of these gives one.
 FALLBACK: Final = ("harmonic field", "vertices moved along it")
@@ -87,8 +87,18 @@ class Acceptance:
         Greatest distance in any place of any slice, pixels: below the limit of a finished mesh, which adds its own.
     fair : float
         Least Q with which no other map is tried.
-    rough : float
-        Least Q with which the mesh to begin with keeps the edges of its template.
+    rough, outline : float
+        Least Q with which the mesh to begin with keeps the edges of its template, and one on an outline of voxels that
+        serves by itself.
+    kept_mean, kept_least : float
+        Q with which a template keeps its edges where they may be flipped, in the mean and at least.
+    cut : float
+        Share of the volume that its triangles may cut off then; also before a round of the harmonic surface counts as
+        worse than another.
+    flipped : float
+        Least Q with which nothing more is done for the worst triangles after edges were flipped.
+    given_mean, given_greatest : float
+        Distance from a given surface with which no finer template is tried, mm.
     """
 
     mean: float = 0.95
@@ -97,12 +107,19 @@ class Acceptance:
     greatest: float = 1.5
     fair: float = 0.6
     rough: float = 0.3
+    outline: float = 0.2
+    kept_mean: float = 0.955
+    kept_least: float = 0.55
+    cut: float = 0.02
+    flipped: float = 0.65
+    given_mean: float = 0.2
+    given_greatest: float = 1.5
 
 
 ACCEPTANCE: Final = Acceptance()
 
 
-class Attempt(Record):
+class FitAttempt(Record):
     """One attempt to fit a surface, as ``run.json`` has it."""
 
     beginning: str = Field(description="How the mesh was made that was bent to the surface.")
@@ -117,6 +134,6 @@ class Attempt(Record):
     greatest_pixels: float | None = Field(None, description="Greatest distance to them in any slice, pixels.")
 
 
-def told(attempts: Iterable[Attempt]) -> list[dict[str, Any]]:
+def told(attempts: Iterable[FitAttempt]) -> list[dict[str, Any]]:
     """Attempts as the ``info`` of a surface has them."""
     return [each.model_dump(exclude_none=True) for each in attempts]

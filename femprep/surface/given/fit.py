@@ -21,9 +21,10 @@ from femprep.model import FloatArray, IntArray, Surface, split_quads
 from femprep.model.products import unit_vectors
 from femprep.options import SurfaceOptions
 from femprep.surface.estimate.chords import outset
-from femprep.surface.fitting.laying import Laying, Off, Template
+from femprep.surface.fitting.laying import Laying, Off, TemplateToLay
 from femprep.surface.fitting.slide import Goal
 from femprep.surface.fitting.taken import Taken
+from femprep.surface.fitting.ways import ACCEPTANCE
 from femprep.surface.given.beyond import closed_beyond
 from femprep.surface.given.lid import without_lid
 from femprep.surface.given.mend import mended
@@ -36,10 +37,9 @@ _FAIR: Final = (0.1, 0.7)
 #: One of more vertices than this times the template's, or with worse triangles, is drawn anew with this many.
 _FINE: Final = 6.0
 _DRAWN: Final = 4.0
-#: Distance from the given surface with which no finer template is tried, mm: mean and greatest; its vertices.
-_NEAR: Final = (0.2, 1.5)
+#: Vertices of the finer template that is tried where the usual one does not come near the given surface.
 _FINER: Final = 3000
-#: Points at which that distance is taken.
+#: Points at which the distance from it is taken.
 _SAMPLES: Final = 6000
 
 
@@ -76,20 +76,19 @@ def lay_on(given: Surface, chosen: SurfaceOptions) -> Surface:
     lidless = without_lid(sound.points, sound.cells)
     open_ = sound.cells if lidless is None else lidless.cells
     closed = closed_beyond(sound.points, open_)
-    target = _Target(sound.points, open_)
-    laid = _laid(given.name, *closed, target, chosen)
-    near = laid.off.mean <= _NEAR[0] and laid.off.greatest <= _NEAR[1]
-    if not near and "vertices" not in chosen.model_fields_set:
+    yardstick = _GivenPoints(sound.points, open_)
+    laid = _laid(given.name, *closed, yardstick, chosen)
+    if _far(laid) > 1.0 and "vertices" not in chosen.model_fields_set:
         try:
-            finer = _laid(given.name, *closed, target, chosen.model_copy(update={"vertices": _FINER}))
+            finer = _laid(given.name, *closed, yardstick, chosen.model_copy(update={"vertices": _FINER}))
         except StageError as error:
             _log.info("%s", error)
         else:
-            laid = min(laid, finer, key=lambda one: max(one.off.mean / _NEAR[0], one.off.greatest / _NEAR[1]))
+            laid = min(laid, finer, key=_far)
     return _surface(sound, laid, chosen)
 
 
-class _Target:
+class _GivenPoints:
     """What a template is measured against: points of the given surface, without what was added to close it."""
 
     pixel = 1.0
@@ -112,21 +111,26 @@ class _Fit(NamedTuple):
     middle: FloatArray
 
 
-def _laid(name: str, points: FloatArray, cells: IntArray, target: _Target, chosen: SurfaceOptions) -> _Fit:
+def _far(laid: _Fit) -> float:
+    """How many times farther than accepted a template lies from the given surface."""
+    return max(laid.off.mean / ACCEPTANCE.given_mean, laid.off.greatest / ACCEPTANCE.given_greatest)
+
+
+def _laid(name: str, points: FloatArray, cells: IntArray, yardstick: _GivenPoints, chosen: SurfaceOptions) -> _Fit:
     template = (cubed_template if chosen.cells == "quad" else charge_template)(chosen.vertices)
-    surface = _smooth(points - target.middle, cells, chosen.vertices)
+    surface = _smooth(points - yardstick.middle, cells, chosen.vertices)
     wanted = Goal(surface, len(split_quads(template.cells)), chosen.curvature_sizing).area
     # Where the triangles given are themselves as large, what they cut off has been cut off already.
     own = areas(points, cells)
     total = vertex_sums(own, cells, len(points))
     around = total / np.maximum(np.bincount(cells.ravel(), minlength=len(points)), 1)
-    there = around[cells][ClosestFinder(points - target.middle, cells)(surface.points).triangle].mean(axis=1)
+    there = around[cells][ClosestFinder(points - yardstick.middle, cells)(surface.points).triangle].mean(axis=1)
     out = outset(surface, wanted - there)
-    goal = Template(template.directions, template.cells, chosen.connectivity, chosen.curvature_sizing)
-    tried = Laying("as given", goal, target, surface, out, None).attempts()
+    to_lay = TemplateToLay(template.directions, template.cells, chosen.connectivity, chosen.curvature_sizing)
+    tried = Laying("as given", to_lay, yardstick, surface, out, None).attempts()
     refusal = f"surface {name!r} bends too sharply for {chosen.vertices} vertices; use more, or smooth it"
     taken = Taken.of(tried, refusal)
-    return _Fit(taken, target.off(taken.placed.points, split_quads(taken.placed.cells)), target.middle)
+    return _Fit(taken, yardstick.off(taken.placed.points, split_quads(taken.placed.cells)), yardstick.middle)
 
 
 class _Facets:

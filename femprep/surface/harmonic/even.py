@@ -16,6 +16,7 @@ from femprep.model import BoolArray, FloatArray, IntArray, split_quads
 from femprep.model.products import product, unit_vectors
 from femprep.surface.fitting.chart import Chart
 from femprep.surface.fitting.slide import Connectivity, Goal, slide_evenly
+from femprep.surface.fitting.ways import ACCEPTANCE
 from femprep.surface.harmonic.shape import HarmonicShape
 from femprep.surface.harmonic.soundness import Faults, find_faults
 
@@ -23,10 +24,6 @@ from femprep.surface.harmonic.soundness import Faults, find_faults
 _ROUNDS: Final = 4
 #: All end when the map from the sphere brings vertices to where they should be, by Q, or when Q gains less.
 _GAIN: Final = 0.01
-#: Least Q with which the first round may be the last.
-_FAIR: Final = 0.5
-#: Volume that large triangles may cut off, as a share, before the best round is chosen by it.
-_CUT: Final = 0.02
 #: Longest edge of the mesh vertices slide on, in edge lengths.
 _LONGEST: Final = 1.0
 #: How often vertices are led back where moves folded triangles.
@@ -73,7 +70,7 @@ class _State:
 
     def cut(self, whole: float) -> float:
         """Share by which the volume differs from the whole one's, beyond what is allowed."""
-        return max(0.0, abs(self.volume / whole - 1.0) - _CUT)
+        return max(0.0, abs(self.volume / whole - 1.0) - ACCEPTANCE.cut)
 
     def rank(self, whole: float) -> tuple[float, ...]:
         """Fewer faulty triangles first, then the right volume, a better worst triangle, and better ones."""
@@ -133,7 +130,7 @@ def even_out(
             break
         wanted = triangle_quality(slid.points, split_quads(slid.cells))
         near = abs(following.quality.mean() - wanted.mean()) < _GAIN and following.quality.min() > max(
-            0.95 * wanted.min(), _FAIR
+            0.95 * wanted.min(), ACCEPTANCE.least
         )
         gain = max(following.quality.mean() - current.quality.mean(), following.quality.min() - current.quality.min())
         current = following

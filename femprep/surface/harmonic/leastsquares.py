@@ -57,7 +57,7 @@ def _factor(matrix: FloatArray) -> FloatArray | None:
     return rows if factorise(rows) and rows[:, 0].min() > _LEAST_PIVOT else None
 
 
-class Solved(NamedTuple):
+class SplineSolution(NamedTuple):
     """How a spline was solved for.
 
     Attributes
@@ -80,7 +80,7 @@ def fit_spline(
     directions: FloatArray,
     values: FloatArray,
     smoothing: float = 0.0,
-) -> tuple[Spline, Solved]:
+) -> tuple[Spline, SplineSolution]:
     """Fit a spline on the sphere to values at directions (Eqs. 9 to 11).
 
     G'G is gathered from blocks of rows, scaled to a unit diagonal and factorised; its ill-conditioning is made good
@@ -101,7 +101,7 @@ def fit_spline(
     -------
     spline : Spline
         The fitted function.
-    solved : Solved
+    solved : SplineSolution
         How.
 
     Raises
@@ -152,4 +152,4 @@ def fit_spline(
     spline = Spline(basis, coefficients)
     misfit = np.concatenate([(rows_of(block) * coefficients).sum(axis=1) - values[block] for block in blocks])
     rms = float(np.sqrt(np.mean(misfit * misfit)))
-    return spline, Solved(float(used), underdetermined, rms)
+    return spline, SplineSolution(float(used), underdetermined, rms)

@@ -12,9 +12,10 @@ import numpy as np
 from femprep.errors import StageError
 from femprep.model import FloatArray, IntArray, Notice, records, split_quads
 from femprep.surface.fitting.slide import Connectivity
+from femprep.surface.fitting.ways import ACCEPTANCE
 from femprep.surface.harmonic.even import even_out
 from femprep.surface.harmonic.field import Field
-from femprep.surface.harmonic.leastsquares import Solved, fit_spline
+from femprep.surface.harmonic.leastsquares import SplineSolution, fit_spline
 from femprep.surface.harmonic.shape import HarmonicShape
 from femprep.surface.harmonic.soundness import Faults, find_faults
 from femprep.surface.harmonic.spline import Basis
@@ -25,8 +26,7 @@ _log = logging.getLogger(__name__)
 _PAPER: Final = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)
 #: Vertices that move see the stopping function between the template's own directions too: never without smoothing.
 _EVEN: Final = (1e-6, 1e-5, 1e-4)
-#: For the sake of even triangles alone, least Q, smoothing goes up to here.
-_WISHED: Final = 0.5
+#: For the sake of even triangles alone smoothing goes up to here.
 _WORTH: Final = 1e-5
 
 
@@ -44,7 +44,7 @@ class Mapped:
         The vertices, ``shape(directions)``, mm LPS.
     cells : (m, 3) or (m, 4) array
         The template's cells, or others on the same vertices.
-    solved : Solved
+    solved : SplineSolution
         How its stopping function was solved for.
     least_quality : float or None
         Least Q of the triangles; None where vertices were not moved.
@@ -57,13 +57,13 @@ class Mapped:
     directions: FloatArray
     points: FloatArray
     cells: IntArray
-    solved: Solved
+    solved: SplineSolution
     least_quality: float | None
     info: dict[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Target:
+class HarmonicFit:
     """What the stopping function is fitted to, and what is carried to it.
 
     Attributes
@@ -102,7 +102,7 @@ class Target:
     connectivity: Connectivity = "template"
     curvature: float = 0.0
 
-    def stopped(self, smoothing: float) -> tuple[HarmonicShape, Solved]:
+    def stopped(self, smoothing: float) -> tuple[HarmonicShape, SplineSolution]:
         """The surface of one smoothing, and how its stopping function was solved for."""
         stopping, solved = fit_spline(self.basis, self.feet, self.level, smoothing=smoothing)
         bounds = 0.5 * float(self.level.min()), 1.5 * float(self.level.max())
@@ -121,12 +121,12 @@ class Target:
         return mapped, find_faults(mapped.points, split_quads(mapped.cells), self.field)
 
 
-def sound_map(target: Target, even: bool) -> Mapped:
+def sound_map(fit: HarmonicFit, even: bool) -> Mapped:
     """Fit the stopping function and carry the template to it; mend it step by step until no triangles cross.
 
     Parameters
     ----------
-    target : Target
+    fit : HarmonicFit
         What to fit and to carry.
     even : bool
         Move the vertices along the surface to even triangles. Otherwise the surface is the paper's, and they are
@@ -140,20 +140,20 @@ def sound_map(target: Target, even: bool) -> Mapped:
     first: Faults | None = None
     found: list[Mapped] = []
     for smoothing, moved in _steps(even):
-        mapped, faults = target.mapped(smoothing, moved)
+        mapped, faults = fit.mapped(smoothing, moved)
         if faults:
-            _log.info("surface of %r with smoothing %g: %s", target.name, smoothing, faults)
+            _log.info("surface of %r with smoothing %g: %s", fit.name, smoothing, faults)
             first = first or faults
             if found:
                 break
             continue
         found.append(mapped)
-        if mapped.least_quality is None or smoothing >= _WORTH or mapped.least_quality >= _WISHED:
+        if mapped.least_quality is None or smoothing >= _WORTH or mapped.least_quality >= ACCEPTANCE.least:
             break
     if not found:
         raise StageError(
-            f"the surface of {target.name!r} has {first} and could not be mended; raise the number of vertices "
-            f"({len(target.directions)}), lower control_points ({target.basis.size - 1}), or mend the labels there"
+            f"the surface of {fit.name!r} has {first} and could not be mended; raise the number of vertices "
+            f"({len(fit.directions)}), lower control_points ({fit.basis.size - 1}), or mend the labels there"
         )
     best = max(found, key=lambda one: 1.0 if one.least_quality is None else one.least_quality)
     notices = []
@@ -161,12 +161,11 @@ def sound_map(target: Target, even: bool) -> Mapped:
         how = f"smoothing its stopping function by {best.solved.smoothing:g}"
         if best.least_quality is not None and not even:
             how += " and moving its vertices along it"
-        notices.append(f"surface {target.name} had {first}; {how} mended it")
+        notices.append(f"surface {fit.name} had {first}; {how} mended it")
         _log.warning(notices[0])
-    if not np.array_equal(best.cells, target.cells) and target.connectivity == "auto":
+    if not np.array_equal(best.cells, fit.cells) and fit.connectivity == "auto":
         notices.append(
-            f"surface {target.name} is too long or branched for even triangles in the template's order; edges were "
-            "flipped"
+            f"surface {fit.name} is too long or branched for even triangles in the template's order; edges were flipped"
         )
         _log.info(notices[-1])
     best.info["notices"] = records(*(Notice.of("repaired", line) for line in notices))

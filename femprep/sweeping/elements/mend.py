@@ -11,10 +11,10 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.model import BoolArray, FloatArray, IntArray, Notice, records
+from femprep.sweeping.cup.followed_points import FollowedPoints, Pulls, pulls
 from femprep.sweeping.cup.matched import MatchedSurfaces
-from femprep.sweeping.cup.samples import Pulls, Samples, pulls
 from femprep.sweeping.cup.simplices import Simplices, corners, tetrahedra
-from femprep.sweeping.elements.judge import judge
+from femprep.sweeping.elements.mean_ratio import inverse_mean_ratio
 from femprep.sweeping.elements.nodes import least_determinant, move_nodes
 
 #: Elements with a greater inverse mean ratio than this are mended.
@@ -61,7 +61,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
     planes = np.array([[*plane.normal, plane.offset] for plane in matched.planes.values()])
     judged = _judged(points, cells, element)
     nodes = points.reshape(-1, 3)
-    worst = judge(points, cells, judged)
+    worst = inverse_mean_ratio(points, cells, judged)
     limits = [_POOR] * _FIRST if np.mean(worst > _POOR) > _SHARE else []
     poor = int(np.count_nonzero(worst > _BAD))
     found: dict[str, Any] = {"poor_before": poor, "poor": poor, "moved": 0, "farthest_mm": 0.0}
@@ -69,7 +69,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
         return found
     start = nodes.copy()
     surfaces = (matched.inner_surface, matched.outer_surface)
-    samples = [Samples(surface, planes) for surface in surfaces]
+    followed = [FollowedPoints(surface, planes) for surface in surfaces]
     edge = float(np.linalg.norm(points[:, cells[:, 0]] - points[:, cells[:, 1]], axis=2).mean())
     for round_ in range(_ROUNDS):
         limit = limits[round_] if round_ < len(limits) else _BAD
@@ -89,11 +89,11 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
             delta = np.sqrt(small * (small - least)) if least <= 0.0 else 0.0
             longest = move_nodes(
                 *(nodes, moving, star, simplices, measure, side, flatness[moving % count], normals, near, planes),
-                *(tuple(s.arrays for s in surfaces), _pulls(samples, points, cells, edge, delta == 0.0), delta, edge),
+                *(tuple(s.arrays for s in surfaces), _pulls(followed, points, cells, edge, delta == 0.0), delta, edge),
             )
             if longest < _SETTLED * edge and least > 0.0:
                 break
-        worst = judge(points, cells, judged)
+        worst = inverse_mean_ratio(points, cells, judged)
     moved = np.linalg.norm(nodes - start, axis=1)
     found |= {
         "poor": int(np.count_nonzero(worst > _BAD)),
@@ -113,13 +113,13 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
 def worst_columns(points: FloatArray, matched: MatchedSurfaces, element: str) -> FloatArray:
     """Greatest inverse mean ratio of the elements over each cell ``(T,)``; arguments as of :func:`mend`."""
     cells = matched.cup.cells
-    return np.asarray(judge(points, cells, _judged(points, cells, element)).max(axis=0))
+    return np.asarray(inverse_mean_ratio(points, cells, _judged(points, cells, element)).max(axis=0))
 
 
-def _pulls(samples: list[Samples], points: FloatArray, cells: IntArray, edge: float, steep: bool) -> Pulls:
+def _pulls(followed: list[FollowedPoints], points: FloatArray, cells: IntArray, edge: float, steep: bool) -> Pulls:
     """What the facets of both surfaces must not pass by."""
     found = []
-    for one, layer in zip(samples, (0, len(points) - 1)):
+    for one, layer in zip(followed, (0, len(points) - 1)):
         corners, shares, missed = one.missed(points[layer], cells, edge)
         found.append((corners + layer * points.shape[1], shares, missed))
     return pulls([np.concatenate(parts) for parts in zip(*found)], points.shape[0] * points.shape[1], edge, steep)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from femprep.errors import InputError
+from femprep.mesh.level_segments import level_segments
 from femprep.mesh.tangents import tangents
 from femprep.model import FloatArray, IntArray, Plane, Surface
 from femprep.model.functions import arctan2
 from femprep.model.products import inner, length, product, solve_definite, weighted
 from femprep.sweeping.cup.cup import HOLE
-from femprep.sweeping.cup.samples import crossings
 
 #: Heights at which the cavity is cut for its axis.
 _CUTS = 12
@@ -138,7 +138,7 @@ class Axial:
         inside = np.all([h < -_CLEAR for h in heights], axis=0)
         disks, places = [self.coordinates(points[inside])], [points[inside]]
         for (plane, share), height in zip(planes, heights):
-            rim = crossings(points, triangles, height)
+            rim = level_segments(points, triangles, height)[0]
             disk = self.coordinates(rim)
             disk *= share / np.maximum(np.linalg.norm(disk, axis=1, keepdims=True), 1e-300)
             other = HOLE if share == 1.0 and self.apex is not None else 1.0 if self.apex is not None else 0.0

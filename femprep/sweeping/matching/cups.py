@@ -13,7 +13,7 @@ from femprep.model import Plane
 from femprep.options import SweepOptions
 from femprep.sweeping.cup.cup import Cup
 from femprep.sweeping.matching.axial import Axial
-from femprep.sweeping.matching.interpolation import refine, scatter
+from femprep.sweeping.matching.interpolation import carry_over, scatter
 from femprep.sweeping.matching.relax import Relaxation
 from femprep.sweeping.matching.resolution import HEIGHT
 
@@ -55,7 +55,7 @@ class Cups:
         sweeps: list[int] = []
         for number, cup in enumerate(self.levels):
             if number:
-                positions = [refine(self.levels[number - 1], p, cup) for p in positions]
+                positions = [carry_over(self.levels[number - 1], p, cup) for p in positions]
             last = cup is finest
             wider = finest.columns / cup.columns
             thin = self.layers if last else max(round(self.layers / wider), 1)

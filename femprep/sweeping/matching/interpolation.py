@@ -44,7 +44,7 @@ def _lifted(disk: FloatArray) -> FloatArray:
     return np.column_stack([disk, np.zeros(len(disk))])
 
 
-def refine(coarse: Cup, values: FloatArray, fine: Cup) -> FloatArray:
+def carry_over(coarse: Cup, values: FloatArray, fine: Cup) -> FloatArray:
     """Carry positions ``(V, 3)`` from the vertices of one cup to those of another, linearly within its cells.
 
     Vertices that lie a little beyond a rim, a polygon on the disk, are extrapolated from the cell next to it.

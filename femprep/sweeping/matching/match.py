@@ -27,7 +27,7 @@ from femprep.sweeping.elements.lay import lay
 from femprep.sweeping.elements.mend import worst_columns
 from femprep.sweeping.matching.axial import Axial
 from femprep.sweeping.matching.cups import Cups
-from femprep.sweeping.matching.minimum_thickness import push_apart
+from femprep.sweeping.matching.minimum_thickness import push_outwards
 from femprep.sweeping.matching.relax import Relaxation
 from femprep.sweeping.matching.resolution import coarser, corners_of, make_cup, resolution
 from femprep.sweeping.matching.soften import soften
@@ -102,7 +102,7 @@ def match_surfaces(
     def match(inside: PatchSurface, outside: PatchSurface) -> _Match:
         inner = Surface(inside.points, inside.triangles, name=endo.name)
         outer = Surface(outside.points, outside.triangles, name=epi.name)
-        points, push = push_apart(inner, outer, base, least, chosen.maximum_push)
+        points, push = push_outwards(inner, outer, base, least, chosen.maximum_push)
         if push["vertices"]:
             outside = PatchSurface(points, outside.triangles)
         state, sweeps = cups.match((inside, outside), lambda share: tell("match", 0.3 + 0.7 * share))

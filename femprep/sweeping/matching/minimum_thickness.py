@@ -25,7 +25,7 @@ _ABOVE = 1.0
 _CAP = 0.5
 
 
-def push_apart(
+def push_outwards(
     endo: Surface, epi: Surface, base: Plane, least: float, most: float
 ) -> tuple[FloatArray, dict[str, Any]]:
     """Push vertices of the epicardium outwards until they are at least a given distance from the endocardium.

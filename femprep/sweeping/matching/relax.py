@@ -11,10 +11,10 @@ from femprep.mesh.patches import PatchSurface
 from femprep.mesh.stars import coloured, stars
 from femprep.model import FloatArray, IntArray
 from femprep.sweeping.cup.cup import Cup
+from femprep.sweeping.cup.followed_points import FollowedPoints, pulls
 from femprep.sweeping.cup.layers import graded, layer_depths
-from femprep.sweeping.cup.samples import Samples, pulls
 from femprep.sweeping.cup.simplices import Simplices, corners, tetrahedra
-from femprep.sweeping.elements.judge import judge
+from femprep.sweeping.elements.mean_ratio import inverse_mean_ratio
 from femprep.sweeping.matching.vertex_newton import slide
 
 #: A vertex that moves by no more than this share of an edge, as its neighbours, rests.
@@ -74,7 +74,7 @@ class Relaxation:
         settled = [s.settle(p, None, self.cup.rim, self.planes) for s, p in zip(self.surfaces, self.places)]
         self.places = [s[0] for s in settled]
         self._normals, self._near = tuple(s[1] for s in settled), tuple(s[2] for s in settled)
-        self._samples = [Samples(s, self.planes) for s in self.surfaces]
+        self._followed = [FollowedPoints(s, self.planes) for s in self.surfaces]
         self._mesh = (cells, *stars(cells, count))
         self._neighbours = _neighbours(cells)
         self._order, self._colours = coloured(*self._mesh, np.arange(count))
@@ -138,7 +138,7 @@ class Relaxation:
     def _sweep(self, active: np.ndarray[Any, Any], delta: float, judged: Simplices, steep: bool) -> FloatArray:
         """One sweep over some vertices, steep where the worst counts most; returns how far each moved."""
         moved = np.zeros(len(active))
-        missed = [s.missed(p, self.cup.cells, self.edge) for s, p in zip(self._samples, self.places)]
+        missed = [s.missed(p, self.cup.cells, self.edge) for s, p in zip(self._followed, self.places)]
         part = self._order[active[self._order]]
         bounds = np.concatenate([[0], np.cumsum(active[self._order])])[self._colours]
         slide(
@@ -180,7 +180,7 @@ class Relaxation:
             self._depth = np.repeat(graded(self.layers, self.grading)[:, None], len(growth), axis=1)
         inner, outer = self.places
         nodes = inner + self._depth[:, :, None] * (outer - inner)
-        self.worst = judge(nodes, self._mesh[0], judged, self._shown).max(axis=0)
+        self.worst = inverse_mean_ratio(nodes, self._mesh[0], judged, self._shown).max(axis=0)
 
 
 def _neighbours(cells: IntArray) -> IntArray:

@@ -14,7 +14,7 @@ References
 
 from __future__ import annotations
 
-from femprep.volume.optimise.improve import LEAST, POOR, Outcome, optimise, tet_quality
+from femprep.volume.optimise.improve import LEAST, POOR, Optimised, optimise, tet_quality
 from femprep.volume.optimise.quality import REGULAR_SINE
 
-__all__ = ["LEAST", "POOR", "REGULAR_SINE", "Outcome", "optimise", "tet_quality"]
+__all__ = ["LEAST", "POOR", "REGULAR_SINE", "Optimised", "optimise", "tet_quality"]

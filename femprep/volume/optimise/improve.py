@@ -27,7 +27,7 @@ WORTH: Final = 0.005
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Optimised:
     """Points after optimisation.
 
     Attributes
@@ -59,7 +59,7 @@ def tet_quality(points: FloatArray, tets: IntArray) -> FloatArray:
 
 def optimise(
     points: FloatArray, tets: IntArray, constraints: Constraints, *, poor: float = POOR, sweeps: int = 12
-) -> Outcome:
+) -> Optimised:
     """Put boundary points onto the wall and improve the worst elements.
 
     Points in planes are put there whatever it costs; other boundary points only where no element is spoiled. Then
@@ -112,7 +112,7 @@ def optimise(
     for _ in range(2):
         mesh.search(_points_of_poor(mesh.quality(), mesh.cells, poor), inside)
     poor_after = int((mesh.quality() < poor).sum())
-    return Outcome(mesh.points, done, poor_before, poor_after, mesh.off_wall())
+    return Optimised(mesh.points, done, poor_before, poor_after, mesh.off_wall())
 
 
 class _Mesh:

@@ -14,7 +14,7 @@ from femprep.image import Segmentation, align_slices, estimate_shifts
 from femprep.model.stages import Stages
 from femprep.options import Options
 from femprep.volume.quality.fidelity import Fidelity, judge_fidelity, surface_fidelity
-from femprep.wall.anatomies import ANATOMIES, Parts, lay_out
+from femprep.wall.anatomies import ANATOMIES, WallSurfaces, lay_out
 
 #: A slice is said to lie beside its neighbours from this many pixels.
 _BESIDE: Final = 1.0
@@ -22,7 +22,7 @@ _BESIDE: Final = 1.0
 _DISPLACED: Final = 2.0
 
 
-def what_helps(seg: Segmentation, found: Fidelity, parts: Parts, options: Options) -> list[str]:
+def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options: Options) -> list[str]:
     """Advice where surfaces of a finished mesh lie too far from the outlines of their labels; nothing where none does.
 
     Parameters
@@ -30,7 +30,7 @@ def what_helps(seg: Segmentation, found: Fidelity, parts: Parts, options: Option
     seg : Segmentation
         The label map as it was meshed.
     found : Fidelity
-    parts : Parts
+    fitted : WallSurfaces
         The surfaces the mesh was made from.
     options : Options
         Of the run.
@@ -51,7 +51,7 @@ def what_helps(seg: Segmentation, found: Fidelity, parts: Parts, options: Option
     pixel = min(record.pixel_mm for record in failed)
     beside = {k: away for k, away in _beside(seg).items() if k in off and away > _BESIDE * pixel}
     shifted = [] if not beside else _shifted(seg, beside, options)
-    own = _greatest(parts, seg)
+    own = _greatest(fitted, seg)
     if own > (options.limits.maximum_label_distance or np.inf):
         line = f"the surfaces fitted to the labels are {own:.1f} pixels off themselves"
         return shifted or [f"{line}: more --vertices follow a narrow end more closely; else look at the labels"]
@@ -129,15 +129,15 @@ def _reached(seg: Segmentation, options: Options) -> float | None:
     """Greatest distance from the outlines, in pixels, of surfaces fitted to another label map; None where none fit."""
     stages = Stages(None)
     try:
-        parts = ANATOMIES[options.anatomy](seg, lay_out(seg, options, stages), options, stages)
+        fitted = ANATOMIES[options.anatomy](seg, lay_out(seg, options, stages), options, stages)
     except FemprepError:
         return None
-    return _greatest(parts, seg)
+    return _greatest(fitted, seg)
 
 
-def _greatest(parts: Parts, seg: Segmentation) -> float:
+def _greatest(fitted: WallSurfaces, seg: Segmentation) -> float:
     """Greatest distance of fitted surfaces from the outlines of their objects within the planes, in pixels."""
-    surfaces = {name: surface for name, surface in parts.surfaces.items() if name in parts.objects}
-    planes = [plane for plane in (parts.base, parts.apex) if plane is not None]
-    found = surface_fidelity(surfaces, parts.objects, seg.grid, planes)
+    surfaces = {name: surface for name, surface in fitted.surfaces.items() if name in fitted.objects}
+    planes = [plane for plane in (fitted.base, fitted.apex) if plane is not None]
+    found = surface_fidelity(surfaces, fitted.objects, seg.grid, planes)
     return max(record.greatest_pixels for record in found.records)

@@ -14,7 +14,7 @@ from femprep.mesh.topology import pieces
 from femprep.model import FloatArray, IntArray, VolumeMesh, is_blood, tag_name
 from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.facets import split_facets
-from femprep.model.tissue import TissuesRecord
+from femprep.model.shared_records.tissue import TissuesRecord
 from femprep.options import CheckOptions, choose, takes
 from femprep.volume.quality.judged import carried_failures, limits_for
 from femprep.volume.quality.limits import judge

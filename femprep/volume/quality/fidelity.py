@@ -18,7 +18,7 @@ from femprep.mesh.plane_sections import plane_sections
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import BoolArray, FloatArray, IntArray, Plane, Surface, VolumeMesh
 from femprep.model.facets import facet_triangles
-from femprep.model.fidelity import FidelityRecord, SliceFidelity
+from femprep.model.shared_records.label_fidelity import FidelityRecord, SliceFidelity
 from femprep.options import CheckOptions
 from femprep.surface.measure.inslice import dense
 from femprep.surface.measure.sections import label_contours

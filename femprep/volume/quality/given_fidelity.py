@@ -10,8 +10,8 @@ import numpy as np
 from femprep.mesh.sampling import sample_surface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import Surface, VolumeMesh
-from femprep.model.distance import SurfaceFidelity
 from femprep.model.facets import facet_triangles
+from femprep.model.shared_records.surface_fidelity import SurfaceFidelity
 from femprep.volume.quality.report import QualityReport
 from femprep.volume.quality.verdicts import Verdicts
 

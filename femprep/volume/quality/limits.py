@@ -9,7 +9,7 @@ import numpy as np
 
 from femprep.mesh.measures.sample_points import family
 from femprep.model import FloatArray
-from femprep.model.solution import SolutionRecord
+from femprep.model.shared_records.solution import SolutionRecord
 from femprep.options import CheckOptions
 from femprep.volume.quality.report import FacetRecord, LimitRecord, QualityReport, Validity
 from femprep.volume.quality.verdicts import Verdicts

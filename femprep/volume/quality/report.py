@@ -7,10 +7,10 @@ from typing import Literal, Self
 from pydantic import Field, computed_field
 
 from femprep.errors import QualityError
-from femprep.model.distance import SurfaceFidelity
-from femprep.model.fidelity import FidelityRecord
 from femprep.model.record import Record
-from femprep.model.tissue import TissuesRecord
+from femprep.model.shared_records.label_fidelity import FidelityRecord
+from femprep.model.shared_records.surface_fidelity import SurfaceFidelity
+from femprep.model.shared_records.tissue import TissuesRecord
 from femprep.options import CheckOptions
 
 

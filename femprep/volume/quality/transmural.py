@@ -8,7 +8,7 @@ import numpy as np
 
 from femprep.mesh.compiled import compiled
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
-from femprep.mesh.least_corner import Parts, distinct_pairs
+from femprep.mesh.least_corner import BlockParts, distinct_pairs
 from femprep.model import IntArray, VolumeMesh, is_blood, tag_name
 from femprep.model.blocks import chosen_rows, nodes_of
 
@@ -66,7 +66,7 @@ def _wall_edges(mesh: VolumeMesh) -> IntArray:
 
 def mesh_edges(cells: Mapping[str, IntArray]) -> IntArray:
     """The edges of all elements of some blocks, each once, corners only, ``(e, 2)``, smaller number first."""
-    return distinct_pairs([Parts(block, np.array(ELEMENTS[name].edges)) for name, block in cells.items()])
+    return distinct_pairs([BlockParts(block, np.array(ELEMENTS[name].edges)) for name, block in cells.items()])
 
 
 def _nodes(mesh: VolumeMesh, wanted: Callable[[str], bool]) -> IntArray:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from femprep.mesh.elements import ELEMENTS
-from femprep.mesh.least_corner import Parts, by_least_corner
+from femprep.mesh.least_corner import BlockParts, by_least_corner
 from femprep.mesh.numbering import row_numbers
 from femprep.mesh.topology import components
 from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh, is_blood
@@ -135,7 +135,7 @@ def _duplicate_points(points: npt.NDArray[np.float64]) -> int:
 def _duplicate_elements(cells: Mapping[str, IntArray]) -> int:
     total = 0
     for name, block in cells.items():
-        whole = Parts(block, np.arange(ELEMENTS[name].corners)[None])
+        whole = BlockParts(block, np.arange(ELEMENTS[name].corners)[None])
         total += sum(int((chunk.before() >= 0).sum()) for chunk in by_least_corner([whole]))
     return total
 

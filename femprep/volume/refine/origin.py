@@ -48,13 +48,13 @@ class Origin:
         """Whether nodes and elements of a mesh are those that were cut."""
         return _same(self, mesh)
 
-    def part(self, mesh: VolumeMesh, nodes: IntArray, elements: IntArray) -> Part:
+    def part(self, mesh: VolumeMesh, nodes: IntArray, elements: IntArray) -> PartialOrigin:
         """That of a mesh of some of the elements, given by their numbers and those of the nodes that are left."""
-        return Part(self.coarse, mesh.points, mesh.cells, self.down[nodes], self.parent[elements])
+        return PartialOrigin(self.coarse, mesh.points, mesh.cells, self.down[nodes], self.parent[elements])
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class PartialOrigin:
     """As :class:`Origin`, of a mesh that some elements were taken out of.
 
     Attributes
@@ -75,10 +75,10 @@ class Part:
         """Whether nodes and elements of a mesh are those that are left."""
         return _same(self, mesh)
 
-    def part(self, mesh: VolumeMesh, nodes: IntArray, elements: IntArray) -> Part:
+    def part(self, mesh: VolumeMesh, nodes: IntArray, elements: IntArray) -> PartialOrigin:
         """That of a mesh of some of the elements, given by their numbers and those of the nodes that are left."""
-        return Part(self.coarse, mesh.points, mesh.cells, self.down[nodes], self.parent[elements])
+        return PartialOrigin(self.coarse, mesh.points, mesh.cells, self.down[nodes], self.parent[elements])
 
 
-def _same(one: Origin | Part, mesh: VolumeMesh) -> bool:
+def _same(one: Origin | PartialOrigin, mesh: VolumeMesh) -> bool:
     return one.points is mesh.points and [*map(id, one.cells.values())] == [*map(id, mesh.cells.values())]

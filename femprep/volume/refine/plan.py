@@ -30,7 +30,7 @@ _MOST_POINTS: Final = 4000
 
 
 @dataclass(frozen=True, eq=False)
-class Thickness:
+class WallThickness:
     """How thick a wall is.
 
     Attributes
@@ -49,7 +49,7 @@ class Thickness:
         return float(np.percentile(self.values, percent)) if len(self.values) else 0.0
 
 
-def wall_thickness(wall: Wall) -> Thickness:
+def measured_thickness(wall: Wall) -> WallThickness:
     """Measure how thick a wall is, from points of each side to the other sides."""
     sides = [t for t in np.unique(wall.facet_tag).tolist() if tag_name(t).startswith(("endo", "epi"))]
     points, found = [np.empty((0, 3))], [np.empty(0)]
@@ -61,7 +61,7 @@ def wall_thickness(wall: Wall) -> Thickness:
         nodes = nodes[:: max(1, len(nodes) // _MOST_POINTS)]
         points.append(wall.points[nodes])
         found.append(ClosestFinder(wall.points, others)(wall.points[nodes]).distance)
-    return Thickness(np.concatenate(points), np.concatenate(found))
+    return WallThickness(np.concatenate(points), np.concatenate(found))
 
 
 def refines(options: VolumeOptions) -> bool:
@@ -69,7 +69,7 @@ def refines(options: VolumeOptions) -> bool:
     return options.refinement == "auto" and options.sizing is None and options.elements_through_wall is None
 
 
-def levels_of(options: VolumeOptions, thickness: Thickness) -> int:
+def levels_of(options: VolumeOptions, thickness: WallThickness) -> int:
     """How often a coarser mesh of a wall is refined to the edge length asked for; 0 for never."""
     return levels_for(options, thickness.of_all_but(_THIN))
 
@@ -85,7 +85,7 @@ def levels_for(options: VolumeOptions, thickness: float) -> int:
     return levels
 
 
-def is_thin(thickness: Thickness, edge_length: float, levels: int) -> bool:
+def is_thin(thickness: WallThickness, edge_length: float, levels: int) -> bool:
     """Whether some of a wall is too thin for edges of a length, mm, so that they have to follow it there.
 
     ``levels`` is how often they are refined.

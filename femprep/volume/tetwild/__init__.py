@@ -1,1 +1,1 @@
-"""fTetWild behind a guard: the attempts, the child process, and what runs in it."""
+"""fTetWild behind a guard: the ways to have it fill a wall, the child process, and what runs in it."""

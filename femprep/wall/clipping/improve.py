@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from femprep.mesh.measures.triangles import area_vectors, areas, edge_lengths, normals, triangle_quality, vertex_sums
+from femprep.mesh.operations.flips import around_edges
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import border_edges, edge_table
 from femprep.model import BoolArray, FloatArray, IntArray, SphereMap
@@ -155,21 +156,10 @@ def _flip(sheet: Sheet, active: BoolArray) -> None:
     """Flip edges between active vertices where the worse of the two triangles gains."""
     t = sheet.triangles
     local = np.flatnonzero(active[t].all(axis=1))
-    side: dict[tuple[int, int], int] = {}
-    for k in local.tolist():
-        a, b, c = t[k].tolist()
-        side[a, b] = side[b, c] = side[c, a] = k
-    pairs = [(a, b) for a, b in side if a < b and (b, a) in side]
-    if not pairs:
-        return
+    pairs, corners = around_edges(t[local], edge_table(t[local]))
+    (left, right), (a, b, c, d) = local[pairs].T, corners.T
     # Judge all edges at once, then flip the best ones whose triangles are still untouched.
-    ends = np.array(pairs)
-    left = np.array([side[a, b] for a, b in pairs])
-    right = np.array([side[b, a] for a, b in pairs])
-    c = t[left].sum(axis=1) - ends.sum(axis=1)
-    d = t[right].sum(axis=1) - ends.sum(axis=1)
-    one = np.stack([c, d, ends[:, 1]], axis=1)
-    other = np.stack([d, c, ends[:, 0]], axis=1)
+    one, other = np.stack([c, d, b], axis=1), np.stack([d, c, a], axis=1)
     p = sheet.points
     now = np.minimum(triangle_quality(p, t[left]), triangle_quality(p, t[right]))
     then = np.minimum(triangle_quality(p, one), triangle_quality(p, other))

@@ -31,7 +31,7 @@ _ROUNDS, _MARGIN, _SPREAD = 40, 1.02, 4
 
 
 @dataclass(frozen=True)
-class Thickness:
+class SheetThickness:
     """Thickness at the vertices of the two sheets.
 
     Attributes
@@ -49,11 +49,11 @@ class Thickness:
         return float(min(self.epi.min(), self.endo.min()))
 
 
-def measure(epi: Sheet, endo: Sheet) -> Thickness:
+def measure(epi: Sheet, endo: Sheet) -> SheetThickness:
     """Thickness at all vertices of both sheets."""
     outside, _, _ = _signed(ClosestFinder(endo.points, endo.triangles), endo, epi.points)
     inside, _, _ = _signed(ClosestFinder(epi.points, epi.triangles), epi, endo.points)
-    return Thickness(outside, -inside)
+    return SheetThickness(outside, -inside)
 
 
 def _signed(finder: ClosestFinder, sheet: Sheet, where: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:

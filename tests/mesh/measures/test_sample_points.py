@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from femprep.mesh.elements import ELEMENTS
-from femprep.mesh.measures.sample_points import CORNER_EDGES, family, reference_nodes, samples, shape_gradients
+from femprep.mesh.measures.sample_points import CORNER_EDGES, element_samples, family, reference_nodes, shape_gradients
 
 NAMES = sorted(ELEMENTS)
 #: Volume of the reference element.
@@ -28,7 +28,7 @@ def test_gradients_differentiate_polynomials_of_the_element_degree(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_quadrature_gives_the_reference_volume(name):
-    table = samples(name)
+    table = element_samples(name)
     nodes = reference_nodes(name)
     determinants = [np.linalg.det(nodes.T @ gradient) for gradient in table.gradients]
     assert np.dot(table.weights, determinants) == pytest.approx(VOLUME[family(name)], rel=1e-12)
@@ -36,7 +36,7 @@ def test_quadrature_gives_the_reference_volume(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_corner_frames_are_the_edges_and_right_handed(name):
-    nodes, table = reference_nodes(name), samples(name)
+    nodes, table = reference_nodes(name), element_samples(name)
     for corner, near in enumerate(CORNER_EDGES[family(name)]):
         edges = nodes.T @ table.frames[corner]
         np.testing.assert_allclose(edges, (nodes[list(near)] - nodes[corner]).T, atol=1e-12)
@@ -46,6 +46,6 @@ def test_corner_frames_are_the_edges_and_right_handed(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_scale_makes_every_sample_of_the_straight_element_its_volume(name):
-    nodes, table = reference_nodes(name), samples(name)
+    nodes, table = reference_nodes(name), element_samples(name)
     jacobians = [np.linalg.det(nodes.T @ f) * s for f, s in zip(table.frames, table.scale)]
     np.testing.assert_allclose(jacobians, VOLUME[family(name)], rtol=1e-12)

@@ -15,7 +15,15 @@ from femprep.report.notices import lines
 from femprep.surface import fit_surface
 from femprep.surface.fitting import laying, smooth
 from femprep.surface.fitting.laying import Laid
-from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, FALLBACK, WAYS, Acceptance, Attempt, Beginning
+from femprep.surface.fitting.ways import (
+    ACCEPTANCE,
+    BEGINNINGS,
+    FALLBACK,
+    LAYING_WAYS,
+    Acceptance,
+    Beginning,
+    FitAttempt,
+)
 
 
 def ball():
@@ -26,8 +34,8 @@ def ball():
 
 def test_a_ball_takes_the_first_way() -> None:
     (told,) = fit_surface(ball(), vertices=300).info["attempts"]
-    found = Attempt(**told)
-    assert (found.beginning, found.way, found.status) == (BEGINNINGS[0].name, WAYS[0].name, "taken")
+    found = FitAttempt(**told)
+    assert (found.beginning, found.way, found.status) == (BEGINNINGS[0].name, LAYING_WAYS[0].name, "taken")
     assert found.least_quality >= ACCEPTANCE.fair
     assert found.mean_quality >= ACCEPTANCE.mean
     assert found.distance_pixels <= ACCEPTANCE.distance
@@ -37,16 +45,16 @@ def test_a_ball_takes_the_first_way() -> None:
 @pytest.mark.slow
 def test_all_ways_are_told_where_none_is_good_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(laying, "ACCEPTANCE", Acceptance(distance=1e-6, greatest=1e-6, fair=2.0))
-    told = [Attempt(**each) for each in fit_surface(ball(), vertices=300).info["attempts"]]
-    drawn = [way.name for way in WAYS if not way.known]
+    told = [FitAttempt(**each) for each in fit_surface(ball(), vertices=300).info["attempts"]]
+    drawn = [way.name for way in LAYING_WAYS if not way.known]
     assert [(one.beginning, one.way) for one in told] == [
-        *((BEGINNINGS[0].name, way.name) for way in WAYS),
+        *((BEGINNINGS[0].name, way.name) for way in LAYING_WAYS),
         *((BEGINNINGS[1].name, name) for name in drawn),
     ]
     assert [one.status for one in told].count("taken") == 1
     # Of the maps on one surface the one with the best triangles alone is measured against the labels, and the others.
     assert sum(one.distance_pixels is not None for one in told) == len(BEGINNINGS) * (
-        1 + sum(way.wanted != "uneven" for way in WAYS)
+        1 + sum(way.wanted != "uneven" for way in LAYING_WAYS)
     )
     assert min(told, key=lambda one: one.distance_pixels or np.inf).status in {"taken", "sound"}
 
@@ -58,13 +66,13 @@ def test_attempts_are_told_where_the_harmonic_field_is_taken_instead(
     def folded(obj: LabelObject, beginning: Beginning, *_: object) -> list[Laid]:
         if fails == "raises" and beginning is BEGINNINGS[-1]:
             raise StageError("a matrix of the fit is not positive definite")
-        return [Laid(Attempt(beginning=beginning.name, status="folded"))]
+        return [Laid(FitAttempt(beginning=beginning.name, status="folded"))]
 
     monkeypatch.setattr(smooth, "_fitted", folded)
     surface = fit_surface(ball(), vertices=200, singularities=60, control_points=60)
     assert surface.info["method"] == "even"
     assert any("is taken in its place" in line for line in lines(surface.info))
-    told = [Attempt(**each) for each in surface.info["attempts"]]
+    told = [FitAttempt(**each) for each in surface.info["attempts"]]
     assert [(one.beginning, one.status) for one in told] == [
         (BEGINNINGS[0].name, "folded"),
         (BEGINNINGS[1].name, "folded" if fails == "folded" else "no mesh"),
@@ -86,11 +94,11 @@ def test_a_mesh_that_cannot_be_bent_leaves_it_to_the_next_beginning(monkeypatch:
     monkeypatch.setattr(smooth, "_fitted", crumpled)
     surface = fit_surface(ball(), vertices=200)
     assert surface.info["method"] == "smooth"
-    told = [Attempt(**each) for each in surface.info["attempts"]]
+    told = [FitAttempt(**each) for each in surface.info["attempts"]]
     assert (told[0].beginning, told[0].status) == (BEGINNINGS[0].name, "no mesh")
     assert (told[-1].beginning, told[-1].status) == (BEGINNINGS[1].name, "taken")
 
 
 def test_the_table_is_frozen() -> None:
     with pytest.raises(FrozenInstanceError):
-        WAYS[0].finer = 1.0  # type: ignore[misc]
+        LAYING_WAYS[0].finer = 1.0  # type: ignore[misc]

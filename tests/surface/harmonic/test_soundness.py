@@ -13,7 +13,7 @@ from femprep.mesh.search.intersection import self_intersections
 from femprep.report.notices import lines
 from femprep.surface.fit import fit_surface
 from femprep.surface.harmonic.field import Field
-from femprep.surface.harmonic.mend import Target, sound_map
+from femprep.surface.harmonic.mend import HarmonicFit, sound_map
 from femprep.surface.harmonic.soundness import find_faults
 from femprep.surface.harmonic.spline import Basis
 from femprep.template import charge_template, sphere_points
@@ -76,10 +76,10 @@ def test_what_cannot_be_mended_is_refused_with_place_and_remedy() -> None:
     field = Field(np.zeros(3), 50.0, charges, np.full(25, 0.22))
     ball = charge_template(300)
     feet, level, basis = sphere_points(400), np.full(400, 1.2), Basis(sphere_points(60))
-    target = Target(field, basis, feet, level, ball.directions, ball.cells, np.eye(3), 40, "hoop")
+    fit = HarmonicFit(field, basis, feet, level, ball.directions, ball.cells, np.eye(3), 40, "hoop")
     message = r"'hoop' has \d+ crossing triangles.* near \[.*mm LPS.*raise .* vertices \(300"
     with pytest.raises(StageError, match=message):
-        sound_map(target, even=False)
+        sound_map(fit, even=False)
 
 
 @pytest.mark.slow

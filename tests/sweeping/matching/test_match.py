@@ -10,7 +10,7 @@ from femprep.model import Plane, Surface
 from femprep.sweeping import sweep
 from femprep.sweeping.matching.axial import section
 from femprep.sweeping.matching.match import match_surfaces
-from femprep.sweeping.matching.minimum_thickness import push_apart
+from femprep.sweeping.matching.minimum_thickness import push_outwards
 from femprep.template import charge_template
 
 BASE = Plane(np.array([0.0, 0.0, 10.0]), np.array([0.0, 0.0, 1.0]))
@@ -109,13 +109,13 @@ def test_a_thin_wall_is_pushed_apart_and_reported(pair):
     near = np.linalg.norm(dent - dent[np.argmin(np.abs(dent[:, 2] + 15.0) - dent[:, 0])], axis=1) < 12.0
     dent[near] *= 0.74
     thin = Surface(dent, pair[1].cells, name="epi")
-    points, info = push_apart(pair[0], thin, BASE, 2.0, 8.0)
+    points, info = push_outwards(pair[0], thin, BASE, 2.0, 8.0)
     assert 0 < info["vertices"] < 100
     assert beyond(points, ENDO)[near].min() > 1.8
     far = np.linalg.norm(dent - dent[near].mean(axis=0), axis=1) > 40.0
     assert np.array_equal(points[far], dent[far])
     with pytest.raises(InputError, match=r"pushed by more than 0\.5 mm"):
-        push_apart(pair[0], thin, BASE, 2.0, 0.5)
+        push_outwards(pair[0], thin, BASE, 2.0, 0.5)
 
 
 def test_a_section_is_the_ellipse_it_cuts(pair):

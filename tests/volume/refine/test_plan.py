@@ -7,8 +7,8 @@ import pytest
 from analytic_walls import ellipsoid_wall
 
 from femprep.options import VolumeOptions
-from femprep.volume.refine.plan import LONGEST, is_thin, levels_for, wall_thickness
-from femprep.volume.tetwild.attempts import attempts
+from femprep.volume.refine.plan import LONGEST, is_thin, levels_for, measured_thickness
+from femprep.volume.tetwild.ways import planned_runs
 from femprep.volume.validate import check_amount
 
 
@@ -34,10 +34,10 @@ def test_the_mesher_works_as_coarsely_as_the_wall_bears(options, thickness, leve
 
 def test_thickness_that_most_of_a_wall_has():
     """Between these ellipsoids the wall is 9 mm thick at the equator and the apex, and a little less between."""
-    usual = wall_thickness(ellipsoid_wall(rings=24))
+    usual = measured_thickness(ellipsoid_wall(rings=24))
     assert usual.of_all_but(5.0) == pytest.approx(8.7, abs=0.35)
     assert not is_thin(usual, 6.5, 1)
-    thin = wall_thickness(ellipsoid_wall((22.0, 22.0, 42.0), (24.0, 24.0, 44.0), rings=24))
+    thin = measured_thickness(ellipsoid_wall((22.0, 22.0, 42.0), (24.0, 24.0, 44.0), rings=24))
     assert thin.of_all_but(5.0) == pytest.approx(1.95, abs=0.1)
     assert is_thin(thin, 4.0, 1)
     assert not is_thin(thin, 2.0, 1)
@@ -49,18 +49,18 @@ def test_a_refined_mesh_is_tried_twice_then_the_mesher_makes_it_itself():
     outcomes = []
     options = VolumeOptions(edge_length=2.0)
     found = []
-    for attempt in attempts(options, lambda: outcomes[-1], levels=1):
+    for attempt in planned_runs(options, lambda: outcomes[-1], levels=1):
         found.append((attempt.levels, attempt.envelope, attempt.stop_energy))
         outcomes.append("missed")
     assert found == [(1, 0.4, 50.0), (1, pytest.approx(0.2), 10.0), (0, pytest.approx(0.1), 10.0)]
     given = VolumeOptions(edge_length=2.0, envelope=0.3, stop_energy=8.0, retries=0)
-    first = next(attempts(given, lambda: "missed", levels=2))
+    first = next(planned_runs(given, lambda: "missed", levels=2))
     assert (first.levels, first.envelope, first.stop_energy) == (2, 0.3, 8.0)
-    assert all(attempt.levels == 0 for attempt in attempts(options, lambda: "missed"))
+    assert all(attempt.levels == 0 for attempt in planned_runs(options, lambda: "missed"))
 
 
 def test_what_the_coarsest_mesh_misses_is_tried_from_a_finer_one_before_the_mesher_makes_it_itself():
-    found = [(one.way, one.levels) for one in attempts(VolumeOptions(edge_length=1.5), lambda: "missed", levels=2)]
+    found = [(one.way, one.levels) for one in planned_runs(VolumeOptions(edge_length=1.5), lambda: "missed", levels=2)]
     assert found == [
         ("refined", 2),
         ("refined, along all of the wall", 2),
@@ -68,7 +68,7 @@ def test_what_the_coarsest_mesh_misses_is_tried_from_a_finer_one_before_the_mesh
         ("direct", 0),
     ]
     once = VolumeOptions(edge_length=1.5, retries=1)
-    assert [one.levels for one in attempts(once, lambda: "missed", levels=2)] == [2, 0]
+    assert [one.levels for one in planned_runs(once, lambda: "missed", levels=2)] == [2, 0]
 
 
 def test_refinement_needs_less_memory_and_time_than_the_mesher():

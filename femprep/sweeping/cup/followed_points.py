@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from femprep.mesh.level_segments import level_segments
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, IntArray
@@ -26,7 +27,7 @@ STRENGTH: Final = (500.0, 5000.0)
 Pulls = tuple[IntArray, IntArray, IntArray, FloatArray, FloatArray, float, float]
 
 
-class Samples:
+class FollowedPoints:
     """Points of a smooth surface between its planes, vertices and rims, that a mesh of it must not pass by.
 
     Parameters
@@ -39,7 +40,7 @@ class Samples:
     def __init__(self, surface: PatchSurface, planes: FloatArray) -> None:
         heights = [product(surface.points, plane[:3]) - plane[3] for plane in planes]
         inside = np.all([height < 0.0 for height in heights], axis=0)
-        rims = [crossings(surface.points, surface.triangles, height) for height in heights]
+        rims = [level_segments(surface.points, surface.triangles, height)[0] for height in heights]
         self.points = np.concatenate([surface.points[inside], *rims])
 
     def missed(self, places: FloatArray, cells: IntArray, edge: float) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -60,19 +61,9 @@ class Samples:
 
 
 def pulls(missed: Any, count: int, edge: float, steep: bool) -> Pulls:
-    """What the kernels take, for ``count`` vertices; arguments as of :meth:`Samples.missed`."""
+    """What the kernels take, for ``count`` vertices; arguments as of :meth:`FollowedPoints.missed`."""
     corners, shares, points = missed
     order = np.argsort(corners.ravel(), kind="stable")
     starts = np.searchsorted(corners.ravel()[order], np.arange(count + 1)).astype(np.int64)
     strength = STRENGTH[int(steep)] / (edge * edge)
     return starts, (order // 3).astype(np.int64), np.ascontiguousarray(corners), shares, points, SLACK * edge, strength
-
-
-def crossings(points: FloatArray, triangles: IntArray, height: FloatArray) -> FloatArray:
-    """Points ``(k, 3)`` where edges of a surface cross the level 0 of a value per vertex."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    edges = np.unique(np.sort(edges, axis=1), axis=0)
-    edges = edges[(height[edges[:, 0]] > 0.0) != (height[edges[:, 1]] > 0.0)]
-    one, two = height[edges].T
-    share = one / (one - two)
-    return np.asarray(points[edges[:, 0]] + share[:, None] * (points[edges[:, 1]] - points[edges[:, 0]]))

@@ -10,7 +10,7 @@ from femprep.mesh.energies.pull import add_pulls, pulled
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import Plane, Surface
-from femprep.sweeping.cup import samples
+from femprep.sweeping.cup import followed_points
 from femprep.sweeping.matching.match import match_surfaces
 from femprep.template import charge_template
 
@@ -39,14 +39,14 @@ def test_cells_follow_a_stub_as_wide_as_one_of_them(monkeypatch) -> None:
         return passed_by(match_surfaces(endo=endo, epi=epi, base=BASE, edge_length=EDGE, element="wedge"), endo)
 
     assert passes() < 0.45 * EDGE
-    monkeypatch.setattr(samples, "STRENGTH", (0.0, 0.0))
+    monkeypatch.setattr(followed_points, "STRENGTH", (0.0, 0.0))
     assert passes() > 1.5 * EDGE
 
 
 def test_nothing_is_missed_by_cells_that_follow() -> None:
     template = charge_template(600)
     points = template.directions * 30.0
-    own = samples.Samples(PatchSurface(points, template.cells), np.array([[*BASE.normal, BASE.offset]]))
+    own = followed_points.FollowedPoints(PatchSurface(points, template.cells), np.array([[*BASE.normal, BASE.offset]]))
     # Every vertex below the plane, and where edges cross it.
     assert len(own.points) > np.count_nonzero(points[:, 2] < 12.0)
     assert own.points[:, 2].max() == pytest.approx(12.0, abs=1e-9)
@@ -68,7 +68,7 @@ def test_slopes_of_a_pull_are_those_of_its_sum() -> None:
     corners = np.array([[0, 1, 2], [2, 3, 0], [1, 4, 3]])
     shares = rng.dirichlet(np.ones(3), 3)
     targets = x[corners].mean(axis=1) + rng.normal(0.0, 4.0, (3, 3))
-    pulls = samples.pulls((corners, shares, targets), 5, 2.0, False)
+    pulls = followed_points.pulls((corners, shares, targets), 5, 2.0, False)
     assert pulled(x, 0, pulls) > 0.0
     for vertex in range(5):
         gradient, hessian = np.zeros(3), np.zeros((3, 3))

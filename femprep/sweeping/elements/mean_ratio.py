@@ -13,7 +13,9 @@ from femprep.model import FloatArray, IntArray
 from femprep.sweeping.cup.simplices import Simplices
 
 
-def judge(points: FloatArray, cells: IntArray, judged: Simplices, layers: IntArray | None = None) -> FloatArray:
+def inverse_mean_ratio(
+    points: FloatArray, cells: IntArray, judged: Simplices, layers: IntArray | None = None
+) -> FloatArray:
     """Greatest inverse mean ratio in each element of some layers, infinite where it is inverted.
 
     Parameters
@@ -31,12 +33,12 @@ def judge(points: FloatArray, cells: IntArray, judged: Simplices, layers: IntArr
     """
     chosen = np.arange(len(points) - 1) if layers is None else layers
     worst = np.empty((len(chosen), len(cells)))
-    _judge(np.ascontiguousarray(points), np.ascontiguousarray(cells), tuple(judged), chosen, worst)
+    _measure(np.ascontiguousarray(points), np.ascontiguousarray(cells), tuple(judged), chosen, worst)
     return worst
 
 
 @compiled(parallel=True)
-def _judge(points: Any, cells: Any, judged: Any, layers: Any, worst: Any) -> None:
+def _measure(points: Any, cells: Any, judged: Any, layers: Any, worst: Any) -> None:
     nodes, kinds, weights, scale, upright = judged
     n = cells.shape[1]
     for e in prange(worst.size):

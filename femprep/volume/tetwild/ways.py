@@ -30,7 +30,7 @@ _LEAST_SECONDS, _SECONDS_PER_TRIANGLE = 40.0, 0.01
 
 
 @dataclass(frozen=True)
-class Way:
+class FillingWay:
     """One way to fill a wall.
 
     Attributes
@@ -71,7 +71,7 @@ class Change:
     lowest : bool
         The stop energy is the lowest; tried once.
     follows : bool
-        As of :class:`Way`.
+        As of :class:`FillingWay`.
     """
 
     after: Status
@@ -83,11 +83,11 @@ class Change:
 
 
 #: Optimisation after refinement makes a high stop energy good.
-WAYS: Final = (
-    Way("refined", refined=True, envelope=0.1, energy=50.0),
-    Way("refined, along all of the wall", refined=True, follows=True),
-    Way("refined from a finer mesh", refined=True, fewer=1, envelope=0.1, energy=50.0),
-    Way("direct"),
+FILLING_WAYS: Final = (
+    FillingWay("refined", refined=True, envelope=0.1, energy=50.0),
+    FillingWay("refined, along all of the wall", refined=True, follows=True),
+    FillingWay("refined from a finer mesh", refined=True, fewer=1, envelope=0.1, energy=50.0),
+    FillingWay("direct"),
 )
 #: Where the quality was missed a little less energy gains little, and a tighter envelope would only keep more of the
 #: wall's small triangles.
@@ -100,7 +100,7 @@ CHANGES: Final = (
 
 
 @dataclass(frozen=True)
-class Attempt:
+class RunParameters:
     """Parameters of one run.
 
     Attributes
@@ -113,7 +113,7 @@ class Attempt:
     way : str
         Name of the way.
     follows : bool
-        As of :class:`Way`.
+        As of :class:`FillingWay`.
     patience : float
         How many times the seconds estimated it may take.
     """
@@ -152,13 +152,13 @@ class RunRecord(Record):
     undone: tuple[str, ...] = Field((), description="Steps of putting its mesh in order that spoiled it, and why.")
 
 
-def attempts(
+def planned_runs(
     options: VolumeOptions,
     status: Callable[[], Status],
     edge_length: float | None = None,
     thickness: float = np.inf,
     levels: int = 0,
-) -> Iterator[Attempt]:
+) -> Iterator[RunParameters]:
     """Parameters of the runs: the ways in their order, then the last one changed by what came of the run before.
 
     Parameters
@@ -177,31 +177,31 @@ def attempts(
 
     Returns
     -------
-    iterator of Attempt
+    iterator of RunParameters
         So many as there are further runs, and one; where refined ones come first, as many as there are ways.
     """
     targets = options.targets
     edge = edge_length or options.edge_length
-    ways = [way for way in WAYS if levels > way.fewer or not way.refined]
+    ways = [way for way in FILLING_WAYS if levels > way.fewer or not way.refined]
     if targets.retries < 2 and len(ways) > 1:
         ways = [ways[0], ways[-1]]
     patience = _PATIENCE
     for way in ways:
-        attempt = _first(options, way, edge, thickness, levels - way.fewer if way.refined else 0)
-        yield replace(attempt, patience=patience)
+        parameters = _first(options, way, edge, thickness, levels - way.fewer if way.refined else 0)
+        yield replace(parameters, patience=patience)
         patience *= 2.0 if status() == "too long" else 1.0
     for _ in range(max(targets.retries - len(ways) + 1, 0)):
         (change,) = [change for change in CHANGES if change.after == status()]
-        if change.lowest and attempt.stop_energy <= _LOWEST_ENERGY:
+        if change.lowest and parameters.stop_energy <= _LOWEST_ENERGY:
             return  # what it misses no run reaches
-        attempt = replace(
-            attempt,
-            envelope=change.envelope * attempt.envelope,
-            stop_energy=_changed(attempt.stop_energy, change),
-            follows=attempt.follows or change.follows,
+        parameters = replace(
+            parameters,
+            envelope=change.envelope * parameters.envelope,
+            stop_energy=_changed(parameters.stop_energy, change),
+            follows=parameters.follows or change.follows,
             patience=patience,
         )
-        yield attempt
+        yield parameters
         patience *= 2.0 if status() == "too long" else 1.0
 
 
@@ -214,7 +214,7 @@ def _changed(energy: float, change: Change) -> float:
     return change.energy * energy
 
 
-def _first(options: VolumeOptions, way: Way, edge: float, thickness: float, levels: int) -> Attempt:
+def _first(options: VolumeOptions, way: FillingWay, edge: float, thickness: float, levels: int) -> RunParameters:
     """Parameters of the first run of a way."""
     targets, size = options.targets, edge * 2.0**levels
     energy = targets.stop_energy
@@ -223,4 +223,4 @@ def _first(options: VolumeOptions, way: Way, edge: float, thickness: float, leve
         if not way.refined and edge > _COARSE * thickness and targets.mean_ratio >= _BOUND:
             energy = min(energy, _LOWEST_ENERGY)
     envelope = options.envelope or max(targets.envelope, way.envelope or 0.0) * size
-    return Attempt(envelope, energy, levels, way.name, way.follows)
+    return RunParameters(envelope, energy, levels, way.name, way.follows)
