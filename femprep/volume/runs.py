@@ -11,12 +11,13 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.mesh.measures.triangles import areas
-from femprep.model import Notice, Progress, Wall
+from femprep.model import Notice, Progress
 from femprep.options import VolumeOptions
+from femprep.volume.background import background_field
 from femprep.volume.blood import Filling
 from femprep.volume.finish import Candidate, finish
 from femprep.volume.refine.plan import Thickness, is_thin
-from femprep.volume.sizing import SizingField, following_field
+from femprep.volume.sizing import SizingField
 from femprep.volume.tetwild.attempts import Attempt, RunRecord, Status, attempts
 from femprep.volume.tetwild.guard import TetwildRun, TooLongError, run_tetwild
 from femprep.volume.validate import SECONDS_PER_TET, TETS_PER_CUBE, Estimate, estimate
@@ -50,21 +51,23 @@ class Sizes:
 
     Parameters
     ----------
-    wall : Wall
+    filling : Filling
     options : VolumeOptions
     thickness : Thickness
-        Of this wall.
+        Of its wall.
     given : SizingField, optional
         Edges that vary as the user wants them.
     """
 
-    def __init__(self, wall: Wall, options: VolumeOptions, thickness: Thickness, given: SizingField | None) -> None:
-        self._wall, self._options, self._thickness = wall, options, thickness
+    def __init__(
+        self, filling: Filling, options: VolumeOptions, thickness: Thickness, given: SizingField | None
+    ) -> None:
+        self._filling, self._options, self._thickness = filling, options, thickness
         self._found: dict[tuple[int, bool], SizingField | None] = {}
         self._given = given
 
     def field(self, levels: int, follows: bool = False) -> SizingField | None:
-        """How edges of a mesh that is refined so often vary; None where they are of one length.
+        """How edges of a mesh that is refined so often vary; None where they are of one length, and long.
 
         ``follows`` where the wall is thin anywhere; otherwise where much of it is.
         """
@@ -74,8 +77,10 @@ class Sizes:
         if key not in self._found:
             edge = self._options.edge_length * 2.0**levels
             thin = follows or is_thin(self._thickness, edge, levels)
-            rate = self._options.gradation
-            self._found[key] = following_field(self._wall, self._thickness, edge, rate) if thin else None
+            within = (self._filling, edge, self._options.gradation)
+            # Coarse elements are few in the whole box about the body.
+            some = thin or levels == 0
+            self._found[key] = background_field(*within, self._thickness if thin else None) if some else None
         return self._found[key]
 
     def range(self, levels: int, follows: bool = False) -> tuple[float, float]:
@@ -200,11 +205,12 @@ def _mesh(
     diagonal = float(np.linalg.norm(np.ptp(points[np.unique(triangles)], axis=0)))
     expected = max(need.seconds, 1.0)
     field = sizes.field(attempt.levels, attempt.follows)
+    longest = sizes.range(attempt.levels)[1] if field is None else field.values.max()
     return run_tetwild(
         points,
         triangles,
         {
-            "edge_length_abs": float(sizes.range(attempt.levels, attempt.follows)[1]),
+            "edge_length_abs": float(longest),
             "epsilon": float(attempt.envelope / diagonal),
             "stop_energy": float(attempt.stop_energy),
             "num_threads": 1,
