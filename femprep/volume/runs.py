@@ -10,7 +10,6 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import StageError
-from femprep.mesh.measures.triangles import areas
 from femprep.model import Notice, Progress
 from femprep.options import VolumeOptions
 from femprep.volume.background import background_field
@@ -130,9 +129,8 @@ def best_of_runs(
     """
     records: list[RunRecord] = []
     best: Candidate | None = None
-    thickness = 2.0 * filling.wall.volume / float(areas(filling.wall.points, filling.wall.triangles).sum())
     shortest = sizes.shortest(levels) / 2.0**levels
-    for attempt in attempts(options, lambda: records[-1].status, shortest, thickness, levels):
+    for attempt in attempts(options, lambda: records[-1].status, shortest, levels):
         if attempt.follows and options.envelope is None:
             widest = _THIN_ENVELOPE * sizes.shortest(attempt.levels, True)
             attempt = replace(attempt, envelope=min(attempt.envelope, widest))
