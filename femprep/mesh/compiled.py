@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import logging
+import os
 import threading
 from collections.abc import Callable
-from functools import wraps
+from functools import cache, wraps
+from importlib import import_module
 from typing import Any, Final
 
 import numba
@@ -15,6 +17,8 @@ _log = logging.getLogger(__name__)
 
 #: Held while a kernel runs on several threads: not every library that numba spreads loops by bears two at a time.
 _SPREAD: Final = threading.Lock()
+#: What tells OpenMP how threads without work wait.
+_WAITING: Final = "OMP_WAIT_POLICY"
 
 
 def compiled(parallel: bool = False, part: bool = False) -> Callable[[Callable[..., Any]], Any]:
@@ -73,6 +77,26 @@ def _alone(kernel: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(kernel)
     def call(*args: Any) -> Any:
         with _SPREAD:
+            _wait_asleep()
             return kernel(*args)
 
     return call
+
+
+@cache
+def _wait_asleep() -> None:
+    """Have OpenMP's threads sleep while they wait for work, unless the user has told how they wait.
+
+    Else they spin for milliseconds after every kernel, of which a run has thousands: on a busy machine they took the
+    processor for two seconds out of six. OpenMP reads this once, when its library is loaded, so that it is told then;
+    nobody else's threads are meant.
+    """
+    if _WAITING in os.environ or "GOMP_SPINCOUNT" in os.environ:
+        return
+    os.environ[_WAITING] = "passive"
+    try:
+        import_module("numba.np.ufunc.omppool")
+    except ImportError:
+        _log.debug("numba has no OpenMP here")
+    finally:
+        os.environ.pop(_WAITING, None)

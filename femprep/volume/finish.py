@@ -143,7 +143,8 @@ def _in_steps(
     def without(mesh: VolumeMesh) -> VolumeMesh:
         nonlocal flat
         found, count = without_flat(mesh, tags, poor)
-        require_sound(found, filling)
+        if count:  # otherwise it is the mesh that was sound before
+            require_sound(found, filling)
         flat += count
         return found
 

@@ -10,13 +10,13 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import StageError
-from femprep.mesh.measures.triangles import areas
-from femprep.model import Notice, Progress, Wall
+from femprep.model import Notice, Progress
 from femprep.options import VolumeOptions
+from femprep.volume.background import background_field
 from femprep.volume.blood import Filling
 from femprep.volume.finish import Candidate, finish
 from femprep.volume.refine.plan import WallThickness, is_thin
-from femprep.volume.sizing import SizingField, following_field
+from femprep.volume.sizing import SizingField
 from femprep.volume.tetwild.guard import TetwildRun, TooLongError, run_tetwild
 from femprep.volume.tetwild.ways import RunParameters, RunRecord, Status, planned_runs
 from femprep.volume.validate import SECONDS_PER_TET, TETS_PER_CUBE, Estimate, estimate
@@ -50,21 +50,23 @@ class Sizes:
 
     Parameters
     ----------
-    wall : Wall
+    filling : Filling
     options : VolumeOptions
     thickness : WallThickness
-        Of this wall.
+        Of its wall.
     given : SizingField, optional
         Edges that vary as the user wants them.
     """
 
-    def __init__(self, wall: Wall, options: VolumeOptions, thickness: WallThickness, given: SizingField | None) -> None:
-        self._wall, self._options, self._thickness = wall, options, thickness
+    def __init__(
+        self, filling: Filling, options: VolumeOptions, thickness: WallThickness, given: SizingField | None
+    ) -> None:
+        self._filling, self._options, self._thickness = filling, options, thickness
         self._found: dict[tuple[int, bool], SizingField | None] = {}
         self._given = given
 
     def field(self, levels: int, follows: bool = False) -> SizingField | None:
-        """How edges of a mesh that is refined so often vary; None where they are of one length.
+        """How edges of a mesh that is refined so often vary; None where they are of one length, and long.
 
         ``follows`` where the wall is thin anywhere; otherwise where much of it is.
         """
@@ -74,8 +76,10 @@ class Sizes:
         if key not in self._found:
             edge = self._options.edge_length * 2.0**levels
             thin = follows or is_thin(self._thickness, edge, levels)
-            rate = self._options.gradation
-            self._found[key] = following_field(self._wall, self._thickness, edge, rate) if thin else None
+            within = (self._filling, edge, self._options.gradation)
+            # Coarse elements are few in the whole box about the body.
+            some = thin or levels == 0
+            self._found[key] = background_field(*within, self._thickness if thin else None) if some else None
         return self._found[key]
 
     def range(self, levels: int, follows: bool = False) -> tuple[float, float]:
@@ -125,9 +129,8 @@ def best_of_runs(
     """
     records: list[RunRecord] = []
     best: Candidate | None = None
-    thickness = 2.0 * filling.wall.volume / float(areas(filling.wall.points, filling.wall.triangles).sum())
     shortest = sizes.shortest(levels) / 2.0**levels
-    for parameters in planned_runs(options, lambda: records[-1].status, shortest, thickness, levels):
+    for parameters in planned_runs(options, lambda: records[-1].status, shortest, levels):
         if parameters.follows and options.envelope is None:
             widest = _THIN_ENVELOPE * sizes.shortest(parameters.levels, True)
             parameters = replace(parameters, envelope=min(parameters.envelope, widest))
@@ -200,11 +203,12 @@ def _mesh(
     diagonal = float(np.linalg.norm(np.ptp(points[np.unique(triangles)], axis=0)))
     expected = max(need.seconds, 1.0)
     field = sizes.field(parameters.levels, parameters.follows)
+    longest = sizes.range(parameters.levels)[1] if field is None else field.values.max()
     return run_tetwild(
         points,
         triangles,
         {
-            "edge_length_abs": float(sizes.range(parameters.levels, parameters.follows)[1]),
+            "edge_length_abs": float(longest),
             "epsilon": float(parameters.envelope / diagonal),
             "stop_energy": float(parameters.stop_energy),
             "num_threads": 1,

@@ -21,7 +21,6 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.vtk.reading import load
 from femprep.model import BoolArray, FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
-from femprep.volume.refine.plan import WallThickness
 
 #: A field of edge lengths: a function of points ``(n, 3)``, or points ``(k, 3)`` and the length at each ``(k,)``, mm.
 Sizing = Callable[[FloatArray], npt.ArrayLike] | tuple[npt.ArrayLike, npt.ArrayLike]
@@ -29,10 +28,6 @@ Sizing = Callable[[FloatArray], npt.ArrayLike] | tuple[npt.ArrayLike, npt.ArrayL
 #: Edge lengths by the thickness over the number of elements. fTetWild's edges are 0.96 of the length asked for on
 #: average, and a chain of them runs aslant through the wall.
 THROUGH: Final = 1.05
-#: Edges of a mesh by the thickness of a wall that is thinner than they are long.
-_THIN: Final = 1.05
-#: Distance of the background mesh's nodes where it holds no more than that, mm.
-_COARSE_STEP: Final = 4.0
 #: Name of the point data that holds edge lengths in a file.
 FIELD_NAME: Final = "edge_length"
 _SIZING_FILES: Final = (".vti", ".vtu", ".vtp", ".vtk")
@@ -107,19 +102,6 @@ def sizing_field(wall: Wall, options: VolumeOptions, sizing: Sizing | None = Non
         float(values[near].max()),
         float((1.0 / values[inside if inside.any() else near] ** 3).mean() * wall.volume),
     )
-
-
-def following_field(wall: Wall, thickness: WallThickness, edge_length: float, gradation: float) -> SizingField:
-    """Edges of one length, mm, but no longer than a wall is thick where it is thinner than that."""
-    grid = _Grid(wall, _COARSE_STEP)
-    lengths = np.minimum(_THIN * thickness.values, edge_length)
-    # Each vertex' length holds at the nodes about it, so that no thin place falls between them.
-    near = cKDTree(thickness.points).query(grid.points)[1]
-    values = lengths[near]
-    np.minimum.at(values, cKDTree(grid.points).query(thickness.points)[1], lengths)
-    values = grid.graded(values, gradation)
-    elements = float((1.0 / lengths**3).mean()) * wall.volume
-    return SizingField(grid.points, grid.tets, values, float(lengths.min()), edge_length, elements)
 
 
 def lengths_at(points: FloatArray, thickness: float, options: VolumeOptions, volume: float) -> SizingField:
@@ -221,10 +203,10 @@ def _lengths(sizing: Sizing, where: FloatArray) -> FloatArray:
 class _Grid:
     """A grid of cubes about the wall, each split into six tetrahedra."""
 
-    def __init__(self, wall: Wall, least_step: float = _LEAST_STEP) -> None:
+    def __init__(self, wall: Wall) -> None:
         corners = wall.points[np.unique(wall.triangles)]
         low, size = corners.min(axis=0), np.ptp(corners, axis=0)
-        step = max(least_step, float(np.cbrt(np.prod(size + 4.0 * _MARGIN) / _MOST_NODES)))
+        step = max(_LEAST_STEP, float(np.cbrt(np.prod(size + 4.0 * _MARGIN) / _MOST_NODES)))
         shape = np.ceil((size + 2.0 * _MARGIN) / step).astype(int) + 1
         start = low + 0.5 * size - 0.5 * step * (shape - 1)
         number = np.arange(int(np.prod(shape))).reshape(shape)

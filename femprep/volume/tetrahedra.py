@@ -101,7 +101,7 @@ def tetrahedralize(
     thickness = measured_thickness(wall)
     levels = levels_of(settings, thickness) if field is None else 0
     need = check_edge_length(wall, settings, size, levels) if field is None else check_sizing(field, settings, size)
-    sizes = Sizes(wall, settings, thickness, field)
+    sizes = Sizes(filling, settings, thickness, field)
     if need.seconds > settings.time_limit:
         _log.warning(
             "about %.2g elements will take about %.0f s, longer than the time limit of %g s",

@@ -23,8 +23,8 @@ TETS_PER_CUBE: Final = 11.0
 #: Memory of fTetWild: a fixed part and bytes per tetrahedron (measured: 152,000 in 0.5 GB, 1.17 million in 2.4 GB).
 BASE_BYTES: Final = 0.15e9
 BYTES_PER_TET: Final = 2.3e3
-#: Seconds of fTetWild per tetrahedron (0.3 to 0.5 ms were measured).
-SECONDS_PER_TET: Final = 4.5e-4
+#: Seconds of fTetWild per tetrahedron (0.14 to 0.33 ms were measured).
+SECONDS_PER_TET: Final = 2.5e-4
 #: The same of a tetrahedron that a coarser one was cut into, with all that follows to the end of the run (measured:
 #: 10.8 million with fibres in 7.1 GB).
 BYTES_PER_CHILD: Final = 0.7e3

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 
+import pytest
 from numba.core.caching import FunctionCache
 
 from femprep.mesh.compiled import compiled
@@ -51,3 +52,30 @@ def test_full_disk_keeps_no_machine_code_and_stops_nothing(monkeypatch, caplog):
 
     assert twice(21) == 42
     assert "cannot be kept" in caplog.text
+
+
+#: What the kernels' library for threads is told while it is loaded, and what the user's variables are afterwards.
+_ASLEEP = """
+import os
+import numpy as np
+from femprep.mesh.measures.tetrahedra import tetra_volumes
+told = []
+import femprep.mesh.compiled as room
+load = room.import_module
+room.import_module = lambda name: (told.append((name, os.environ.get("OMP_WAIT_POLICY"))), load(name))
+for _ in range(2):
+    tetra_volumes(np.eye(4, 3), np.array([(0, 1, 2, 3)]))
+print(told, os.environ.get("OMP_WAIT_POLICY"))
+"""
+
+
+@pytest.mark.parametrize(
+    ("given", "found"),
+    [({}, "[('numba.np.ufunc.omppool', 'passive')] None"), ({"OMP_WAIT_POLICY": "active"}, "[] active")],
+)
+def test_threads_sleep_while_they_wait_unless_the_user_tells_them_how(given, found):
+    kept = {name: value for name, value in os.environ.items() if name not in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT")}
+    done = subprocess.run(
+        [sys.executable, "-c", _ASLEEP], env={**kept, **given}, capture_output=True, text=True, timeout=300
+    )
+    assert done.stdout.strip() == found, done.stderr

@@ -69,8 +69,8 @@ def test_a_direct_run_when_asked(wall, monkeypatch):
 
     asked = []
 
-    def stop(points, triangles, parameters, **_):
-        asked.append(parameters["edge_length_abs"])
+    def stop(points, triangles, parameters, arrays, **_):
+        asked.append(np.min(arrays.get("bg_values", parameters["edge_length_abs"])))
         raise runs.StageError("enough")
 
     monkeypatch.setattr(runs, "run_tetwild", stop)

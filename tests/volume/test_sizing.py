@@ -12,9 +12,11 @@ from femprep.errors import FileError, InputError, OptionError, ResourceError
 from femprep.model import FACET_TAGS, Wall
 from femprep.options import QUALITY, Options, VolumeOptions, choose
 from femprep.volume import tetrahedralize
+from femprep.volume.background import background_field
+from femprep.volume.blood import Filling
 from femprep.volume.quality.transmural import elements_through_wall, mesh_edges
 from femprep.volume.refine.plan import measured_thickness
-from femprep.volume.sizing import THROUGH, following_field, read_sizing, sizing_field, thickness_at
+from femprep.volume.sizing import THROUGH, read_sizing, sizing_field, thickness_at
 from femprep.volume.validate import check_sizing
 
 
@@ -220,7 +222,7 @@ def test_elements_through_the_wall_are_as_many_as_asked_for():
 def test_edges_follow_a_wall_that_is_thinner_than_they_are_long():
     wall = ellipsoid_wall((22.0, 22.0, 42.0), (31.0, 25.0, 51.0), 10.0, rings=24)
     thickness = measured_thickness(wall)
-    field = following_field(wall, thickness, 5.0, 0.3)
+    field = background_field(Filling(wall, None), 5.0, 0.3, thickness)
     at = cKDTree(field.points).query([[0.0, 23.5, 0.0], [26.5, 0.0, 0.0]])[1]
     # 3 mm thick on the y axis, 9 mm on the x axis.
     assert field.values[at[0]] == pytest.approx(1.05 * 3.0, rel=0.1)

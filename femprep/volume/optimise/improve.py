@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from femprep.mesh.stars import coloured, stars
-from femprep.model import FloatArray, IntArray
+from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.volume.optimise.constraints import Constraints
 from femprep.volume.optimise.quality import REGULAR_SINE, qualities
 from femprep.volume.optimise.relax import relax
@@ -133,7 +133,7 @@ class _Mesh:
 
     def quality(self) -> FloatArray:
         """Quality of each tetrahedron, brought up to date in place where points moved."""
-        moved = (self.points != self._judged).any(axis=1)
+        moved = _differ(self.points, self._judged)
         if moved.any():
             qualities(self.points, self.cells, moved, self._quality)
             self._judged = self.points.copy()
@@ -142,10 +142,10 @@ class _Mesh:
     def put_back(self, sound: float) -> None:
         """Put boundary points back onto the wall, and those that cannot go there back to where they last were."""
         held = self._look_up()
-        off = held[(self.points[held] != self._places[held]).any(axis=1)]
+        off = held[_differ(self.points[held], self._places[held])]
         self._try(off, self._places, sound)
-        off = off[(self.points[off] != self._places[off]).any(axis=1)]
-        off = off[(self.points[off] != self._home[off]).any(axis=1)]
+        off = off[_differ(self.points[off], self._places[off])]
+        off = off[_differ(self.points[off], self._home[off])]
         self._try(off, self._home, sound)
         self._home = self.points.copy()
 
@@ -171,8 +171,8 @@ class _Mesh:
         A point at the place found for it belongs there: it is not looked up again.
         """
         held = self._held
-        moved = (self.points[held] != self._looked_up[held]).any(axis=1)
-        moved &= (self.points[held] != self._places[held]).any(axis=1)
+        moved = _differ(self.points[held], self._looked_up[held])
+        moved &= _differ(self.points[held], self._places[held])
         chosen = np.zeros(len(self.points), dtype=np.bool_)
         chosen[held[moved]] = True
         self._constraints.renew(self.points, chosen, self._places, self._basis)
@@ -189,6 +189,12 @@ class _Mesh:
     def _coloured(self, nodes: IntArray) -> tuple[IntArray, IntArray]:
         order, first = coloured(self.cells, *self._star, nodes)
         return order, first
+
+
+def _differ(one: FloatArray, other: FloatArray) -> BoolArray:
+    """Which rows of two arrays ``(n, 3)`` differ; ``any`` along rows takes several times as long."""
+    differ = one != other
+    return np.asarray(differ[:, 0] | differ[:, 1] | differ[:, 2])
 
 
 def _points_of_poor(quality: FloatArray, cells: IntArray, poor: float) -> IntArray:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
-import numpy as np
 from pydantic import Field
 
 from femprep.model.record import Record
@@ -18,10 +17,6 @@ Status = Literal["reached", "missed", "too long", "crashed", "wrong mesh"]
 MISSED: Final = "below what was asked"
 #: Lowest stop energy of a run: with 5 fTetWild may not come to an end.
 _LOWEST_ENERGY: Final = 6.0
-#: An edge that is longer than this share of the wall's mean thickness, and the mean of the mean ratio that then needs
-#: the lowest stop energy (edges of 6 mm, wall of 9 mm: 0.855 with an energy of 10 or 8, 0.873 with 6).
-_COARSE: Final = 0.5
-_BOUND: Final = 0.85
 #: A run may take so many times the seconds estimated, so many seconds where those are few, and for each triangle of the
 #: boundary, which is what coarse meshes wait for (left ventricles took .5 to 4 ms each, both 3 to 6). By luck a run
 #: takes many times as long as the next one, or comes to no end.
@@ -156,7 +151,6 @@ def planned_runs(
     options: VolumeOptions,
     status: Callable[[], Status],
     edge_length: float | None = None,
-    thickness: float = np.inf,
     levels: int = 0,
 ) -> Iterator[RunParameters]:
     """Parameters of the runs: the ways in their order, then the last one changed by what came of the run before.
@@ -169,9 +163,6 @@ def planned_runs(
         What came of the run before.
     edge_length : float, optional
         Of the mesh in the end, mm; the option's where not given.
-    thickness : float
-        Mean thickness of the wall, mm. Where an edge takes more than half of it, most elements are bound by its
-        surfaces, and a good mean ratio needs the lowest stop energy from the first run on.
     levels : int
         How often a coarser mesh may be refined; without it, ways that are refined are left out.
 
@@ -187,7 +178,7 @@ def planned_runs(
         ways = [ways[0], ways[-1]]
     patience = _PATIENCE
     for way in ways:
-        parameters = _first(options, way, edge, thickness, levels - way.fewer if way.refined else 0)
+        parameters = _first(options, way, edge, levels - way.fewer if way.refined else 0)
         yield replace(parameters, patience=patience)
         patience *= 2.0 if status() == "too long" else 1.0
     for _ in range(max(targets.retries - len(ways) + 1, 0)):
@@ -214,13 +205,11 @@ def _changed(energy: float, change: Change) -> float:
     return change.energy * energy
 
 
-def _first(options: VolumeOptions, way: FillingWay, edge: float, thickness: float, levels: int) -> RunParameters:
+def _first(options: VolumeOptions, way: FillingWay, edge: float, levels: int) -> RunParameters:
     """Parameters of the first run of a way."""
     targets, size = options.targets, edge * 2.0**levels
     energy = targets.stop_energy
     if options.stop_energy is None:
         energy = max(energy, way.energy or 0.0)
-        if not way.refined and edge > _COARSE * thickness and targets.mean_ratio >= _BOUND:
-            energy = min(energy, _LOWEST_ENERGY)
     envelope = options.envelope or max(targets.envelope, way.envelope or 0.0) * size
     return RunParameters(envelope, energy, levels, way.name, way.follows)
