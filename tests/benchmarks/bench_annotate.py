@@ -14,6 +14,13 @@ one of its tests before holds them::
 
     git clone --depth 1 https://github.com/SimVascular/svFSI-Tests
     python tests/benchmarks/bench_annotate.py --examples svFSI-Tests
+
+``--named`` gives a surface whose array ``class`` is 1 on the base, 2 on the epicardium, 3 and 4 on the endocardia, as
+those of Cobiveco and LDRB_Fibers are (https://github.com/KIT-IBT); the elements, where the repository keeps none, are
+made of that surface (``pip install tetgen``: ``tetgen.TetGen(pyvista.read("heart.vtp")).tetrahedralize(mindihedral=10,
+minratio=1.5)``)::
+
+    python tests/benchmarks/bench_annotate.py heart.vtu --named heart.vtp
 """
 
 from __future__ import annotations
@@ -26,6 +33,7 @@ from pathlib import Path
 
 import numpy as np
 import pyvista
+from scipy.spatial import cKDTree
 
 import femprep as fp
 from femprep.annotation.shell import shell_of
@@ -77,7 +85,11 @@ def main() -> None:
     parser.add_argument("mesh", type=Path, help="the published heart, or the folder of the examples")
     parser.add_argument("--numbers", action="store_true", help="only with the numbers of the volumes")
     parser.add_argument("--examples", action="store_true", help="the left ventricles of svMultiPhysics's examples")
+    parser.add_argument("--named", type=Path, help="a surface with the array class")
     arguments = parser.parse_args()
+    if arguments.named:
+        beside(arguments.mesh, pyvista.read(arguments.named))
+        return
     if arguments.examples:
         for name in EXAMPLES:
             example(arguments.mesh / name)
@@ -138,6 +150,22 @@ def example(folder: Path) -> None:
         if (folder / theirs).is_file():
             angles(own, pyvista.read(folder / theirs)["FIB_DIR"], found.mesh.cell_data[own])
     print("verdict:", found.quality.failures or "passed")
+
+
+def beside(path: Path, surface: pyvista.PolyData) -> None:
+    """A mesh whose facets are named as the nearest places of a surface are."""
+    start = time.perf_counter()
+    found = fp.annotate(fp.read_mesh(path), names={}, fibres=None)
+    print(f"\n## {path}: {found.mesh.n_cells} elements, {time.perf_counter() - start:.1f} s")
+    shell = shell_of(found.mesh)
+    if "class" in surface.cell_data:
+        places, number = surface.cell_centers().points, surface.cell_data["class"]
+    else:
+        places, number = surface.points, surface.point_data["class"]
+    names = np.array([0, *(FACET_TAGS[name] for name in ("base", "epi", "endo_lv", "endo_rv"))])
+    (triangles,) = shell.facets.values()
+    report(found, triangles, names[number[cKDTree(places).query(shell.centre)[1]].astype(int)])
+    print("read by:", next(attempt.way for attempt in found.attempts if attempt.taken))
 
 
 def angles(what: str, theirs: np.ndarray, own: np.ndarray) -> None:
