@@ -93,7 +93,8 @@ def advised(seg: Segmentation, options: Options) -> Iterator[None]:
         what = (
             "no surfaces can be fitted then either" if reached is None else f"surfaces lie within {reached:.1f} pixels"
         )
-        raise type(error)(f"{line}, and {what}") from error
+        error.args = (f"{line}, and {what}",)  # the same error, with the records that it may hold
+        raise
 
 
 def _shifted(seg: Segmentation, beside: Mapping[int, float], options: Options) -> list[str]:

@@ -12,6 +12,7 @@ from femprep.errors import InputError, StageError
 from femprep.options import Options
 from femprep.phantoms import lv_ellipsoid
 from femprep.volume.quality.advice import advised
+from femprep.volume.runs import NoMeshError
 
 OPTIONS = Options(preset="acdc", surface={"vertices": 300})
 
@@ -29,6 +30,13 @@ def message(seg: fp.Segmentation, options: Options, error: Exception) -> str:
     with pytest.raises(type(error)) as caught, advised(seg, options):
         raise error
     return str(caught.value)
+
+
+def test_an_error_keeps_what_it_holds(displaced: fp.Segmentation) -> None:
+    error = NoMeshError("no mesh after 3 attempts", [])
+    words = message(displaced, OPTIONS, error)
+    assert words.startswith("no mesh after 3 attempts; slices lie up to ")
+    assert error.records == []
 
 
 @pytest.mark.parametrize("kind", [StageError, InputError])
