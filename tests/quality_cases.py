@@ -5,7 +5,7 @@
 
 A figure may fall below its baseline by its tolerance: little for the sweep, whose meshes follow the surfaces fitted
 before them and repeat byte for byte, more for fTetWild, no two of whose meshes are equal: its baselines are the least
-of several runs. Renew after a change that is meant to change meshes, and look at every figure that falls.
+of ``RUNS`` runs. Renew after a change that is meant to change meshes, and look at every figure that falls.
 """
 
 from __future__ import annotations
@@ -54,6 +54,8 @@ TETWILD = {
 #: Both ventricles, from the label map to the mesh.
 VENTRICLES = {"tetwild-biv": {}, "tetwild-biv-blood": {"blood_pool": True}}
 EDGE, VENTRICLES_EDGE = 4.0, 3.5
+#: Runs of fTetWild that a baseline is the least of.
+RUNS = 6
 #: Kinds by case: all of them on one phantom, a few on the others.
 KINDS = {
     "round": (*SWEPT, *TETWILD),
@@ -134,7 +136,8 @@ def main() -> None:
             key = f"{case} {kind}"
             if words and not any(word in key for word in words):
                 continue
-            cases[key] = {name: float(f"{value:.4g}") for name, value in figures(make(case, kind)).items()}
+            found = [figures(make(case, kind)) for _ in range(RUNS if kind.startswith("tetwild") else 1)]
+            cases[key] = {name: float(f"{min(one[name] for one in found):.4g}") for name in found[0]}
             print(key, *(f"{n} {old.get(key, {}).get(n, '-')} -> {v}" for n, v in cases[key].items()), sep="\n    ")
             sys.stdout.flush()
     kept = {key: value for key, value in old.items() if key not in cases}
