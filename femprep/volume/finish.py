@@ -140,7 +140,7 @@ def _in_steps(
     tags = [t for t in smooth if not (filling.cavities and t in endo_tags())]
     poor, flat, undone = _poor(options), 0, []
 
-    def without(mesh: VolumeMesh) -> VolumeMesh:
+    def without(mesh: VolumeMesh, poor: float = np.inf) -> VolumeMesh:
         nonlocal flat
         found, count = without_flat(mesh, tags, poor)
         if count:  # otherwise it is the mesh that was sound before
@@ -159,7 +159,7 @@ def _in_steps(
     steps: tuple[tuple[str, Callable[[VolumeMesh], VolumeMesh]], ...] = (
         ("flat elements on a surface removed", without),
         ("refined", refined),
-        ("flat elements of the refined mesh removed", without),
+        ("flat elements of the refined mesh removed", lambda mesh: without(mesh, poor)),
     )
     for name, step in steps:
         try:

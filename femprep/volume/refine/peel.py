@@ -1,7 +1,7 @@
 """A mesh of tetrahedra with flat ones on its smooth surfaces in, the mesh without them out.
 
 A tetrahedron two or three of whose faces lie on one smooth surface, and so all its corners, is as flat as the surface:
-moving its nodes along the surface mends nothing, and its children are as flat. It is taken away where it is poor; its
+moving its nodes along the surface mends nothing, and its children on the surface are twice as flat with each level. Its
 other faces, whose nodes lie on the same surface, become the boundary, and refinement puts that onto the surface.
 """
 
@@ -20,8 +20,8 @@ from femprep.volume.optimise import tet_quality
 _ROUNDS: Final = 8
 
 
-def without_flat(mesh: VolumeMesh, tags: list[int], poor: float) -> tuple[VolumeMesh, int]:
-    """Take poor tetrahedra with two boundary facets of one of some tags away, and those under them that then are such.
+def without_flat(mesh: VolumeMesh, tags: list[int], poor: float = np.inf) -> tuple[VolumeMesh, int]:
+    """Take tetrahedra with two boundary facets of one of some tags away, and those under them that then are such.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def without_flat(mesh: VolumeMesh, tags: list[int], poor: float) -> tuple[Volume
     tags : list of int
         Tags of smooth surfaces that bound the mesh on one side alone.
     poor : float
-        Quality below which one is taken away, of :func:`femprep.volume.optimise.tet_quality`.
+        Quality below which one is taken away, of :func:`femprep.volume.optimise.tet_quality`; each, if not given.
 
     Returns
     -------

@@ -70,7 +70,7 @@ def test_there_and_back_between_unlike_meshes_is_below_an_element() -> None:
     # By way of the smaller elements less than one of the coarse mesh comes back in another segment.
     around = fp.transfer(coarse, fine, "aha").info["transfer"]
     assert around["fields"][0]["back_mean"] < 100.0 / coarse.n_cells
-    # At the apex, where the coordinates have no angle, a place comes back anywhere in its own element by rounding, which
+    # At the apex, where the coordinates have no angle, a place comes back anywhere in its own element by rounding, that
     # differs with the processor: half a cube's diagonal at most. Elsewhere it is a tenth of an edge off.
     assert around["place_back_largest_mm"] < 0.5 * np.sqrt(3.0) * around["source_edge_mm"]
     assert around["place_back_95_mm"] < 0.1 * around["source_edge_mm"]

@@ -62,6 +62,20 @@ def test_a_flat_pyramid_goes_with_its_top():
     assert sorted(found.facet_tag.tolist()) == [ENDO] + [EPI] * 3
 
 
+def test_a_sound_one_goes_before_refinement():
+    """Its children on the surface are half as thick with each level."""
+    mesh = capped(0.6)
+    quality = [tet_quality(mesh.points, mesh.cells["tetra"])[2]]
+    for level in (1, 2):
+        child = capped(0.6 / 2.0**level)
+        quality.append(tet_quality(child.points, child.cells["tetra"])[2])
+    assert quality[0] > POOR > quality[1] > quality[2]
+    assert without_flat(mesh, [ENDO, EPI], POOR)[1] == 0
+    found, count = without_flat(mesh, [ENDO])
+    assert count == 1
+    assert is_manifold(found.facets["triangle"])
+
+
 @pytest.mark.parametrize("why", ["sound", "two tags", "not smooth"])
 def test_others_stay(why):
     mesh = capped(1.0 if why == "sound" else 0.2)
