@@ -57,7 +57,7 @@ def _tetwild(fitted: WallSurfaces, options: Options, stages: Stages) -> tuple[Wa
         wall = open_wall(wall, fitted.openings) if fitted.openings else wall
     with stages("volume") as report:
         blood = fill_cavities(wall) if options.blood_pool else None
-        mesh = tetrahedralize(wall, options=options.volume, progress=report, blood=blood)
+        mesh = tetrahedralize(wall, options=options.volume, progress=report, blood=blood, limits=options.limits)
     if fitted.body is not None:
         with stages("regions"):
             mesh = (label_ventricles if options.anatomy == "biv" else label_chambers)(mesh, fitted.body)

@@ -13,16 +13,19 @@ from femprep.mesh.measures.volume_elements import element_measures, element_volu
 from femprep.mesh.search.tree import curve_order
 from femprep.model import FloatArray, IntArray, Progress, TagArray, VolumeMesh, endo_tags, tag_name
 from femprep.model.blocks import nodes_of, numbers_among
-from femprep.options import VolumeOptions
+from femprep.options import CheckOptions, VolumeOptions
 from femprep.volume.blood import Filling, TaggedFacets, check_cavities, find_facets
-from femprep.volume.optimise import REGULAR_SINE, optimise
+from femprep.volume.optimise import optimise
 from femprep.volume.optimise.constraints import Constraints, constrain
+from femprep.volume.optimise.poor import poor_quality
+from femprep.volume.quality.limits import judge_shapes
+from femprep.volume.quality.verdicts import Verdicts
 from femprep.volume.refine import PARENT, refine
 from femprep.volume.refine.peel import without_flat
 from femprep.volume.sound import VOLUME_LIMIT, check_boundary, check_positive, check_volumes, filled, require_sound
 from femprep.volume.tagging import tag_facets
 from femprep.volume.tetwild.guard import TetwildRun
-from femprep.volume.tetwild.ways import MISSED, RunParameters
+from femprep.volume.tetwild.ways import RunParameters
 
 #: Smallest dihedral angle asked of a mesh that was refined, degrees, where no angle was asked for and the quality's own
 #: is lower: the mesher itself mostly makes one of 25, of 20 at least.
@@ -38,10 +41,8 @@ class Candidate:
     mesh : VolumeMesh
     smallest_dihedral : float
         Degrees.
-    mean_ratio : float
-        Mean of the mean ratio.
-    reached : bool
-        Whether both are as asked, of a mesh as fine as asked.
+    failures : tuple of str
+        What it misses of the quality asked for and of the limits on the shapes of elements.
     undone : tuple of str
         Steps of putting it in order that spoiled it, and how; it is as it was before each.
     fine : bool
@@ -50,22 +51,21 @@ class Candidate:
 
     mesh: VolumeMesh
     smallest_dihedral: float
-    mean_ratio: float
-    reached: bool
+    failures: tuple[str, ...] = ()
     undone: tuple[str, ...] = ()
     fine: bool = True
 
     @property
+    def reached(self) -> bool:
+        """Whether it is as good and as fine as asked."""
+        return self.fine and not self.failures
+
+    @property
     def outcome(self) -> str:
         """What came of the run, for its record."""
-        if self.reached:
-            return "reached"
         if not self.fine:
             return f"the mesh could not be refined: {self.undone[-1]}"
-        return (
-            f"smallest dihedral angle {self.smallest_dihedral:.1f} degrees, mean of the mean ratio "
-            f"{self.mean_ratio:.3f}: {MISSED}"
-        )
+        return "; ".join(self.failures) or "reached"
 
 
 def finish(
@@ -73,9 +73,12 @@ def finish(
     filling: Filling,
     options: VolumeOptions,
     parameters: RunParameters,
+    limits: CheckOptions,
     progress: Progress | None = None,
 ) -> Candidate:
-    """Check, tag, put in place, refine and improve what the mesher gave; ``progress`` is told of the refinement.
+    """Check, tag, put in place, refine and improve what the mesher gave, and hold it to what is asked.
+
+    ``progress`` is told of the refinement.
 
     Raises
     ------
@@ -90,7 +93,8 @@ def finish(
     merged, constraints = _held(given, facets, filling, parameters.envelope)
     if filling.cavities:
         check_cavities(given, cells, region, filling, 2.0 * VOLUME_LIMIT)
-    points, record = _improved(given, cells, constraints, options)
+    poor = poor_quality(options.targets.poor_angle, limits)
+    points, record = _improved(given, cells, constraints, poor if options.optimise else None)
     check_positive(points, cells, element_volumes(points, cells, "tetra"))
     step = np.linalg.norm(points - given, axis=1)
     info = {
@@ -103,12 +107,16 @@ def finish(
     tag = filling.tags(merged, facets, region)
     planes = {**filling.wall.planes, **filling.caps}
     mesh = VolumeMesh(points, {"tetra": cells}, region, {"triangle": facets.nodes}, tag, planes=planes, info=info)
-    mesh, undone, fine = _in_steps(mesh, filling, options, parameters.levels, progress)
+    mesh, undone, fine = _in_steps(mesh, filling, parameters.levels, poor, options.optimise, progress)
     measures = element_measures(mesh.points, mesh.cells["tetra"], "tetra")
     mesh = replace(mesh, info={**mesh.info, **filled(measures["volume"], mesh.region, filling)})
     smallest, mean = float(measures["minimum_dihedral"].min()), float(measures["mean_ratio"].mean())
-    reached = fine and smallest >= _asked_dihedral(options, parameters) and mean >= options.targets.mean_ratio
-    return Candidate(mesh, smallest, mean, reached, undone, fine)
+    held = Verdicts()
+    if smallest < _asked_dihedral(options, parameters) or mean < options.targets.mean_ratio:
+        words = f"smallest dihedral angle {smallest:.1f} degrees, mean of the mean ratio {mean:.3f}"
+        held.failures.append(f"{words}: below what was asked")
+    judge_shapes({"tetra": measures}, limits, held)
+    return Candidate(mesh, smallest, tuple(held.failures), undone, fine)
 
 
 def _asked_dihedral(options: VolumeOptions, parameters: RunParameters) -> float:
@@ -119,7 +127,7 @@ def _asked_dihedral(options: VolumeOptions, parameters: RunParameters) -> float:
 
 
 def _in_steps(
-    mesh: VolumeMesh, filling: Filling, options: VolumeOptions, levels: int, progress: Progress | None
+    mesh: VolumeMesh, filling: Filling, levels: int, poor: float, optimised: bool, progress: Progress | None
 ) -> tuple[VolumeMesh, tuple[str, ...], bool]:
     """The mesh refined to the edge length asked for, its boundary on the smooth surfaces of the wall, step by step.
 
@@ -138,7 +146,7 @@ def _in_steps(
     smooth = [t for t in np.unique(mesh.facet_tag).tolist() if tag_name(t).startswith(("endo", "epi"))]
     # The endocardium of a wall with blood has elements on both sides.
     tags = [t for t in smooth if not (filling.cavities and t in endo_tags())]
-    poor, flat, undone = _poor(options), 0, []
+    flat, undone = 0, []
 
     def without(mesh: VolumeMesh, poor: float = np.inf) -> VolumeMesh:
         nonlocal flat
@@ -149,8 +157,7 @@ def _in_steps(
         return found
 
     def refined(mesh: VolumeMesh) -> VolumeMesh:
-        wall, optimised = filling.sheets, options.optimise
-        found = refine(mesh, levels, wall=wall, optimised=optimised, poor=poor, progress=progress)
+        found = refine(mesh, levels, wall=filling.sheets, optimised=optimised, poor=poor, progress=progress)
         # Of the coarse mesh nothing is kept that the parents' numbers could point into.
         found = replace(found, cell_data={name: values for name, values in found.cell_data.items() if name != PARENT})
         require_sound(found, filling)
@@ -168,11 +175,6 @@ def _in_steps(
             undone.append(f"{name}: {error}")
     mesh = replace(mesh, info={**mesh.info, "flat_elements_removed": flat})
     return mesh, tuple(undone), "refinement" in mesh.info
-
-
-def _poor(options: VolumeOptions) -> float:
-    """Quality below which an element is improved."""
-    return float(np.sin(np.radians(options.targets.poor_angle)) / REGULAR_SINE)
 
 
 def _used(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
@@ -204,14 +206,14 @@ def _held(points: FloatArray, facets: TaggedFacets, filling: Filling, envelope: 
 
 
 def _improved(
-    points: FloatArray, cells: IntArray, constraints: Constraints, options: VolumeOptions
+    points: FloatArray, cells: IntArray, constraints: Constraints, poor: float | None
 ) -> tuple[FloatArray, dict[str, Any]]:
-    """Points ``(n, 3)`` put in place and, where asked for, moved for better elements; what was done, for the record."""
-    if not options.optimise:
+    """Points ``(n, 3)`` put in place and, where a quality is asked for, moved for better elements; what was done."""
+    if poor is None:
         flat = points.copy()
         constraints.flatten(flat)
         return flat, {}
-    outcome = optimise(points, cells, constraints, poor=_poor(options))
+    outcome = optimise(points, cells, constraints, poor=poor)
     return outcome.points, {
         "sweeps": outcome.sweeps,
         "poor_elements_before": outcome.poor_before,

@@ -11,7 +11,7 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.model import Notice, Progress
-from femprep.options import VolumeOptions
+from femprep.options import CheckOptions, VolumeOptions
 from femprep.volume.background import background_field
 from femprep.volume.blood import Filling
 from femprep.volume.finish import Candidate, finish
@@ -102,7 +102,13 @@ class Sizes:
 
 
 def best_of_runs(
-    filling: Filling, options: VolumeOptions, sizes: Sizes, need: Estimate, levels: int, report: Progress
+    filling: Filling,
+    options: VolumeOptions,
+    limits: CheckOptions,
+    sizes: Sizes,
+    need: Estimate,
+    levels: int,
+    report: Progress,
 ) -> tuple[Candidate, list[RunRecord]]:
     """The best mesh of as many runs as it takes, and a record of each.
 
@@ -110,6 +116,8 @@ def best_of_runs(
     ----------
     filling : Filling
     options : VolumeOptions
+    limits : CheckOptions
+        What elements are held to.
     sizes : Sizes
     need : Estimate
         Of a run.
@@ -134,7 +142,7 @@ def best_of_runs(
         if parameters.follows and options.envelope is None:
             widest = _THIN_ENVELOPE * sizes.shortest(parameters.levels, True)
             parameters = replace(parameters, envelope=min(parameters.envelope, widest))
-        candidate, record = _one(filling, options, parameters, sizes, need, report)
+        candidate, record = _one(filling, options, limits, parameters, sizes, need, report)
         records.append(record)
         if candidate is not None and (best is None or _rank(candidate) > _rank(best)):
             best = candidate
@@ -146,12 +154,18 @@ def best_of_runs(
     return best, records
 
 
-def _rank(candidate: Candidate) -> tuple[bool, bool, float]:
-    return candidate.reached, candidate.fine, candidate.smallest_dihedral
+def _rank(candidate: Candidate) -> tuple[bool, int, float]:
+    return candidate.fine, -len(candidate.failures), candidate.smallest_dihedral
 
 
 def _one(
-    filling: Filling, options: VolumeOptions, parameters: RunParameters, sizes: Sizes, need: Estimate, report: Progress
+    filling: Filling,
+    options: VolumeOptions,
+    limits: CheckOptions,
+    parameters: RunParameters,
+    sizes: Sizes,
+    need: Estimate,
+    report: Progress,
 ) -> tuple[Candidate | None, RunRecord]:
     """One run: its mesh in order, where it gave a sound one, and its record."""
     need = estimate(need.elements, parameters.levels)
@@ -176,9 +190,11 @@ def _one(
             elements=len(run.cells),
         )
         share = _share(parameters.levels)
-        candidate = finish(
-            run, filling, options, parameters, lambda _, fraction: report("volume", share + (1.0 - share) * fraction)
-        )
+
+        def refining(_: str, fraction: float) -> None:
+            report("volume", share + (1.0 - share) * fraction)
+
+        candidate = finish(run, filling, options, parameters, limits, refining)
     except StageError as error:
         status = "too long" if isinstance(error, TooLongError) else status
         return None, RunRecord(**told, status=status, outcome=str(error))

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.model import BloodPools, Notice, Progress, VolumeMesh, Wall, noted
-from femprep.options import VolumeOptions, choose, takes
+from femprep.options import CheckOptions, VolumeOptions, choose, takes
 from femprep.volume.blood import Filling
 from femprep.volume.quality.transmural import elements_through_wall
 from femprep.volume.refine.plan import levels_of, measured_thickness
@@ -33,6 +33,7 @@ def tetrahedralize(
     progress: Progress | None = None,
     sizing: Sizing | None = None,
     blood: BloodPools | None = None,
+    limits: CheckOptions | None = None,
     **changes: Any,
 ) -> VolumeMesh:
     """Fill a wall with tetrahedra, and the blood in its cavities where that is given.
@@ -41,8 +42,9 @@ def tetrahedralize(
     base and apex facets are put onto their planes, other boundary points back onto the wall, and the worst elements
     are improved. With ``refinement="auto"``, where the wall bears elements twice as long as asked for, or four times,
     fTetWild makes those, and each is cut into eight, its new boundary nodes on the smooth surfaces (:func:`refine`).
-    The result is checked; a run that fails, or misses the quality asked for, is repeated with other parameters, at last
-    without refinement. fTetWild is not deterministic: two runs give different meshes.
+    The result is checked; a run that fails, or misses the quality asked for or a limit on the shapes of elements, is
+    repeated with other parameters, at last without refinement. fTetWild is not deterministic: two runs give different
+    meshes.
 
     Parameters
     ----------
@@ -58,6 +60,8 @@ def tetrahedralize(
         of which the nearest counts.
     blood : BloodPools, optional
         Of this wall, from :func:`~femprep.fill_cavities`: meshed together with it, so that both share their nodes.
+    limits : CheckOptions, optional
+        What the mesh will be judged by, of which the shapes of elements matter here; the defaults if not given.
     **changes
         Options by name in place of those given.
 
@@ -108,7 +112,8 @@ def tetrahedralize(
             *(need.elements, need.seconds, settings.time_limit),
         )
     report = progress or (lambda stage, fraction: None)
-    best, records = best_of_runs(filling, settings, sizes, need, levels, report)
+    held = (limits or CheckOptions()).resolved("tetwild")
+    best, records = best_of_runs(filling, settings, held, sizes, need, levels, report)
     report("volume", 1.0)
     info = {
         "mesher": f"fTetWild through pytetwild {_version('pytetwild')}",

@@ -4,6 +4,7 @@
     ... --case patient007_frame01 patient084_frame01 --quality good --edge 2.0
     ... --through 2 3                                      elements through the wall instead of an edge length
     ... --order 2                                          ten-node tetrahedra as well
+    ... --purpose implicit explicit electrophysiology --quality good --refinement auto      limits of what it is for
 
 "mesher s" is the processor time of all runs of fTetWild's own process, "rest s" that of everything else.
 """
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import os
 import time
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -53,16 +55,18 @@ def bench(case: str, wall: Wall, label: str, **asked: object) -> None:
     try:
         mesh = tetrahedralize(wall, **asked)
     except FemprepError as error:
-        row(case, label, str(error)[:80], *[""] * 8)
+        row(case, label, str(error)[:80], *[""] * 10)
         return
     rest = time.process_time() - start
     ((name, cells),) = mesh.cells.items()
     found = element_measures(mesh.points, cells, name)
     runs = mesh.info["attempts"]
+    scaled, blunt = float(found["scaled_jacobian"].min()), float(found["maximum_dihedral"].max())
     seconds = sum(run.get("processor_seconds", 0.0) for run in runs)
     angle, ratio = found["minimum_dihedral"].min(), found["mean_ratio"].mean()
     jacobian = found["relative_jacobian"].min()
-    row(case, label, len(cells), *map(float, (angle, ratio, jacobian)), *through(mesh, asked), len(runs), seconds, rest)
+    shapes = (float(angle), blunt, float(ratio), float(jacobian), scaled)
+    row(case, label, len(cells), *shapes, *through(mesh, asked), len(runs), seconds, rest)
 
 
 def through(mesh: VolumeMesh, asked: dict[str, object]) -> tuple[str, str]:
@@ -80,19 +84,31 @@ def main() -> None:
     parser.add_argument("--edge", type=float, default=2.5)
     parser.add_argument("--through", type=int, nargs="+", default=[])
     parser.add_argument("--order", type=int, default=1)
+    parser.add_argument("--refinement", choices=("auto", "none"), default="none")
+    parser.add_argument("--purpose", nargs="+", default=["general"], help="what limits are those of")
     given = parser.parse_args()
     folder = given.data / "acdc" / "training"
-    heads = ("dihedral min", "mean ratio", "Jacobian min", "through wall", "share", "runs", "mesher s", "rest s")
-    row("case", "asked", "tets", *heads)
-    row(*["---"] * 11)
+    heads = (
+        "dihedral min",
+        "dihedral max",
+        "mean ratio",
+        "Jacobian min",
+        "scaled Jacobian min",
+        "through wall",
+        "share",
+    )
+    row("case", "asked", "tets", *heads, "runs", "mesher s", "rest s")
+    row(*["---"] * 13)
     for case in given.case:
         wall = build(folder, case)
-        for quality in given.quality:
-            common = {"quality": quality, "order": given.order, "refinement": "none"}
+        for quality, purpose in product(given.quality, given.purpose):
+            common = {"quality": quality, "order": given.order, "refinement": given.refinement}
+            common["limits"] = fp.CheckOptions(purpose=purpose)
+            words = quality if purpose == "general" else f"{quality}, {purpose}"
             if not given.through:
-                bench(case, wall, f"{quality}, {given.edge:g} mm", edge_length=given.edge, **common)
+                bench(case, wall, f"{words}, {given.edge:g} mm", edge_length=given.edge, **common)
             for number in given.through:
-                bench(case, wall, f"{quality}, {number} through", elements_through_wall=number, **common)
+                bench(case, wall, f"{words}, {number} through", elements_through_wall=number, **common)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from femprep.mesh.elements import boundary_faces
 from femprep.mesh.measures.volume_elements import element_measures
 from femprep.mesh.topology import euler_characteristic, is_manifold
 from femprep.model import FACET_TAGS, REGION_TAGS, Plane, Wall
-from femprep.options import VolumeOptions
+from femprep.options import CheckOptions, VolumeOptions
 from femprep.volume import check, finish, runs, sound, tetrahedralize
 from femprep.volume.tetwild.guard import TetwildRun, TooLongError
 from femprep.volume.tetwild.ways import planned_runs
@@ -215,6 +215,19 @@ def test_a_run_that_takes_too_long_is_followed_by_another_one(mesher, coarse_wal
 )
 def test_a_run_begins_with_the_energy_of_its_quality_or_the_users(options, first):
     assert next(planned_runs(VolumeOptions(**options), str)).stop_energy == first
+
+
+def test_a_run_that_misses_a_limit_of_the_check_is_followed_by_another_one(mesher, coarse_wall, coarse_mesh):
+    """What the mesh will be judged by is what its mesher aims at."""
+    mesher(result(coarse_mesh))
+    most = float(element_measures(coarse_mesh.points, coarse_mesh.cells["tetra"], "tetra")["scaled_jacobian"].min())
+    asked = CheckOptions(minimum_scaled_jacobian=min(1.5 * most, 0.99))
+    mesh = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82, optimise=False, limits=asked)
+    assert [item["status"] for item in mesh.info["attempts"]] == ["missed"] * 2
+    assert "smallest scaled Jacobian is" in mesh.info["attempts"][0]["outcome"]
+    assert mesh.info["quality_reached"] is False
+    mesh = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82, optimise=False)
+    assert [item["status"] for item in mesh.info["attempts"]] == ["reached"]
 
 
 def test_filled_cavity_is_refused(mesher, coarse_wall):

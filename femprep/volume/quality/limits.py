@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
@@ -59,62 +59,56 @@ def judge(
     verdicts : tuple of LimitRecord
     failures : tuple of str
     """
-    tets = [table for name, table in measures.items() if family(name) == "tetra"]
     held = Verdicts()
-
-    def compare(
-        name: str, kind: Literal["at least", "at most"], limit: float | None, value: float | None, what: str
-    ) -> None:
-        if held.misses(name, kind, limit, value):
-            held.failures.append(f"{what} is {value:.4g}, asked for is {kind} {limit:g}")
-
     for name, what in _FAULTS.items():
         value = getattr(validity, name)
         if held.misses(name, "exactly", 0.0, value):
             held.failures.append(f"{value} {what}")
     for name, record in facet_tags.items():
         if record.off_plane is not None:
-            compare(
+            held.compare(
                 *(f"{name}_off_plane", "at most", options.plane_tolerance, record.off_plane),
                 f"greatest distance of {name} points from their plane in mm",
             )
-    scaled = min(float(table["scaled_jacobian"].min()) for table in measures.values())
-    compare(
-        *("minimum_scaled_jacobian", "at least", options.minimum_scaled_jacobian, scaled), "smallest scaled Jacobian"
-    )
-    shapes = min(float(table["mean_ratio"].min()) for table in measures.values())
-    compare("minimum_mean_ratio", "at least", options.minimum_mean_ratio, shapes, "smallest mean ratio")
-    relative = min(float(table["relative_jacobian"].min()) for table in measures.values())
-    compare(
-        *("minimum_relative_jacobian", "at least", options.minimum_relative_jacobian, relative),
-        "smallest relative Jacobian",
-    )
-    compare(
+    judge_shapes(measures, options, held)
+    held.compare(
         *("minimum_size_ratio", "at least", options.minimum_size_ratio, sizes["size_ratio"]),
         "smallest characteristic length by the median one",
     )
-    compare(
+    held.compare(
         *("maximum_volume_ratio", "at most", options.maximum_volume_ratio, sizes["volume_ratio"]),
         "largest ratio of the volumes of neighbouring elements",
     )
-    compare(
+    held.compare(
         *("minimum_time_step", "at least", options.minimum_time_step, sizes["time_step"]),
         "stable time step in microseconds",
     )
-    compare(
+    held.compare(
         "maximum_edge_by_space_constant",
         *("at most", options.maximum_edge_by_space_constant, sizes["edge_by_space_constant"]),
         "mean edge length by the space constant",
     )
+    return tuple(held.limits), tuple(held.failures)
+
+
+def judge_shapes(measures: Mapping[str, Mapping[str, FloatArray]], options: CheckOptions, held: Verdicts) -> None:
+    """Hold the shapes of elements, measures by element type, to the limits on them."""
+    for name, limit, what in (
+        ("scaled_jacobian", options.minimum_scaled_jacobian, "smallest scaled Jacobian"),
+        ("mean_ratio", options.minimum_mean_ratio, "smallest mean ratio"),
+        ("relative_jacobian", options.minimum_relative_jacobian, "smallest relative Jacobian"),
+    ):
+        smallest = min(float(table[name].min()) for table in measures.values())
+        held.compare(f"minimum_{name}", "at least", limit, smallest, what)
+    tets = [table for name, table in measures.items() if family(name) == "tetra"]
     if tets:
-        smallest = min(float(table["minimum_dihedral"].min()) for table in tets)
-        largest = max(float(table["maximum_dihedral"].max()) for table in tets)
+        least = min(float(table["minimum_dihedral"].min()) for table in tets)
+        most = max(float(table["maximum_dihedral"].max()) for table in tets)
         mean = float(np.concatenate([table["mean_ratio"] for table in tets]).mean())
         degrees = "dihedral angle in degrees"
-        compare("minimum_dihedral", "at least", options.minimum_dihedral, smallest, f"smallest {degrees}")
-        compare("maximum_dihedral", "at most", options.maximum_dihedral, largest, f"largest {degrees}")
-        compare("mean_of_mean_ratio", "at least", options.mean_of_mean_ratio, mean, "mean of the mean ratio")
-    return tuple(held.limits), tuple(held.failures)
+        held.compare("minimum_dihedral", "at least", options.minimum_dihedral, least, f"smallest {degrees}")
+        held.compare("maximum_dihedral", "at most", options.maximum_dihedral, most, f"largest {degrees}")
+        held.compare("mean_of_mean_ratio", "at least", options.mean_of_mean_ratio, mean, "mean of the mean ratio")
 
 
 def judge_wall_volume(report: QualityReport, difference: float | None) -> QualityReport:

@@ -32,6 +32,13 @@ class Verdicts:
         self.limits.append(LimitRecord(name=name, kind=kind, limit=limit, value=value, passed=passed))
         return not passed
 
+    def compare(
+        self, name: str, kind: Literal["at least", "at most"], limit: float | None, value: float | None, what: str
+    ) -> None:
+        """Hold a value to a limit, where there are both, and say what misses it by how much."""
+        if self.misses(name, kind, limit, value):
+            self.failures.append(f"{what} is {value:.4g}, asked for is {kind} {limit:g}")
+
     def on(self, report: QualityReport, **more: Any) -> QualityReport:
         """A report with these, and other fields in place of its own."""
         limits, failures = (*report.limits, *self.limits), (*report.failures, *self.failures)

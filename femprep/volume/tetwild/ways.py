@@ -13,8 +13,6 @@ from femprep.options import VolumeOptions
 
 Status = Literal["reached", "missed", "too long", "crashed", "wrong mesh"]
 
-#: How the outcome of a run is told whose mesh is sound but poorer than asked.
-MISSED: Final = "below what was asked"
 #: Lowest stop energy of a run: with 5 fTetWild may not come to an end.
 _LOWEST_ENERGY: Final = 6.0
 #: A run may take so many times the seconds estimated, so many seconds where those are few, and for each triangle of the
