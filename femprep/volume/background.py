@@ -17,13 +17,10 @@ from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray
 from femprep.volume.blood import Filling
 from femprep.volume.refine.plan import WallThickness
-from femprep.volume.sizing import SizingField
+from femprep.volume.sizing import LONGEST, SizingField, grown
 
 #: Edges of a mesh by the thickness of a wall that is thinner than they are long.
 _THIN: Final = 1.05
-#: How much edges grow outside of the body by mm of distance, and how long they become there at most, mm.
-_GROWTH: Final = 1.0
-_LONGEST: Final = 12.0
 #: Distance of the background mesh's nodes outside of the body, mm, and how many there are about at most.
 _STEP: Final = 5.0
 _MOST_NODES: Final = 40_000
@@ -52,7 +49,7 @@ def background_field(
     on = np.concatenate(
         [points[np.unique(triangles)], points[table.nodes].mean(axis=1), points[triangles].mean(axis=1)]
     )
-    longest = max(_LONGEST, edge_length)
+    longest = max(LONGEST, edge_length)
     outside, far = _outside(filling, longest)
     nodes = np.concatenate([on, outside])
     tets = _tetrahedra(nodes)
@@ -61,11 +58,11 @@ def background_field(
     if thickness is not None:
         lengths = np.minimum(_THIN * thickness.values, edge_length)
         values = _graded(on, tets, lengths[cKDTree(thickness.points).query(on)[1]], gradation)
-    beyond = values[cKDTree(on).query(outside)[1]] + _GROWTH * far
+    beyond = grown(values[cKDTree(on).query(outside)[1]], far, longest)
     return SizingField(
         nodes,
         tets,
-        np.concatenate([values, np.minimum(beyond, longest)]),
+        np.concatenate([values, beyond]),
         float(lengths.min()),
         edge_length,
         float((1.0 / lengths**3).mean()) * filling.wall.volume,

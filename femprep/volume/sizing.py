@@ -32,6 +32,9 @@ THROUGH: Final = 1.05
 FIELD_NAME: Final = "edge_length"
 _SIZING_FILES: Final = (".vti", ".vtu", ".vtp", ".vtk")
 
+#: How much edges grow outside of the body by mm of distance, and how long they become there at most, mm.
+_GROWTH: Final = 1.0
+LONGEST: Final = 12.0
 #: Nodes of the background mesh: most of them, their distance at least, and how far they reach beyond the wall, mm.
 _MOST_NODES: Final = 60_000
 _LEAST_STEP: Final = 1.5
@@ -64,8 +67,15 @@ class SizingField:
     elements: float
 
 
-def sizing_field(wall: Wall, options: VolumeOptions, sizing: Sizing | None = None) -> SizingField | None:
-    """Edge lengths in a wall, where they are not the same everywhere.
+def grown(values: FloatArray, far: FloatArray, longest: float = LONGEST) -> FloatArray:
+    """Edge lengths so far outside of a body, where elements are dropped in the end, by those next to it, mm."""
+    return np.maximum(values, np.minimum(values + _GROWTH * far, longest))
+
+
+def sizing_field(
+    wall: Wall, options: VolumeOptions, sizing: Sizing | None = None, body: Wall | None = None
+) -> SizingField | None:
+    """Edge lengths in a wall, where they are not the same everywhere; outside of the body they grow.
 
     Parameters
     ----------
@@ -76,6 +86,8 @@ def sizing_field(wall: Wall, options: VolumeOptions, sizing: Sizing | None = Non
         ``gradation`` matter here.
     sizing : callable or pair of arrays, optional
         Edge lengths as a function of points ``(n, 3)``, or at points ``(k, 3)`` of which the nearest counts, mm.
+    body : Wall, optional
+        What is filled; the wall alone if not given.
 
     Returns
     -------
@@ -97,7 +109,7 @@ def sizing_field(wall: Wall, options: VolumeOptions, sizing: Sizing | None = Non
     return SizingField(
         grid.points,
         grid.tets,
-        values,
+        grown(values, grid.beyond(body or wall)),
         float(values[near].min()),
         float(values[near].max()),
         float((1.0 / values[inside if inside.any() else near] ** 3).mean() * wall.volume),
@@ -229,7 +241,7 @@ class _Grid:
         pairs = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
         edges = np.sort(self.tets[:, pairs].reshape(-1, 2), axis=1)
         self._edges = np.unique(edges, axis=0)
-        self._step = step
+        self._diagonal = np.sqrt(3.0) * step
 
     def onto(self, wall: Wall) -> tuple[BoolArray, BoolArray, FloatArray]:
         """Which nodes lie in the wall; which in it or within a cube of it; each node, or its closest point of the wall.
@@ -238,8 +250,13 @@ class _Grid:
         """
         signed, closest = ClosestFinder(wall.points, wall.triangles).sided(self.points)
         inside = signed < 0.0
-        near = inside | (closest.distance <= np.sqrt(3.0) * self._step)
+        near = inside | (closest.distance <= self._diagonal)
         return inside, near, np.where(inside[:, None], self.points, closest.points)
+
+    def beyond(self, body: Wall) -> FloatArray:
+        """How far each node lies outside of a body and of the cubes that it reaches into, mm; 0 in these."""
+        signed = ClosestFinder(body.points, body.triangles).signed(self.points)
+        return np.asarray(np.maximum(signed - self._diagonal, 0.0))
 
     def graded(self, values: FloatArray, rate: float) -> FloatArray:
         """The largest lengths no larger than those given that grow by no more than a rate along every edge."""

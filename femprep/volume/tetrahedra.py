@@ -100,7 +100,7 @@ def tetrahedralize(
     settings = choose(VolumeOptions, options, changes)
     check_fillable(wall)
     filling = Filling(wall, blood)
-    field = sizing_field(wall, settings, sizing)
+    field = sizing_field(wall, settings, sizing, filling.outer)
     size = filling.outer.volume / wall.volume
     thickness = measured_thickness(wall)
     levels = levels_of(settings, thickness) if field is None else 0

@@ -9,6 +9,7 @@ from analytic_walls import ellipsoid_wall
 from scipy.spatial import cKDTree
 
 from femprep.errors import FileError, InputError, OptionError, ResourceError
+from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FACET_TAGS, Wall
 from femprep.options import QUALITY, Options, VolumeOptions, choose
 from femprep.volume import tetrahedralize
@@ -18,6 +19,7 @@ from femprep.volume.quality.transmural import elements_through_wall, mesh_edges
 from femprep.volume.refine.plan import measured_thickness
 from femprep.volume.sizing import THROUGH, read_sizing, sizing_field, thickness_at
 from femprep.volume.validate import check_sizing
+from femprep.wall import fill_cavities
 
 
 def ball_wall(inner: float = 20.0, outer: float = 30.0) -> Wall:
@@ -57,6 +59,25 @@ def test_one_sheet_has_no_thickness():
 
 def test_no_field_where_one_length_holds():
     assert sizing_field(ball_wall(), VolumeOptions()) is None
+
+
+def test_lengths_grow_outside_of_what_is_filled():
+    """Blood is filled: in a cavity with it edges are as the wall next to them wants them."""
+    wall = ball_wall()
+    filling = Filling(wall, fill_cavities(wall))
+    asked = VolumeOptions(elements_through_wall=4)
+    bare, filled = sizing_field(wall, asked), sizing_field(wall, asked, body=filling.outer)
+    np.testing.assert_array_equal(bare.points, filled.points)
+    far = ClosestFinder(wall.points, wall.triangles).signed(bare.points)
+    # Nodes of cubes that reach into the body keep their lengths: cubes of 1.5 mm.
+    reached = far < 1.5
+    for field in (bare, filled):
+        assert field.values[reached].max() == pytest.approx(field.coarsest)
+        assert (field.values <= field.coarsest + far.clip(0.0)).all()
+    middle = np.argmin(np.linalg.norm(bare.points - [0.0, 0.0, -3.0], axis=1))
+    assert far[middle] > 15.0
+    assert bare.values[middle] > 10.0
+    assert filled.values[middle] == pytest.approx(filled.coarsest, rel=0.03)
 
 
 @pytest.mark.slow
@@ -99,10 +120,12 @@ def test_lengths_grow_no_faster_than_the_gradation():
     for rate in (0.1, 0.5):
         field = sizing_field(wall, VolumeOptions(gradation=rate), jump)
         pairs = field.tets[:, [0, 1, 0, 2, 0, 3, 1, 2, 1, 3, 2, 3]].reshape(-1, 2)
+        near = ClosestFinder(wall.points, wall.triangles).signed(field.points) < 1.5
+        pairs = pairs[near[pairs].all(axis=1)]
         apart = np.linalg.norm(field.points[pairs[:, 0]] - field.points[pairs[:, 1]], axis=1)
         assert (np.abs(np.diff(field.values[pairs], axis=1)[:, 0]) <= rate * apart + 1e-9).all()
         assert field.values.min() == 1.0
-        low = field.points[:, 0] < -5.0
+        low = near & (field.points[:, 0] < -5.0)
         assert (field.values[low] == 1.0).all()
 
 
