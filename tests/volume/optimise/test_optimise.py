@@ -4,6 +4,7 @@ from analytic_walls import ellipsoid_wall
 
 from femprep.mesh.measures.volume_elements import element_measures
 from femprep.mesh.search.closest import ClosestFinder
+from femprep.mesh.topology import enclosed_volume
 from femprep.model import FACET_TAGS, Plane, Wall
 from femprep.volume.optimise import POOR, REGULAR_SINE, optimise, tet_quality
 from femprep.volume.optimise.constraints import constrain
@@ -94,7 +95,10 @@ def test_spoiled_mesh_is_mended(coarse_wall, coarse_mesh, held, size):
     assert after.min() > np.sin(np.radians(15.0)) / REGULAR_SINE
     found = element_measures(outcome.points, cells, "tetra")
     assert found["mean_ratio"].mean() > 0.8
-    assert found["volume"].sum() == pytest.approx(coarse_mesh.info["volume_mm3"], rel=2e-3)
+    # Facets of 6 mm are chords of the wall: points that slide along it change the volume by less than chords cost.
+    whole, volume = float(enclosed_volume(coarse_wall.points, coarse_wall.triangles)), coarse_mesh.info["volume_mm3"]
+    assert 0.0 < whole - volume < 0.005 * whole
+    assert found["volume"].sum() == pytest.approx(volume, abs=whole - volume)
     assert (outcome.points[held.plane_points["base"], 2] == 10.0).all()
     number = members(coarse_mesh)
     distance = ClosestFinder(coarse_wall.points, coarse_wall.triangles)(outcome.points[number > 0]).distance
