@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.image.grid import Grid
+from femprep.image.tips import thin_tips
 from femprep.image.topology import euler_characteristic, label_pieces, label_voids, used_box
 from femprep.model import BoolArray, FloatArray, Notice, readonly, records
 from femprep.model.notice import Kind
@@ -134,6 +135,8 @@ def make_object(
 ) -> LabelObject:
     """Make a solid object from a mask: crop, pad, keep the largest piece, fill its voids, count its tunnels.
 
+    Of thick slices, tips one pixel wide are left out first: see :func:`~femprep.image.tips.thin_tips`.
+
     Parameters
     ----------
     mask : (ni, nj, nk) bool array
@@ -152,10 +155,10 @@ def make_object(
     Returns
     -------
     LabelObject
-        Its ``report`` holds ``policy``, ``voxels_labelled``, ``voxels``, ``pieces``, ``piece_voxels`` (largest first),
-        ``removed_voxels``, ``voids``, ``filled_voxels``, ``filled_labels`` (voxels by label), ``tunnels`` (of the
-        object as it is now; they are counted, not mended), ``touches_border`` (it reached the image's border), and
-        ``notices``.
+        Its ``report`` holds ``policy``, ``voxels_labelled``, ``voxels``, ``tips``, ``tip_voxels``, ``pieces``,
+        ``piece_voxels`` (largest first), ``removed_voxels`` (tips and smaller pieces), ``voids``, ``filled_voxels``,
+        ``filled_labels`` (voxels by label), ``tunnels`` (of the object as it is now; they are counted, not mended),
+        ``touches_border`` (it reached the image's border), and ``notices``.
 
     Raises
     ------
@@ -171,6 +174,17 @@ def make_object(
     solid = np.pad(mask[box], PADDING)
     found = int(np.count_nonzero(solid))
     notices = _cut_off(mask, grid, name)
+
+    tips, number = np.zeros_like(solid), 0
+    if not strict and grid.spacing[grid.stack_axis] >= _THICK * grid.spacing.min():
+        tips, number = thin_tips(solid, grid.stack_axis)
+    tip_voxels = int(np.count_nonzero(tips))
+    if number:
+        some = "a tip one pixel wide was" if number == 1 else f"{number} tips one pixel wide were"
+        notices.append(_changed("left out", f"object {name}: {some} left out, {{amount}}", tips, grid, first))
+        solid &= ~tips
+        log.warning("object %r: left out %d tips one pixel wide, %d voxels", name, number, tip_voxels)
+    del tips
 
     pieces, sizes = label_pieces(solid)
     if strict and len(sizes) > 1:
@@ -223,6 +237,8 @@ def make_object(
         "policy": chosen.policy,
         "voxels_labelled": found,
         "voxels": kept,
+        "tips": number,
+        "tip_voxels": tip_voxels,
         "pieces": len(sizes),
         "piece_voxels": [int(n) for n in sizes],
         "removed_voxels": found - int(sizes[0]),

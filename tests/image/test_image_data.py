@@ -62,7 +62,8 @@ def test_strict_refuses_the_awkward_ones(data):
     twelve = read_segmentation(folder / "patient012" / "patient012_frame13_gt.nii.gz", preset="acdc")
     with pytest.raises(InputError, match="13 tunnels"):
         twelve.object("rv", policy="strict")
-    assert twelve.object("rv").report["tunnels"] == 13
+    # Three of them lie beside tips one pixel wide, which are left out.
+    assert twelve.object("rv").report["tunnels"] == 10
     clean = read_segmentation(folder / "patient007" / "patient007_frame01_gt.nii.gz", preset="acdc")
     assert clean.object("lv", policy="strict").report["removed_voxels"] == 0
 
