@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,6 +53,12 @@ def segments(mesh: VolumeMesh) -> dict[str, np.ndarray]:
         return {}
     values = np.asarray(mesh.cell_data["aha"])
     return {f"aha_{int(n)}": np.flatnonzero(values == n) for n in np.unique(values) if n > 0}
+
+
+def segment_of(name: str) -> int | None:
+    """Number of the segment that a set of this name, in any case, holds; ``None`` of another set."""
+    match = re.fullmatch(r"aha_(\d+)", name.lower())
+    return int(match[1]) if match else None
 
 
 @dataclass(frozen=True)
