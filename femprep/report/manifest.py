@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -248,6 +248,11 @@ def _version(library: str) -> str:
         return version(library)
     except PackageNotFoundError:
         return "not installed"
+
+
+def hashes(folder: Path, files: Iterable[str]) -> dict[str, str]:
+    """SHA-256 of each of a folder's files but ``run.json``, by name."""
+    return {name: file_sha256(folder / name) for name in sorted(files) if name != "run.json"}
 
 
 def file_sha256(path: Path) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from femprep.report.folder.earlier import MARKER
-from femprep.report.manifest import AnnotationManifest, RunManifest, SequenceManifest, StageRecord, file_sha256
+from femprep.report.manifest import AnnotationManifest, RunManifest, SequenceManifest, StageRecord, hashes
 
 Manifest = TypeVar("Manifest", RunManifest, AnnotationManifest, SequenceManifest)
 
@@ -26,7 +26,7 @@ def stage_records(seconds: Mapping[str, float]) -> list[StageRecord]:
 
 def write_record(manifest: Manifest, folder: Path, seconds: Mapping[str, float], start: float) -> Manifest:
     """Write the record; the stage ``write``, which began at ``start``, ends with the hashes of all files."""
-    sha256 = {name: file_sha256(folder / name) for name in manifest.files if name != MARKER}
+    sha256 = hashes(folder, manifest.files)
     stages = stage_records({**seconds, "write": time.perf_counter() - start})
     manifest = manifest.model_copy(update={"sha256": sha256, "stages": stages})
     (folder / MARKER).write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
