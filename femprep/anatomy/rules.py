@@ -132,7 +132,7 @@ def at_points(space: LinearElements, nodes: Sites, name: str, points: FloatArray
     def inside(values: FloatArray) -> FloatArray:
         corner = space.corners(values)[at]
         flat = corner.reshape(len(corner), corner.shape[1], -1)
-        return np.einsum("qp,kpi->kqi", value, flat).reshape((-1, *corner.shape[2:]))
+        return np.asarray(np.einsum("qp,kpi->kqi", value, flat).reshape((-1, *corner.shape[2:])), dtype=np.float64)
 
     return nodes.each(inside)
 
