@@ -18,7 +18,7 @@ from femprep.model import Progress, Surface
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
 from femprep.preflight import check_options, check_second_images
-from femprep.report.beside_given import volumes_beside_given
+from femprep.report.beside import volumes_beside_given
 from femprep.report.run import Run
 from femprep.stages.fill import fill
 from femprep.stages.furnish import concluded, furnish

@@ -18,7 +18,7 @@ from femprep.model import Progress
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
 from femprep.preflight import check_labels, check_options, check_second_images
-from femprep.report.beside_labels import volumes_beside_labels, wall_difference
+from femprep.report.beside import volumes_beside_labels, wall_difference
 from femprep.report.run import Run, Surfaces
 from femprep.stages.fill import fill
 from femprep.stages.furnish import concluded, furnish

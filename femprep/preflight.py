@@ -23,6 +23,7 @@ from femprep.export.content import Content, refusals
 from femprep.image import Grid, IntensityImage, Segmentation
 from femprep.model import TISSUES, FloatArray
 from femprep.options import Options
+from femprep.report.volumes import voxel_extent
 from femprep.surface.fit import check_fit
 from femprep.sweeping.matching.resolution import check_columns, corners_of
 from femprep.volume.refine.plan import levels_for
@@ -186,8 +187,7 @@ def _check_content(options: Options, openings: list[str]) -> None:
 
 def _forecast(options: Options, openings: list[str]) -> Content:
     """What the mesh will have, by the options and the openings to be cut."""
-    element = options.layers.element if options.volume.mesher == "sweep" else "tetra"
-    order = options.layers.order if options.volume.mesher == "sweep" else options.volume.order
+    element, order = options.elements
     cut = ("base", "apex") if options.wall.apex == "clipped" else ("base",)
     facets: tuple[str, ...] = {
         "lv": ("endo", "epi", *cut),
@@ -227,8 +227,7 @@ def _check_planes(layout: Layout) -> None:
     away = {name: plane.signed_distance(points) for name, plane in planes.items()}
     for name, distance in away.items():
         # Beyond the centres of its outermost voxels the cavity goes on for no more than a voxel.
-        reach = float(np.abs(planes[name].normal @ cavity.grid.direction) @ cavity.grid.spacing)
-        if distance.min() >= 0.0 or distance.max() <= -reach:
+        if distance.min() >= 0.0 or distance.max() <= -voxel_extent(cavity, planes[name]):
             side = "cuts all of it away" if distance.min() >= 0.0 else "cuts nothing away"
             taken = re.search("(first|last) end basal", planes[name].source)
             other = f"give --basal-end {'first' if taken[1] == 'last' else 'last'} or another" if taken else "change"

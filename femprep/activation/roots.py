@@ -75,7 +75,7 @@ def find_root(
         The endocardium has no septal side, and no root was given.
     """
     normal = vertex_normals(points, triangles)
-    turn = (axes.angle(points) + 180.0) % 360.0 - 180.0
+    turn = axes.turn(points)
     # Seen from the left ventricle's axis the septum is inside of the right one's free wall, and faces away.
     facing = normal @ axes.septal * (1.0 if ventricle == "rv" else -1.0)
     side = np.flatnonzero((np.abs(turn) < _SECTOR) & (facing > 0.5))

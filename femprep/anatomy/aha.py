@@ -36,6 +36,7 @@ from femprep.mesh.elements import match_facets
 from femprep.mesh.measures.volume_elements import all_centroids, all_volumes
 from femprep.model import FACET_TAGS, BoolArray, FloatArray, VolumeMesh, noted
 from femprep.model.blocks import chosen_rows, nodes_of
+from femprep.model.facets import centres_and_areas
 
 #: Names of the segments: 1-17 of the left ventricle, 21-29 of the right ventricular free wall.
 SEGMENTS: Final = MappingProxyType(
@@ -106,7 +107,7 @@ def add_aha(mesh: VolumeMesh, *, axes: VentricularAxes | None = None, fields: Wa
         raise InputError(f"the LV cavity ends {bottom:.1f} mm and the base lies {top:.1f} mm above the apex: no room")
 
     centre, volume = all_centroids(mesh.points, mesh.cells), all_volumes(mesh.points, mesh.cells)
-    facet = _facet_centres(mesh)
+    facet, _ = centres_and_areas(mesh.points, mesh.facets)
     cell_rv, facet_rv = np.zeros(len(centre), dtype=bool), np.zeros(len(facet), dtype=bool)
     if len(rv_endo):
         fields = fields or WallFields(mesh, axes)
@@ -176,8 +177,7 @@ def _segments(
     out = np.select([level == 0, level == 1, level == 2], [ring, ring + 6, quarter], default=17)
     if span is not None:
         row = np.minimum(level, 2)
-        turned = (angle + 180) % 360 - 180
-        share = (span[row, 1] - turned) / np.maximum(span[row, 1] - span[row, 0], 1e-9)  # 0 at the front
+        share = (span[row, 1] - axes.turn(points)) / np.maximum(span[row, 1] - span[row, 0], 1e-9)  # 0 at the front
         third = np.clip(np.floor(3 * share).astype(int), 0, 2)
         out = np.where(rv, 21 + 3 * row + third, out)
     return np.asarray(out, dtype=np.int32)
@@ -191,7 +191,7 @@ def _level(axes: VentricularAxes, points: FloatArray, bottom: float, top: float)
 
 def _rv_span(axes: VentricularAxes, points: FloatArray, bottom: float, top: float) -> FloatArray:
     """Smallest and largest angle of the RV free wall at the three levels, degrees in (-180, 180], ``(3, 2)``."""
-    level, angle = np.minimum(_level(axes, points, bottom, top), 2), (axes.angle(points) + 180) % 360 - 180
+    level, angle = np.minimum(_level(axes, points, bottom, top), 2), axes.turn(points)
     whole = np.percentile(angle, [1, 99])
     rows = [np.percentile(angle[level == k], [1, 99]) if np.any(level == k) else whole for k in range(3)]
     return np.array(rows)
@@ -207,10 +207,3 @@ def rv_free_wall(fields: WallFields) -> BoolArray:
     """Elements of the right ventricle outside the septum, where tissue lies nearer to the epicardium than to the LV."""
     across, outside = fields.space.to_cells(fields.across), fields.space.to_cells(fields.outside)
     return np.asarray((fields.space.to_cells(fields.side) < 0) & (outside >= 0.5 * (1 - np.abs(across))))
-
-
-def _facet_centres(mesh: VolumeMesh) -> FloatArray:
-    parts = [np.empty((0, 3))]
-    for kind, block in mesh.facets.items():
-        parts.append(mesh.points[block[:, : 3 if kind.startswith("triangle") else 4]].mean(axis=1))
-    return np.concatenate(parts)

@@ -15,6 +15,7 @@ twin.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -61,17 +62,7 @@ def add_coordinates(
     """
     fields = fields or WallFields(mesh, axes)
     space = fields.space
-    nodes = node_coordinates(fields)
-    across = space.to_cells(nodes["across"])
-    cells = {"transmural": 1.0 - np.abs(across), "apicobasal": space.to_cells(nodes["apicobasal"])}
-    cells["transventricular"] = (space.to_cells(fields.side) < 0).astype(float)
-    cells.update(_rotational(space.to_cells(nodes["cos"]), space.to_cells(nodes["sin"])))
-    points = {"transmural": 1.0 - np.abs(space.to_points(nodes["across"]))}
-    points["apicobasal"] = space.to_points(nodes["apicobasal"])
-    points["transventricular"] = (space.to_points(fields.side) < 0).astype(float)
-    points.update(_rotational(space.to_points(nodes["cos"]), space.to_points(nodes["sin"])))
-    if not fields.biventricular:
-        del cells["transventricular"], points["transventricular"]
+    cells, points = _coordinates(fields, space.to_cells), _coordinates(fields, space.to_points)
     record: dict[str, Any] = {
         "names": sorted(points),
         "apex_nodes": len(fields.apex_nodes),
@@ -83,10 +74,13 @@ def add_coordinates(
     return replace(mesh.with_data(cell=cells, point=points), info=info)
 
 
-def node_coordinates(fields: WallFields) -> dict[str, FloatArray]:
-    """Coordinates at the nodes of the fields' elements: ``across`` (1 LV, -1 RV), ``apicobasal``, ``cos``, ``sin``."""
+def _coordinates(fields: WallFields, spread: Callable[[FloatArray], FloatArray]) -> dict[str, FloatArray]:
+    """All coordinates, spread from the nodes of the fields to elements or to points."""
     cosine, sine = fields.turn
-    return {"across": fields.across_distance, "apicobasal": fields.upward_distance, "cos": cosine, "sin": sine}
+    found = {"transmural": 1.0 - np.abs(spread(fields.across_distance)), "apicobasal": spread(fields.upward_distance)}
+    if fields.biventricular:
+        found["transventricular"] = (spread(fields.side) < 0).astype(float)
+    return found | _rotational(spread(cosine), spread(sine))
 
 
 def _rotational(cosine: FloatArray, sine: FloatArray) -> dict[str, FloatArray]:

@@ -214,7 +214,7 @@ def _mirrored(fields: WallFields, options: FibreOptions) -> bool:
 
 def _at_all_points(fields: WallFields, nodes: Sites, options: FibreOptions, mirrored: bool) -> FloatArray:
     """Triads at all points of the mesh, mid-side nodes with the mean fields of their two ends."""
-    everywhere = Sites(*(fields.space.to_points(getattr(nodes, name)) for name in nodes.__dataclass_fields__))
+    everywhere = nodes.each(fields.space.to_points)
     return triads(everywhere, options, biventricular=fields.biventricular, mirrored=mirrored)[0]
 
 

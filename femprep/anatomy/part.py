@@ -11,7 +11,8 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.mesh.elements import match_facets
 from femprep.model import IntArray, VolumeMesh, is_blood
-from femprep.model.blocks import chosen_rows, nodes_of, numbers_among
+from femprep.model.blocks import chosen_rows
+from femprep.model.used_points import on_used_points
 
 #: Directions in blood, where none mean anything: solvers want unit vectors at right angles in every element.
 _FRAME: Final = {"fiber": (1.0, 0.0, 0.0), "sheet": (0.0, 1.0, 0.0), "sheet_normal": (0.0, 0.0, 1.0)}
@@ -69,21 +70,17 @@ def part_of(mesh: VolumeMesh, tissue: np.ndarray) -> tuple[VolumeMesh, IntArray,
     owner, _ = match_facets(mesh.cells, mesh.facets)
     face = (owner >= 0) & tissue[owner]
     cells, facets = chosen_rows(mesh.cells, tissue), chosen_rows(mesh.facets, face)
-    nodes = nodes_of(cells)
-    number = numbers_among(nodes, len(mesh.points))
+    fields, number = on_used_points(mesh, cells, facets)
     part = VolumeMesh(
-        mesh.points[nodes],
-        {kind: number[block] for kind, block in cells.items()},
-        mesh.region[tissue],
-        {kind: number[block] for kind, block in facets.items()},
-        mesh.facet_tag[face],
-        {name: values[tissue] for name, values in mesh.cell_data.items()},
-        {name: values[nodes] for name, values in mesh.point_data.items()},
-        {name: values[face] for name, values in mesh.facet_data.items()},
-        {name: plane for name, plane in mesh.planes.items() if not name.startswith("cap_")},
-        mesh.info,
+        region=mesh.region[tissue],
+        facet_tag=mesh.facet_tag[face],
+        cell_data={name: values[tissue] for name, values in mesh.cell_data.items()},
+        facet_data={name: values[face] for name, values in mesh.facet_data.items()},
+        planes={name: plane for name, plane in mesh.planes.items() if not name.startswith("cap_")},
+        info=mesh.info,
+        **fields,
     )
-    return part, np.flatnonzero(tissue), nodes, np.flatnonzero(face)
+    return part, np.flatnonzero(tissue), np.flatnonzero(number >= 0), np.flatnonzero(face)
 
 
 def spread_over(found: Any, before: Any, rows: IntArray, count: int) -> dict[str, np.ndarray]:

@@ -16,6 +16,7 @@ towards the outflow valve fibres turn to run along the outflow tract at the endo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -69,9 +70,9 @@ class Sites:
         share = np.divide(self.outside, harmonic, out=np.zeros_like(harmonic), where=harmonic > 1e-9)
         return np.asarray(np.clip(share, 0.0, 1.0) * distance, dtype=np.float64)
 
-    def select(self, part: slice) -> Sites:
-        """Some of the sites."""
-        return Sites(*(getattr(self, name)[part] for name in self.__dataclass_fields__))
+    def each(self, change: Callable[[FloatArray], FloatArray]) -> Sites:
+        """The fields at other sites, each brought there in the same way."""
+        return Sites(*(change(getattr(self, name)) for name in self.__dataclass_fields__))
 
 
 def node_fields(fields: WallFields, rule: str = "linear") -> Sites:
@@ -120,20 +121,20 @@ def _toward_valves(fields: WallFields) -> tuple[FloatArray, FloatArray]:
 
 def at_centres(nodes: Sites, corners: IntArray) -> Sites:
     """The fields at the centres of elements, given by their corner nodes ``(c, p)``."""
-    return Sites(*(getattr(nodes, name)[corners].mean(axis=1) for name in nodes.__dataclass_fields__))
+    return nodes.each(lambda values: values[corners].mean(axis=1))
 
 
 def at_points(space: LinearElements, nodes: Sites, name: str, points: FloatArray) -> Sites:
     """The fields at reference points ``(q, 3)`` of the elements of one type, flat: k q sites, q fastest."""
     value, _ = shape_functions(name, points)
     at = space.block_names.index(name)
-    out = []
-    for field in nodes.__dataclass_fields__:
-        corner = space.corners(getattr(nodes, field))[at]
+
+    def inside(values: FloatArray) -> FloatArray:
+        corner = space.corners(values)[at]
         flat = corner.reshape(len(corner), corner.shape[1], -1)
-        inner = np.einsum("qp,kpi->kqi", value, flat)
-        out.append(inner.reshape((-1, *corner.shape[2:])))
-    return Sites(*out)
+        return np.asarray(np.einsum("qp,kpi->kqi", value, flat).reshape((-1, *corner.shape[2:])), dtype=np.float64)
+
+    return nodes.each(inside)
 
 
 def triads(sites: Sites, options: FibreOptions, *, biventricular: bool, mirrored: bool) -> tuple[FloatArray, BoolArray]:

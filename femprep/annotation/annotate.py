@@ -4,27 +4,29 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import Any, Final
 
 import numpy as np
 
 from femprep.annotation.flat import by_plane, spread
 from femprep.annotation.given import given_facets, given_regions, with_places
-from femprep.annotation.reading import Name, NoReading, Question, Reading, ReadingAttempt, area_by_name
+from femprep.annotation.reading import Name, NoReading, Question, Reading, ReadingAttempt
 from femprep.annotation.records import Annotation
 from femprep.annotation.region_facets import facets_of_regions
 from femprep.annotation.regions import match_regions, regions_by_place
 from femprep.annotation.shell import Shell, shell_of
 from femprep.annotation.ventricles import with_anatomy
-from femprep.annotation.ways import READING_WAYS, ReadingWay
+from femprep.annotation.ways import READING_WAYS
 from femprep.errors import FemprepError, InputError
 from femprep.export.deck.names import FOREIGN
 from femprep.mesh.measures.volume_elements import all_volumes, element_volumes
 from femprep.mesh.operations.turned import turned_cells
-from femprep.model import FACET_TAGS, REGION_TAGS, Notice, Plane, Progress, TagArray, VolumeMesh, noted, with_verdict
-from femprep.model.blocks import chosen_rows, nodes_of, numbers_among
+from femprep.model import FACET_TAGS, Notice, Plane, Progress, TagArray, VolumeMesh, noted, tag_name, with_failure
+from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.stages import Stages
 from femprep.model.units import MILLIMETRES, guess_unit
+from femprep.model.used_points import on_used_points
 from femprep.options import AnnotateOptions, choose, takes
 from femprep.volume import check
 
@@ -32,6 +34,8 @@ _log = logging.getLogger(__name__)
 
 #: Above this share, negative tetrahedra are those of a program that does not mind their sense.
 _SENSELESS = 0.1
+#: How names of the file's own are known.
+_TOLD: Final = Name(1.0, "the file's own name, or one given for it")
 
 
 @takes(AnnotateOptions)
@@ -95,17 +99,12 @@ def annotate(
 
 
 def _in_millimetres(mesh: VolumeMesh, options: AnnotateOptions) -> tuple[VolumeMesh, str, float]:
-    used = np.unique(np.concatenate([block.ravel() for block in mesh.cells.values()]))
-    if options.unit == "auto":
-        unit, diagonal = guess_unit(mesh.points[used])
-    else:
-        unit = options.unit
-        diagonal = float(np.linalg.norm(np.ptp(mesh.points[used], axis=0))) * MILLIMETRES[unit]
-    scale = MILLIMETRES[unit]
-    info = dict(mesh.info)
-    if options.unit == "auto":
+    unit, info = str(options.unit), dict(mesh.info)
+    if unit == "auto":
+        unit, diagonal = guess_unit(mesh.points[nodes_of(mesh.cells)])
         words = f"lengths were taken to be in {unit}: the heart is {{amount}} from corner to corner of its box"
         info = noted(info, Notice.of("assumed", words, amount=diagonal, unit="mm"))
+    scale = MILLIMETRES[unit]
     points = mesh.points * scale if scale != 1.0 else mesh.points
     return replace(mesh, points=points, info=info), unit, scale
 
@@ -130,26 +129,21 @@ def _positive(mesh: VolumeMesh) -> VolumeMesh:
 
 def _used(mesh: VolumeMesh) -> VolumeMesh:
     """The mesh without points that no element uses, which solvers stumble over."""
-    used = nodes_of(mesh.cells)
-    left = len(mesh.points) - len(used)
-    if not left:
+    used = np.isin(np.arange(len(mesh.points)), nodes_of(mesh.cells))
+    if used.all():
         return mesh
-    number = numbers_among(used, len(mesh.points))
-    facets = {kind: number[block] for kind, block in mesh.facets.items()}
-    whole = [np.empty(0, dtype=bool), *((block >= 0).all(axis=1) for block in facets.values())]
+    whole = [np.empty(0, dtype=bool), *(used[block].all(axis=1) for block in mesh.facets.values())]
     keep = np.concatenate(whole)
-    words = f"{left} points that no element uses"
+    fields, _ = on_used_points(mesh, mesh.cells, chosen_rows(mesh.facets, keep))
+    words = f"{np.count_nonzero(~used)} points that no element uses"
     return VolumeMesh(
-        mesh.points[used],
-        {kind: number[block] for kind, block in mesh.cells.items()},
-        mesh.region,
-        chosen_rows(facets, keep),
-        mesh.facet_tag[keep],
-        mesh.cell_data,
-        {name: values[used] for name, values in mesh.point_data.items()},
-        {name: values[keep] for name, values in mesh.facet_data.items()},
-        mesh.planes,
-        noted(mesh.info, Notice.of("left out", words)),
+        region=mesh.region,
+        facet_tag=mesh.facet_tag[keep],
+        cell_data=mesh.cell_data,
+        facet_data={name: values[keep] for name, values in mesh.facet_data.items()},
+        planes=mesh.planes,
+        info=noted(mesh.info, Notice.of("left out", words)),
+        **fields,
     )
 
 
@@ -161,23 +155,23 @@ def _read(
     attempts: list[ReadingAttempt] = []
     reading: Reading | None = None
     if (given > 0).all():
-        reading = Reading("names", given)
+        reading = Reading("names", given, {tag_name(int(tag)): _TOLD for tag in np.unique(given)})
         attempts.append(ReadingAttempt("names", True, "every boundary facet has a name that is known"))
-    ways: tuple[ReadingWay, ...] = READING_WAYS
+    ways = READING_WAYS
     if options.base is not None:
         point, normal = np.array(options.base[:3]) * scale, np.array(options.base[3:])
         if not np.linalg.norm(normal) > 0:
             raise InputError("the base plane's normal is 0, 0, 0; give the direction out of the ventricle")
-        ways = (ReadingWay("base plane", "the plane given", lambda own: by_plane(own, Plane(point, normal, "given"))),)
-    for way in ways:
+        ways = {"base plane": partial(by_plane, base=Plane(point, normal, "given"))}
+    for name, way in ways.items():
         if reading is not None:
             break
         try:
-            reading = way.read(shell)
-            attempts.append(ReadingAttempt(way.name, True, "fits", _figures(reading, shell)))
+            reading = way(shell)
+            attempts.append(ReadingAttempt(name, True, "fits", _figures(reading, shell)))
         except NoReading as error:
-            attempts.append(ReadingAttempt(way.name, False, str(error)))
-            _log.info("%s: %s", way.name, error)
+            attempts.append(ReadingAttempt(name, False, str(error)))
+            _log.info("%s: %s", name, error)
     if reading is None:
         tried = "; ".join(f"{attempt.way}: {attempt.why}" for attempt in attempts)
         raise InputError(
@@ -187,25 +181,20 @@ def _read(
     at = {name: tuple(scale * x for x in place) for name, place in options.at.items()}
     if (given > 0).any() and reading.way != "names":
         reading = _over(reading, given)
-    if reading.way == "names":
-        label = {number: name for name, number in FACET_TAGS.items()}
-        names = {label[int(t)]: Name(1.0, "the file's own name, or one given for it") for t in np.unique(reading.tag)}
-        reading = replace(reading, names=names)
     return with_places(shell, reading, at) if at else reading, tuple(attempts)  # type: ignore[arg-type]
 
 
 def _over(reading: Reading, given: TagArray) -> Reading:
     """Names of the file's own over those of geometry."""
-    label = {number: name for name, number in FACET_TAGS.items()}
     tag = np.where(given > 0, given, reading.tag)
     names = {name: own for name, own in reading.names.items() if np.any(tag == FACET_TAGS[name])}
-    for number in np.unique(given[given > 0]):
-        names[label[int(number)]] = Name(1.0, "the file's own name, or one given for it")
+    names |= {tag_name(int(number)): _TOLD for number in np.unique(given[given > 0])}
     return replace(reading, tag=tag.astype(np.int32), names=names)
 
 
 def _figures(reading: Reading, shell: Shell) -> dict[str, float | int | str]:
-    return {f"area of {name}, mm2": round(area, 1) for name, area in area_by_name(reading.tag, shell.area).items()}
+    areas = {tag_name(int(tag)): float(shell.area[reading.tag == tag].sum()) for tag in np.unique(reading.tag)}
+    return {f"area of {name}, mm2": round(area, 1) for name, area in areas.items()}
 
 
 def _named(mesh: VolumeMesh, shell: Shell, reading: Reading) -> VolumeMesh:
@@ -219,16 +208,15 @@ def _named(mesh: VolumeMesh, shell: Shell, reading: Reading) -> VolumeMesh:
 def _regions(
     mesh: VolumeMesh, theirs: TagArray, given: dict[int, int]
 ) -> tuple[VolumeMesh, dict[str, Name], list[Question]]:
-    label = {number: name for name, number in REGION_TAGS.items()}
-    if set(np.unique(theirs).tolist()) <= set(given):
-        region = np.array([given[t] for t in np.unique(theirs).tolist()])[np.unique(theirs, return_inverse=True)[1]]
-        names = {label[int(t)]: Name(1.0, "the file's own name, or one given for it") for t in np.unique(region)}
-        return replace(mesh, region=region), names, []
+    tags, which = np.unique(theirs, return_inverse=True)
+    if set(tags.tolist()) <= set(given):
+        region = np.array([given[tag] for tag in tags.tolist()])[which.ravel()]
+        return replace(mesh, region=region), {tag_name(int(tag)): _TOLD for tag in np.unique(region)}, []
     ours = regions_by_place(mesh)
-    if len(np.unique(theirs)) == 1:
-        because = "between the surfaces that are nearest"
-        names = {label[int(t)]: Name(0.9 if len(np.unique(ours)) > 1 else 1.0, because) for t in np.unique(ours)}
-        return replace(mesh, region=ours), names, []
+    if len(tags) == 1:
+        found = np.unique(ours)
+        near = Name(0.9 if len(found) > 1 else 1.0, "between the surfaces that are nearest")
+        return replace(mesh, region=ours), {tag_name(int(tag)): near for tag in found}, []
     region, names, questions = match_regions(theirs, ours, np.abs(all_volumes(mesh.points, mesh.cells)), given)
     return replace(mesh, region=region), names, questions
 
@@ -256,4 +244,4 @@ def _anatomy(mesh: VolumeMesh, options: AnnotateOptions, reading: Reading) -> Vo
     try:
         return with_anatomy(mesh, options.fibres, reading.openings)
     except FemprepError as error:
-        return with_verdict(mesh, failures={"fibres": [f"fibres: not made: {error}"]})
+        return with_failure(mesh, "fibres", f"fibres: not made: {error}")

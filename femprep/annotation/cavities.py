@@ -76,7 +76,7 @@ def by_cavities(shell: Shell) -> Reading:
         There is no cavity, or another number of chambers than a heart has.
     """
     space = space_of(shell)
-    seeds, _ = part_cavities(space)
+    seeds = part_cavities(space)
     count = int(seeds.max(initial=0))
     if count not in (1, 2, 4):
         raise NoReading(f"the space between the walls holds {count} cavities; a heart has 1, 2 or 4")

@@ -38,7 +38,7 @@ def by_hull(shell: Shell) -> Reading:
         The hull holds no cavity, or more than two, or one without a mouth.
     """
     space = _within_hull(shell, space_of(shell))
-    seeds, _ = part_cavities(space)
+    seeds = part_cavities(space)
     size = np.bincount(seeds.ravel())[1:]
     count = int(np.count_nonzero(size >= _SHARE * size.max(initial=0)))
     if count not in (1, 2):

@@ -113,7 +113,6 @@ def with_places(shell: Shell, reading: Reading, at: Mapping[str, tuple[float, fl
     """
     tag, names = reading.tag.copy(), dict(reading.names)
     before = reading.tag
-    label = {number: name for name, number in FACET_TAGS.items()}
     taken: dict[int, str] = {}
     for name, place in at.items():
         # A point in the middle of a cavity, or of a base, is nearer to other facets than to those that are alike.
@@ -132,10 +131,9 @@ def with_places(shell: Shell, reading: Reading, at: Mapping[str, tuple[float, fl
         now = int(tag[nearest])
         if now != wanted:
             tag = np.where(tag == now, wanted, np.where(tag == wanted, now, tag)).astype(np.int32)
-            label_now = label.get(now, "")
-            other = names.pop(label_now, None)
+            other = names.pop(tag_name(now), None)
             if wanted in np.unique(before) and other is not None:
-                names[label_now] = other
+                names[tag_name(now)] = other
         names[name] = Name(1.0, "the place that was given")
     left = tuple(question for question in reading.questions if not any(f" {name} =" in question.line for name in at))
     # One of two cavities named leaves no question about the other one.

@@ -20,20 +20,21 @@ from scipy.sparse.linalg import eigsh
 
 from femprep.annotation.space import Space
 from femprep.mesh.blas import one_blas_thread
+from femprep.model import IntArray
 
 #: Space narrower than twice this is no part of a chamber's core, mm; cores smaller than this are none, mL.
 _CORE, _LEAST = 4.5, 6.0
 #: Steps of the grid on which space is parted, mm, at least.
 _STEP: Final = 2.5
 #: A cut's area over the smaller part's volume to the power 2/3: 1.9 halves a ball; a valve is less than this.
-NARROW: Final = 0.65
+_NARROW: Final = 0.65
 #: Chambers, and vessels that are closed, at most.
 _PARTS: Final = 7
 
 
 @one_blas_thread()
-def part_cavities(space: Space) -> tuple[np.ndarray, list[dict[str, object]]]:
-    """Number from 1 of the chamber that each voxel of a core belongs to, 0 elsewhere; and the cuts that were made."""
+def part_cavities(space: Space) -> IntArray:
+    """Number from 1 of the chamber that each voxel of a core belongs to, 0 elsewhere."""
     core = ~space.tissue & ~space.outside & (space.width >= _CORE)
     skip = max(1, round(_STEP / space.step))
     coarse = core[::skip, ::skip, ::skip]
@@ -42,21 +43,19 @@ def part_cavities(space: Space) -> tuple[np.ndarray, list[dict[str, object]]]:
     sizes = np.bincount(pieces.ravel(), minlength=count + 1)[1:] * size
     todo = [np.argwhere(pieces == k + 1) for k in np.argsort(-sizes) if sizes[k] >= _LEAST]
     done: list[np.ndarray] = []
-    cuts = []
     while todo:
         own = todo.pop(0)
         halves, ratio = _halve(own, space.step * skip)
-        if halves is not None and ratio < NARROW and len(todo) + len(done) + 2 <= _PARTS:
-            cuts.append({"ratio": round(ratio, 3), "parts_ml": [round(len(one) * size, 1) for one in halves]})
+        if halves is not None and ratio < _NARROW and len(todo) + len(done) + 2 <= _PARTS:
             todo = sorted([*todo, *halves], key=len, reverse=True)
         else:
             done.append(own)
     done.sort(key=len, reverse=True)
-    number = np.zeros(coarse.shape, dtype=np.int32)
+    number = np.zeros(coarse.shape, dtype=np.int64)
     for k, own in enumerate(done):
         number[tuple(own.T)] = k + 1
     fine = number.repeat(skip, 0).repeat(skip, 1).repeat(skip, 2)[tuple(slice(0, n) for n in core.shape)]
-    return np.where(core, fine, 0), cuts
+    return np.where(core, fine, 0)
 
 
 def _halve(index: np.ndarray, step: float) -> tuple[list[np.ndarray] | None, float]:

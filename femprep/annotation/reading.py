@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from femprep.model import FACET_TAGS, FloatArray, TagArray
+from femprep.model import FloatArray, TagArray
 
 #: A name that is at least so sure is taken without asking.
 SURE = 0.75
@@ -83,9 +81,3 @@ class ReadingAttempt:
 
 class NoReading(Exception):
     """A way does not fit this boundary; the message says why."""
-
-
-def area_by_name(tag: TagArray, area: FloatArray) -> dict[str, float]:
-    """Area of the facets of each name, mm2."""
-    number = {value: name for name, value in FACET_TAGS.items()}
-    return {number[int(t)]: float(area[tag == t].sum()) for t in np.unique(tag) if int(t) in number}

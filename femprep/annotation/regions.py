@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
 from femprep.annotation.reading import Name, Question
-from femprep.model import REGION_TAGS, FloatArray, TagArray, VolumeMesh
+from femprep.model import REGION_TAGS, FloatArray, TagArray, VolumeMesh, tag_name
 from femprep.model.blocks import block_rows, nodes_of
 from femprep.model.facets import facet_triangles
 from femprep.volume.ventricles import tidy_regions
@@ -68,7 +68,6 @@ def match_regions(
     theirs: TagArray, ours: TagArray, volume: FloatArray, given: dict[int, int]
 ) -> tuple[TagArray, dict[str, Name], list[Question]]:
     """The file's regions, each named after most of what geometry finds in it, where it was not given a name."""
-    label = {number: name for name, number in REGION_TAGS.items()}
     out, names, questions = ours.copy(), {}, []
     tags = np.unique(theirs).tolist()
     free = [tag for tag in tags if tag not in given]
@@ -83,9 +82,9 @@ def match_regions(
     for tag in tags:
         if tag in given:
             out[theirs == tag] = given[tag]
-            names[label[given[tag]]] = Name(1.0, f"the file's region {tag} has this name")
+            names[tag_name(given[tag])] = Name(1.0, f"the file's region {tag} has this name")
     for row, tag in enumerate(free):
-        name, sure = label[int(best[row])], float(share[row, best[row]])
+        name, sure = tag_name(int(best[row])), float(share[row, best[row]])
         out[theirs == tag] = best[row]
         names[name] = Name(sure, f"{100 * sure:.0f} % of the file's region {tag} lie there")
         if sure < _DOUBTFUL:

@@ -16,7 +16,7 @@ from femprep.mesh.numbering import set_numbers
 from femprep.mesh.topology import border_loops, components, enclosed_volume, volume
 from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh
 from femprep.model.blocks import block_rows
-from femprep.model.facets import split_facets
+from femprep.model.facets import centres_and_areas, split_facets
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,16 +133,13 @@ def shell_of(mesh: VolumeMesh) -> Shell:
     facets = {kind: own.nodes for kind, own in faces.items() if len(own.nodes)}
     if not facets:
         raise InputError("the mesh has no boundary facets; give a mesh of volume elements")
-    centres, vectors, ends = [], [], []
+    ends, owners = [], []
     for kind, block, rows in block_rows(facets):
         corners = block[:, : FACET_CORNERS[kind]]
-        x = mesh.points[corners]
-        one, other = ((1, 0), (2, 0)) if x.shape[1] == 3 else ((2, 0), (3, 1))
-        centres.append(x.mean(axis=1))
-        vectors.append(np.cross(x[:, one[0]] - x[:, one[1]], x[:, other[0]] - x[:, other[1]]) / 2)
         sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
-        owner = np.repeat(np.arange(rows.start, rows.stop), corners.shape[1])
-        ends.append(np.column_stack([sides, owner]))
+        own = np.arange(rows.start, rows.stop)
+        ends.append(np.column_stack([sides, np.repeat(own, corners.shape[1])]))
+        owners += [own] * (corners.shape[1] - 2)  # a quadrilateral is two triangles
     sides = np.concatenate(ends)
     number = set_numbers(sides[:, :2])
     order = np.argsort(number, kind="stable")
@@ -150,16 +147,11 @@ def shell_of(mesh: VolumeMesh) -> Shell:
     # Where several sheets meet in an edge, neighbours in the list are no neighbours in space: such edges part.
     twice = np.bincount(number)[number[order[same]]] == 2
     pairs = np.column_stack([sides[order[same], 2], sides[order[same + 1], 2]])[twice]
-    owners = [np.empty(0, dtype=np.int64)]
-    for kind, _, rows in block_rows(facets):
-        own = np.arange(rows.start, rows.stop)
-        owners += [own, own] if kind.startswith("quad") else [own]
     return Shell(
         mesh.points,
         facets,
         np.concatenate([faces[kind].element for kind in facets]),
-        np.concatenate(centres),
-        np.concatenate(vectors),
+        *centres_and_areas(mesh.points, facets),
         pairs,
         split_facets(facets),
         np.concatenate(owners),

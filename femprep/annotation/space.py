@@ -44,8 +44,6 @@ class Space:
         Distance of each other voxel from tissue, mm.
     outside : (i, j, k) array
         What the ball reaches.
-    ball : float
-        Its radius, mm.
     """
 
     origin: FloatArray
@@ -53,7 +51,6 @@ class Space:
     tissue: BoolArray
     width: FloatArray
     outside: BoolArray
-    ball: float
 
     def index(self, points: FloatArray) -> IntArray:
         """Voxel of each of points ``(n, 3)``, kept within the grid."""
@@ -82,7 +79,7 @@ def space_of(shell: Shell) -> Space:
     covered = [reached(width, step, ball) for ball in BALLS]
     void = [int(np.count_nonzero(~tissue & ~one)) for one in covered]
     chosen = next(k for k in range(len(BALLS)) if void[k] >= _SHARE * void[-1])
-    return Space(origin, step, tissue, width, covered[chosen], BALLS[chosen])
+    return Space(origin, step, tissue, width, covered[chosen])
 
 
 def filled(points: FloatArray, triangles: IntArray, shape: IntArray) -> BoolArray:

@@ -15,7 +15,7 @@ from femprep.mesh.elements import FACET_CORNERS
 from femprep.mesh.numbering import set_numbers
 from femprep.mesh.topology import components
 from femprep.model import FACET_TAGS, REGION_TAGS, BoolArray, VolumeMesh
-from femprep.model.blocks import block_rows
+from femprep.model.blocks import block_rows, chosen_rows
 from femprep.options import FibreOptions
 
 #: Regions that coordinates, segments and fibres are of.
@@ -67,13 +67,9 @@ def on_ventricles(mesh: VolumeMesh, add: Callable[[VolumeMesh], VolumeMesh]) -> 
 
 def _largest(mesh: VolumeMesh, chosen: BoolArray) -> BoolArray:
     """The largest piece of some elements; smaller ones hang on the rest of the heart alone."""
-    number, ends, first = np.cumsum(chosen) - 1, [], 0
-    for block in mesh.cells.values():
-        rows = np.flatnonzero(chosen[first : first + len(block)])
-        own = np.repeat(number[first + rows], block.shape[1])
-        ends.append(np.column_stack([own, block[rows].ravel()]))
-        first += len(block)
-    cell, node = np.concatenate(ends).T
+    blocks = chosen_rows(mesh.cells, chosen)
+    ends = [np.repeat(np.arange(own.start, own.stop), block.shape[1]) for _, block, own in block_rows(blocks)]
+    cell, node = np.concatenate(ends), np.concatenate([block.ravel() for block in blocks.values()])
     count = int(chosen.sum())
     piece = components(cell, count + node, count + len(mesh.points))[:count]
     out = np.zeros(len(chosen), dtype=bool)
@@ -85,7 +81,7 @@ def _with_base(part: VolumeMesh) -> VolumeMesh:
     """The ventricles with the facets at which they were cut off tagged as base, behind those they had."""
     shell = shell_of(part)
     blocks, tags = {}, []
-    for kind, block, rows in block_rows(shell.facets):
+    for kind, block in shell.facets.items():
         corners = FACET_CORNERS[kind]
         have = part.facets.get(kind, np.empty((0, block.shape[1]), dtype=np.int64))
         number = set_numbers(block[:, :corners], have[:, :corners])
@@ -93,7 +89,4 @@ def _with_base(part: VolumeMesh) -> VolumeMesh:
         first = next((own for name, _, own in block_rows(part.facets) if name == kind), slice(0, 0))
         blocks[kind] = np.concatenate([have, fresh])
         tags += [part.facet_tag[first], np.full(len(fresh), FACET_TAGS["base"], dtype=np.int32)]
-        del rows
-    if len(blocks) > 1:  # rows of data follow the blocks; of a mesh of several types there are none yet
-        part = replace(part, facet_data={})
     return replace(part, facets=blocks, facet_tag=np.concatenate(tags), facet_data={})

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Final
 
@@ -13,22 +12,14 @@ from femprep.annotation.flat import by_closed_sheets, by_creases, by_flat_pieces
 from femprep.annotation.reading import Reading
 from femprep.annotation.shell import Shell
 
-
-@dataclass(frozen=True)
-class ReadingWay:
-    """One way of reading a boundary: its name, what it takes for granted, and what does it."""
-
-    name: str
-    takes: str
-    read: Callable[[Shell], Reading]
-
-
+#: One way of reading a boundary.
+ReadingWay = Callable[[Shell], Reading]
 #: From the strictest to the most tolerant: what the first ones find is as good as certain.
-READING_WAYS: Final = (
-    ReadingWay("closed sheets", "cavities closed all round", by_closed_sheets),
-    ReadingWay("flat pieces", "a base, and perhaps an apex, cut flat", by_flat_pieces),
-    ReadingWay("creases of 45 degrees", "a base with sharp rims", partial(by_creases, degrees=45.0)),
-    ReadingWay("creases of 30 degrees", "a base with rims", partial(by_creases, degrees=30.0)),
-    ReadingWay("cavities", "chambers with openings, told by the space between them", by_cavities),
-    ReadingWay("convex hull", "one ventricle or two, open at a base that is rounded", by_hull),
-)
+READING_WAYS: Final[Mapping[str, ReadingWay]] = {
+    "closed sheets": by_closed_sheets,  # cavities closed all round
+    "flat pieces": by_flat_pieces,  # a base, and perhaps an apex, cut flat
+    "creases of 45 degrees": partial(by_creases, degrees=45.0),  # a base with sharp rims
+    "creases of 30 degrees": partial(by_creases, degrees=30.0),  # a base with rims
+    "cavities": by_cavities,  # chambers with openings, told by the space between them
+    "convex hull": by_hull,  # one ventricle or two, open at a base that is rounded
+}

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from femprep.errors import FileError, OptionError
-from femprep.model.image_file import ImageFile, image_file
 from femprep.options import Options, choose
 
 
@@ -66,8 +65,8 @@ def _read_toml(path: Path) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class _Named:
-    """How an option of named values is written: its name, the form of its value, and an example."""
+class _Form:
+    """How an option is written: its name, the form of its value, and an example."""
 
     option: str
     form: str
@@ -85,10 +84,20 @@ class _Named:
         """What is said of a text of another form."""
         return OptionError(f"--{self.option} {item!r} is not {self.form}; write for example {self.example}")
 
+    def numbers(self, text: str, count: int, item: str | None = None) -> tuple[float, ...]:
+        """So many finite numbers between commas, in a text or in an item that holds it."""
+        try:
+            values = tuple(float(number) for number in text.split(","))
+        except ValueError:
+            values = ()
+        if len(values) != count or not all(map(math.isfinite, values)):
+            raise self.wrong(item or text)
+        return values
+
 
 def parse_structures(items: Sequence[str] | None) -> dict[str, tuple[int | str, ...]] | None:
     """``["lv=3", "myo=2,4", "rv=RV blood"]`` as label numbers, or names of segments, by structure name."""
-    way = _Named("structure", "NAME=LABEL[,LABEL...]", "--structure lv=3")
+    way = _Form("structure", "NAME=LABEL[,LABEL...]", "--structure lv=3")
     found: dict[str, tuple[int | str, ...]] = {}
     for name, labels, item in way.pairs(items):
         found[name] = tuple(_number_or_name(label.strip()) for label in labels.split(","))
@@ -110,7 +119,7 @@ def parse_masks(items: Sequence[str] | None) -> dict[str, list[Path]]:
         A text of another form.
     """
     found: dict[str, list[Path]] = {}
-    for name, file, _ in _Named("mask", "NAME=FILE", "--mask lv=left_ventricle.nii.gz").pairs(items):
+    for name, file, _ in _Form("mask", "NAME=FILE", "--mask lv=left_ventricle.nii.gz").pairs(items):
         found.setdefault(name, []).append(Path(file))
     return found
 
@@ -143,17 +152,6 @@ def parse_samples(items: Sequence[str] | None) -> dict[str, Path]:
     return found
 
 
-def parse_images(items: Sequence[str] | None) -> list[ImageFile]:
-    """``["cine.nii.gz", "cine_4d.nii.gz:12"]`` as files with the number of the frame, from 1, where one is told.
-
-    Raises
-    ------
-    OptionError
-        A text of another form.
-    """
-    return [image_file(item) for item in items or ()]
-
-
 def parse_surfaces(items: Sequence[str] | None) -> dict[str, Path]:
     """``["lv=endo.stl", "epi=epi.stl"]`` as files by name.
 
@@ -163,7 +161,7 @@ def parse_surfaces(items: Sequence[str] | None) -> dict[str, Path]:
         A text of another form, or a name given twice.
     """
     found: dict[str, Path] = {}
-    for name, file, _ in _Named("surface", "NAME=FILE", "--surface lv=endo.stl").pairs(items):
+    for name, file, _ in _Form("surface", "NAME=FILE", "--surface lv=endo.stl").pairs(items):
         if name in found:
             raise OptionError(f"--surface {name} is given twice; one file per name")
         found[name] = Path(file)
@@ -178,7 +176,7 @@ def parse_valves(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | 
     OptionError
         A text of another form, or a name given twice.
     """
-    way = _Named("valve", "NAME=X,Y,Z,NX,NY,NZ,R", "--valve mitral=10,20,30,0,0,1,12")
+    way = _Form("valve", "NAME=X,Y,Z,NX,NY,NZ,R", "--valve mitral=10,20,30,0,0,1,12")
     return _numbers_by_name(way, items, 7) or None
 
 
@@ -190,16 +188,14 @@ def parse_places(items: Sequence[str] | None) -> dict[str, tuple[float, ...]] | 
     OptionError
         A text of another form, or a name given twice.
     """
-    return _numbers_by_name(_Named("at", "NAME=X,Y,Z", "--at endo_lv=10,20,30"), items, 3) or None
+    return _numbers_by_name(_Form("at", "NAME=X,Y,Z", "--at endo_lv=10,20,30"), items, 3) or None
 
 
-def _numbers_by_name(way: _Named, items: Sequence[str] | None, count: int) -> dict[str, tuple[float, ...]]:
+def _numbers_by_name(way: _Form, items: Sequence[str] | None, count: int) -> dict[str, tuple[float, ...]]:
     """So many finite numbers by name."""
     found: dict[str, tuple[float, ...]] = {}
     for name, numbers, item in way.pairs(items):
-        values = parse_numbers(numbers)
-        if len(values) != count:
-            raise way.wrong(item)
+        values = way.numbers(numbers, count, item)
         if name in found:
             raise OptionError(f"--{way.option} {name} is given twice; one for each name")
         found[name] = values
@@ -214,7 +210,7 @@ def parse_names(items: Sequence[str] | None) -> dict[str, str] | None:
     OptionError
         A text of another form.
     """
-    return {theirs: ours for theirs, ours, _ in _Named("name", "THEIRS=OURS", "--name 4=epi").pairs(items)} or None
+    return {theirs: ours for theirs, ours, _ in _Form("name", "THEIRS=OURS", "--name 4=epi").pairs(items)} or None
 
 
 def parse_point(text: str, name: str) -> tuple[float, float, float]:
@@ -223,12 +219,10 @@ def parse_point(text: str, name: str) -> tuple[float, float, float]:
     Raises
     ------
     OptionError
-        A text of another form.
+        The text has another form.
     """
-    values = parse_numbers(text)
-    if len(values) != 3:
-        raise OptionError(f"--{name.replace('_', '-')} {text!r} is not X,Y,Z; write for example 10.5,-20,31")
-    return values[0], values[1], values[2]
+    x, y, z = _Form(name.replace("_", "-"), "X,Y,Z", "10.5,-20,31").numbers(text, 3)
+    return x, y, z
 
 
 def parse_plane(text: str | None) -> tuple[float, ...] | None:
@@ -237,23 +231,9 @@ def parse_plane(text: str | None) -> tuple[float, ...] | None:
     Raises
     ------
     OptionError
-        A text of another form.
+        The text has another form.
     """
-    if text is None:
-        return None
-    values = parse_numbers(text)
-    if len(values) != 6:
-        raise OptionError(f"--base {text!r} is not X,Y,Z,NX,NY,NZ; write for example --base 10,20,30,0,0,1")
-    return values
-
-
-def parse_numbers(text: str) -> tuple[float, ...]:
-    """Finite numbers between commas; none where any is not one."""
-    try:
-        values = tuple(float(number) for number in text.split(","))
-    except ValueError:
-        return ()
-    return values if all(map(math.isfinite, values)) else ()
+    return None if text is None else _Form("base", "X,Y,Z,NX,NY,NZ", "--base 10,20,30,0,0,1").numbers(text, 6)
 
 
 def parse_objects(items: Sequence[str] | None, labels: Mapping[str, Sequence[int | str]]) -> dict[str, tuple[str, ...]]:

@@ -6,12 +6,13 @@ import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import typer
 
-from femprep.cli._names import mesh_names, sequence_names
+from femprep.cli._names import mesh_names, require_output, sequence_names
 from femprep.model.image_file import ImageFile
 from femprep.options import Options
 
@@ -19,26 +20,26 @@ from femprep.options import Options
 SecondImages = tuple[Path | None, dict[str, tuple[int | str, ...]], dict[str, Path]]
 
 
+def typed() -> str:
+    """The command as it was typed, for pages."""
+    return shlex.join(["femprep", *sys.argv[1:]])
+
+
 def mesh_own(
     surfaces: dict[str, Path], out: Path, options: Options, *, quiet: bool, json: bool, second: SecondImages
 ) -> int:
     """Run the main job on surfaces; the exit status is 1 where the quality check fails."""
+    require_output(out, options.formats, mesh_names)
+
     from femprep.cli._progress import bars
-    from femprep.export import require_formats
-    from femprep.report.folder.output_folder import require_writable
-
-    require_formats(options.formats)
-    require_writable(out, mesh_names(options.formats))
-
     from femprep.own_surfaces import mesh_surfaces
     from femprep.report.output import write_run
     from femprep.surface import read_surface
 
     with bars(quiet or json) as progress:
         given = {name: read_surface(path) for name, path in surfaces.items()}
-        run = mesh_surfaces(given, options, progress=progress, **read_second(second, options))
-        command = shlex.join(["femprep", *sys.argv[1:]])
-        manifest = write_run(run, out, source=surfaces, command=command, progress=progress)
+        run = mesh_surfaces(given, options, progress=progress, **_read_second(second, options))
+        manifest = write_run(run, out, source=surfaces, command=typed(), progress=progress)
     return _told(run, manifest, out, quiet=quiet, json=json)
 
 
@@ -46,13 +47,9 @@ def mesh_phases(
     paths: list[Path], out: Path, options: Options, *, quiet: bool, json: bool, images: Sequence[ImageFile] = ()
 ) -> int:
     """Run the main job on the phases of one heart, files or frames of one; the exit status is 1 where a phase fails."""
+    require_output(out, options.formats)
+
     from femprep.cli._progress import bars
-    from femprep.export import require_formats
-    from femprep.report.folder.output_folder import require_writable
-
-    require_formats(options.formats)
-    require_writable(out)
-
     from femprep.image import read_frames, read_segmentation
     from femprep.image.underlay import read_under
     from femprep.model.stages import Stages
@@ -61,7 +58,7 @@ def mesh_phases(
 
     names = phase_names(paths)
     if len(paths) > 1:
-        require_writable(out, sequence_names(names, options.formats))
+        require_output(out, options.formats, partial(sequence_names, names))
 
     with bars(quiet or json) as progress:
         stages = Stages(progress)
@@ -73,14 +70,13 @@ def mesh_phases(
                 frames = read_frames(paths[0], options.labels, options=options.image)
                 names, phases = [f"frame{number:03d}" for number in frames], list(frames.values())
                 times = [float(number) for number in frames]
-                require_writable(out, sequence_names(names, options.formats))
+                require_output(out, options.formats, partial(sequence_names, names))
             shown = [read_under(seg, image, options) for seg, image in zip(phases, images)] or None
         found = mesh_sequence(phases, options, times=times, progress=progress)
         found = replace(found, seconds={**stages.seconds, **found.seconds})
         sources = paths if len(paths) > 1 else paths * len(phases)
-        command = shlex.join(["femprep", *sys.argv[1:]])
         manifest = write_sequence(
-            found, out, sources=sources, names=names, images=shown, command=command, progress=progress
+            found, out, sources=sources, names=names, images=shown, command=typed(), progress=progress
         )
     if json:
         typer.echo(manifest.model_dump_json(indent=2))
@@ -102,14 +98,9 @@ def mesh_file(
     image: ImageFile | None = None,
 ) -> int:
     """Run the main job on one file and print its summary; the exit status is 1 where the quality check fails."""
+    require_output(out, options.formats, mesh_names)
+
     from femprep.cli._progress import bars
-    from femprep.export import require_formats
-    from femprep.report.folder.output_folder import require_writable
-
-    # What can be wrong without any computing is found before anything else.
-    require_formats(options.formats)
-    require_writable(out, mesh_names(options.formats))
-
     from femprep.image import read_masks, read_segmentation
     from femprep.image.underlay import read_under
     from femprep.model.stages import Stages
@@ -123,16 +114,18 @@ def mesh_file(
                 preset = "slicer" if options.preset == "slicer" else None
                 seg = read_segmentation(segmentation, options.labels, preset, options=options.image)
                 source = segmentation
-            further = read_second(second, options)
+            further = _read_second(second, options)
             shown = None if image is None else read_under(seg, image, options)
-        before = stages.seconds
-        run, manifest = mesh_and_write(
-            seg, out, options, source=source, image=shown, before=before, progress=progress, **further
-        )
+        from femprep.pipeline import mesh_segmentation
+        from femprep.report.output import write_run
+
+        run = mesh_segmentation(seg, options, progress=progress, **further)
+        run = replace(run, seconds={**stages.seconds, **run.seconds})
+        manifest = write_run(run, out, source=source, image=shown, command=typed(), progress=progress)
     return _told(run, manifest, out, quiet=quiet, json=json)
 
 
-def read_second(second: SecondImages, options: Options) -> dict[str, Any]:
+def _read_second(second: SecondImages, options: Options) -> dict[str, Any]:
     """The tissue and the images to sample, as the pipelines take them."""
     from femprep.image import read_image, read_segmentation
 
@@ -142,27 +135,6 @@ def read_second(second: SecondImages, options: Options) -> dict[str, Any]:
         "tissue": read_segmentation(regions, structures=tissues, resample=resample) if regions else None,
         "images": {name: read_image(path, resample=resample) for name, path in images.items()},
     }
-
-
-def mesh_and_write(
-    seg: Any,
-    out: Path,
-    options: Options,
-    *,
-    source: Path | None,
-    before: dict[str, float],
-    progress: Any,
-    image: Any = None,
-    **second: Any,
-) -> tuple[Any, Any]:
-    """The pipeline, then its folder; ``before`` are the seconds of earlier stages."""
-    from femprep.pipeline import mesh_segmentation
-    from femprep.report.output import write_run
-
-    run = mesh_segmentation(seg, options, progress=progress, **second)
-    run = replace(run, seconds={**before, **run.seconds})
-    command = shlex.join(["femprep", *sys.argv[1:]])
-    return run, write_run(run, out, source=source, image=image, command=command, progress=progress)
 
 
 def _told(run: Any, manifest: Any, out: Path, *, quiet: bool, json: bool) -> int:

@@ -1,8 +1,9 @@
-"""Options in, names of the files that a run will write out, as far as they are known before it."""
+"""Options in, names of the files that a run will write, as far as they are known before it, out."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 
 from femprep.export.table import FORMATS
 from femprep.report.methods import FILES
@@ -15,12 +16,12 @@ _MESH = (
 )
 
 
-def mesh_names(formats: Iterable[str]) -> list[str]:
+def mesh_names(formats: Sequence[str]) -> list[str]:
     """Files of ``femprep mesh`` for one label map."""
     return [*_MESH, *(name for format in formats for name in FORMATS[format].files)]
 
 
-def sequence_names(phases: Iterable[str], formats: Iterable[str]) -> list[str]:
+def sequence_names(phases: Iterable[str], formats: Sequence[str]) -> list[str]:
     """Files of ``femprep mesh --sequence``, given the names of its phases."""
     own = mesh_names(formats)
     below = [f"phases/{phase}/{name}" for phase in phases for name in own]
@@ -32,7 +33,18 @@ def surface_names(objects: Iterable[str]) -> list[str]:
     return ["run.json", *FILES, *(f"surfaces/{name}.vtp" for name in objects)]
 
 
-def annotation_names(formats: Iterable[str]) -> list[str]:
+def annotation_names(formats: Sequence[str]) -> list[str]:
     """Files of ``femprep annotate``."""
     own = ("run.json", "quality.json", "report.html", "mesh.vtu", "facets.vtp")
     return [*own, *(name for format in formats for name in FORMATS[format].files)]
+
+
+def require_output(
+    out: Path, formats: Sequence[str], names: Callable[[Sequence[str]], list[str]] | None = None
+) -> None:
+    """What can be wrong with formats and folder without any computing is found before anything else."""
+    from femprep.export import require_formats
+    from femprep.report.folder.output_folder import require_writable
+
+    require_formats(formats)
+    require_writable(out, names(formats) if names else ())

@@ -11,7 +11,7 @@ from femprep.cli import _arguments as shared
 from femprep.cli._arguments import FIBRES, INPUT, OUTPUT
 from femprep.cli._configuration import merged, parse_names, parse_places, parse_plane
 from femprep.cli._fields import by_path, option
-from femprep.cli._names import annotation_names
+from femprep.cli._names import annotation_names, require_output
 from femprep.options import AnnotateOptions, choose
 
 
@@ -78,14 +78,11 @@ def annotate(
         values["fibres"] = None
     options = choose(AnnotateOptions, None, values)
 
-    from femprep.cli._progress import bars
-    from femprep.export import read_mesh, require_formats
-    from femprep.report.folder.output_folder import require_writable
-
-    require_formats(options.formats)
-    require_writable(out, annotation_names(options.formats))
+    require_output(out, options.formats, annotation_names)
 
     from femprep.annotation import annotate as name_parts
+    from femprep.cli._progress import bars
+    from femprep.export import read_mesh
     from femprep.report.annotated import write_annotation
 
     with bars(quiet or json) as progress:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,6 +10,7 @@ import typer
 from femprep.cli import _arguments as shared
 from femprep.cli._arguments import INPUT, OUTPUT
 from femprep.cli._fields import takes_options_of
+from femprep.cli._mesh_runs import typed
 from femprep.cli.mesh import mesh_options
 from femprep.errors import OptionError
 
@@ -113,7 +112,7 @@ def cohort(
                 memory_limit=memory_limit,
                 time_limit=subject_time_limit,
                 fresh=fresh,
-                command=shlex.join(["femprep", *sys.argv[1:]]),
+                command=typed(),
                 progress=progress,
             )
     except KeyboardInterrupt as stopped:

@@ -20,16 +20,11 @@ def demo(
     import tempfile
 
     from femprep.cli._mesh_runs import mesh_file
-    from femprep.cli._names import mesh_names
+    from femprep.image import write_segmentation
     from femprep.options import Options
     from femprep.phantoms import lv_ellipsoid
-    from femprep.report.folder.output_folder import require_writable
 
     options = Options(preset="acdc", formats=("abaqus", "dolfinx", "gmsh"))
-    require_writable(out, mesh_names(options.formats))
-
-    from femprep.image import write_segmentation
-
     with tempfile.TemporaryDirectory(prefix="femprep-demo-") as folder:
         path = Path(folder) / "phantom.nii.gz"
         write_segmentation(lv_ellipsoid().segmentation(spacing=(1.4, 1.4, 8.0)), path)

@@ -10,7 +10,6 @@ import typer
 from femprep.cli import _arguments as shared
 from femprep.cli._arguments import FIBRES, INPUT, OUTPUT
 from femprep.cli._configuration import (
-    parse_images,
     parse_masks,
     parse_plane,
     parse_samples,
@@ -23,6 +22,7 @@ from femprep.cli._configuration import (
 from femprep.cli._fields import by_path, option, takes_options_of
 from femprep.cli._mesh_runs import mesh_file, mesh_own, mesh_phases
 from femprep.errors import OptionError
+from femprep.model.image_file import image_file
 from femprep.options import (
     ExportOptions,
     Options,
@@ -248,7 +248,7 @@ def mesh(
     if given["sequence"] and (regions or sample):
         raise OptionError("--regions and --sample belong to one heart; leave --sequence out, then femprep transfer")
     images = parse_samples(sample)
-    shown = parse_images(image)
+    shown = [image_file(item) for item in image or ()]
     masks = parse_masks(mask)
     second = (regions, tissues, images)
     surfaces = parse_surfaces(surface)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Final
 
@@ -105,10 +104,10 @@ def _surfaces(runs: list[dict[str, Any]]) -> dict[str, Any]:
     fitted = [surface for run in runs for surface in run["details"].get("surfaces", {}).values()]
     distances = [item for run in runs for item in run["fidelity"]]
     return {
-        "surface_quality_mean": _least(surface["quality_mean"] for surface in fitted),
-        "surface_quality_min": _least(surface["quality_min"] for surface in fitted),
-        "label_distance_mean_pixels": _greatest(item["mean_pixels"] for item in distances),
-        "label_distance_max_pixels": _greatest(item["greatest_pixels"] for item in distances),
+        "surface_quality_mean": min((surface["quality_mean"] for surface in fitted), default=None),
+        "surface_quality_min": min((surface["quality_min"] for surface in fitted), default=None),
+        "label_distance_mean_pixels": max((item["mean_pixels"] for item in distances), default=None),
+        "label_distance_max_pixels": max((item["greatest_pixels"] for item in distances), default=None),
     }
 
 
@@ -118,7 +117,7 @@ def _elements(quality: list[dict[str, Any]]) -> dict[str, Any]:
     measures = [item["measures"] for item in quality]
 
     def least(name: str, figure: str = "min") -> float | None:
-        return _least(item[name][figure] for item in measures if name in item)
+        return min((item[name][figure] for item in measures if name in item), default=None)
 
     return {
         "points": quality[0]["n_points"],
@@ -142,13 +141,5 @@ def _solution(runs: list[dict[str, Any]]) -> dict[str, Any]:
         "solved": all(good),
         "solved_displacement_mm": found[0]["greatest_displacement_mm"],
         "solved_cavity_ml": found[0]["cavity_ml"],
-        "solved_misfit": _greatest(item["reaction_misfit"] for item in found if item["reaction_misfit"] is not None),
+        "solved_misfit": max((m for item in found if (m := item["reaction_misfit"]) is not None), default=None),
     }
-
-
-def _least(values: Iterable[float]) -> float | None:
-    return min(values, default=None)
-
-
-def _greatest(values: Iterable[float]) -> float | None:
-    return max(values, default=None)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -141,7 +140,6 @@ def write_failure(out: Path, name: str, text: str) -> None:
 def remove_failure(out: Path, name: str) -> None:
     """What was known of an earlier error is known no more."""
     folder = out / "failures"
-    with suppress(OSError):
+    with suppress(OSError):  # among them that of a folder with others in it
         (folder / f"{name}.txt").unlink(missing_ok=True)
-        if folder.is_dir() and not any(folder.iterdir()):
-            shutil.rmtree(folder)
+        folder.rmdir()

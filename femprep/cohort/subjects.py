@@ -13,7 +13,7 @@ from typing import Any, Final, Literal, NamedTuple
 from femprep.errors import FileError, InputError, OptionError
 from femprep.model.image_file import ImageFile, image_file
 from femprep.options import Options, choose
-from femprep.options.base import nearest
+from femprep.options.base import nearest, option_names
 
 #: What is made of a subject: a mesh of each label map, one sequence of all its phases, or closed surfaces alone.
 Kind = Literal["mesh", "sequence", "surfaces"]
@@ -191,8 +191,9 @@ def _rows(source: Path) -> list[tuple[int, dict[str, str]]]:
                     f"table {str(source)!r} has columns {', '.join(columns) or 'none'}; needed are subject and image, "
                     "divided by tabs"
                 )
+            known = {*_OWN, *option_names(Options)}
             for name in columns:
-                if name not in _OWN and not _known(name):
+                if name not in known and not name.startswith("structures."):
                     near = nearest(name, Options)
                     meant = f"; did you mean {' or '.join(map(repr, near))}?" if near else ""
                     raise OptionError(f"table {str(source)!r}: column {name!r} is no option{meant}")
@@ -207,20 +208,6 @@ def _rows(source: Path) -> list[tuple[int, dict[str, str]]]:
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise FileError(f"{str(source)!r} is no folder, and cannot be read as a table: {reason}") from None
-
-
-def _known(name: str) -> bool:
-    """Whether an option, or one of a group, or the label numbers of a structure, has this name."""
-    group, _, last = name.partition(".")
-    field = Options.model_fields.get(group)
-    if field is None:
-        return False
-    if not last:
-        return True
-    if group == "structures":
-        return True
-    kinds = (field.annotation, *getattr(field.annotation, "__args__", ()))
-    return any(last in getattr(kind, "model_fields", {}) for kind in kinds)
 
 
 def _changes(options: Options, values: Mapping[str, str]) -> dict[str, Any]:

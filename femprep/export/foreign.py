@@ -124,12 +124,10 @@ def _tags(
         values = [np.asarray(mesh.cell_data[array][i]) for i in blocks]
         if all(v.ndim == 1 and (v.dtype.kind in "iu" or np.array_equal(v, np.round(v))) for v in values):
             tags = np.concatenate(values).astype(np.int64)
-            out = tags.copy()
-            for own in np.unique(tags):
-                label = names.get(int(own)) or _family(mesh, int(own))
-                if label:
-                    out[tags == own] = numbers.of(label, int(own), facet=facet)
-            return out.astype(np.int32), array
+            # MED's names are those of families, which meshio keeps beside the tags.
+            families = {tag: own[0] for tag, own in getattr(mesh, "cell_tags", {}).items() if own}
+            told = {tag: name for tag, name in {**families, **names}.items() if name}
+            return numbers.of_tags(tags, told, facet=facet).astype(np.int32), array
     out = np.zeros(total, dtype=np.int64)
     named = False
     for name, sets in getattr(mesh, "cell_sets", {}).items():
@@ -143,12 +141,6 @@ def _tags(
                 named = True
             first += len(mesh.cells[i].data)
     return out.astype(np.int32), "sets" if named else "none"
-
-
-def _family(mesh: Any, tag: int) -> str | None:
-    """Name of a MED family, which meshio keeps beside the tags."""
-    names = getattr(mesh, "cell_tags", {}).get(tag)
-    return names[0] if names else None
 
 
 def _data(cell_data: Mapping[str, list[Any]], blocks: list[int], taken: set[str]) -> dict[str, np.ndarray]:

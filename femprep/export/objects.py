@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from femprep.errors import InputError, MissingDependencyError
+from femprep.export.deck.data import over_all
 from femprep.export.deck.names import facet_names, region_names
 from femprep.export.vtk.polydata import surface_polydata, wall_polydata
 from femprep.export.vtu.write import unstructured_grid
@@ -57,11 +58,9 @@ def to_meshio(noun: Surface | Wall | VolumeMesh) -> Any:
     names |= {name: np.array([tag, 2]) for name, tag in facet_names(noun).items()}
     cells, facets = list(noun.cells.items()), list(noun.facets.items())
     # An array has to be there for every block: where it says nothing it is zero.
-    data = {"region": [*_split(noun.region, cells), *_split(noun.facet_tag, facets)]}
-    for name, values in noun.cell_data.items():
-        data[name] = [*_split(values, cells), *_split(_zeros(noun.n_facets, values), facets)]
-    for name, values in noun.facet_data.items():
-        data.setdefault(name, [*_split(_zeros(noun.n_cells, values), cells), *_split(values, facets)])
+    every = {"region": np.concatenate([noun.region, noun.facet_tag]), **over_all(noun)}
+    ends = np.cumsum([len(block) for _, block in cells + facets])[:-1]
+    data = {name: np.split(values, ends) for name, values in every.items()}
     try:
         return meshio.Mesh(noun.points, cells + facets, dict(noun.point_data), data, names)
     except KeyError as error:
@@ -105,16 +104,6 @@ def plot(noun: Surface | Wall | VolumeMesh, **keywords: Any) -> Any:
     """Show in a window or a notebook, coloured by tags; keywords are those of ``pyvista.DataSet.plot``."""
     colour = {"scalars": name} if (name := _COLOURS.get(type(noun))) else {}
     return to_pyvista(noun).plot(**{"show_edges": True, **colour, **keywords})
-
-
-def _zeros(count: int, values: Any) -> Any:
-    return np.zeros((count, *values.shape[1:]), values.dtype)
-
-
-def _split(values: Any, blocks: list[tuple[str, IntArray]]) -> list[Any]:
-    """An array over all blocks as one array for each."""
-    ends = np.cumsum([len(block) for _, block in blocks])
-    return np.split(values, ends[:-1]) if blocks else []
 
 
 def _padded(facets: IntArray) -> IntArray:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.export.xdmf.write import TOPOLOGY, Document
+from femprep.export.xdmf.write import Document
 from femprep.model import VolumeMesh
 
 
@@ -50,32 +52,35 @@ def write_xdmf_series(meshes: Sequence[VolumeMesh], folder: Path, stem: str, tim
     for number, mesh in enumerate(meshes):
         if list(mesh.cells) != [kind] or not np.array_equal(mesh.cells[kind], cells):
             raise InputError(f"mesh {number} of a series differs from the first in connectivity")
-    with Document(folder, stem) as document:
+    with _Series(folder, stem) as document:
         parent = ElementTree.SubElement(
             document.domain, "Grid", {"Name": stem, "GridType": "Collection", "CollectionType": "Temporal"}
         )
-        stored: dict[str, tuple[np.ndarray, dict[str, str]]] = {}
-
-        def item(element: ElementTree.Element, where: str, number: int, values: np.ndarray) -> None:
-            if where in stored and np.array_equal(stored[where][0], values):
-                known = dict(stored[where][1])
-                text = known.pop("text")
-                ElementTree.SubElement(element, "DataItem", known).text = text
-            else:
-                stored[where] = (values, document.item(element, f"{where}/{number}", values))
-
         for number, (mesh, time) in enumerate(zip(meshes, times, strict=True)):
-            grid = ElementTree.SubElement(parent, "Grid", {"Name": f"{stem} {number}", "GridType": "Uniform"})
-            ElementTree.SubElement(grid, "Time", {"Value": repr(float(time))})
-            sizes = {"NumberOfElements": str(len(cells)), "NodesPerElement": str(cells.shape[1])}
-            topology = ElementTree.SubElement(grid, "Topology", {"TopologyType": TOPOLOGY[kind], **sizes})
-            item(topology, "topology", number, np.asarray(mesh.cells[kind]))
-            item(ElementTree.SubElement(grid, "Geometry", {"GeometryType": "XYZ"}), "geometry", number, mesh.points)
-            blocks = (("Cell", {"region": mesh.region, **mesh.cell_data}), ("Node", mesh.point_data))
-            for centre, data in blocks:
+            document.number = number
+            grid = document.grid(f"{stem} {number}", kind, mesh.cells[kind], "topology", parent)
+            moment = ElementTree.Element("Time", {"Value": repr(float(time))})
+            grid.insert(0, moment)
+            document.geometry(grid, mesh.points, "geometry")
+            for centre, data in (("Cell", {"region": mesh.region, **mesh.cell_data}), ("Node", mesh.point_data)):
                 for name, values in data.items():
-                    width = int(np.prod(np.asarray(values).shape[1:]))
-                    form = {1: "Scalar", 3: "Vector", 6: "Tensor6", 9: "Tensor"}.get(width, "Matrix")
-                    attributes = {"Name": name, "AttributeType": form, "Center": centre}
-                    element = ElementTree.SubElement(grid, "Attribute", attributes)
-                    item(element, f"{centre.lower()}_data/{name}", number, np.asarray(values))
+                    document.attribute(grid, name, centre, f"{centre.lower()}_data/{name}", values)
+
+
+class _Series(Document):
+    """A document of several times: an array that is as it was is stored no second time."""
+
+    def __init__(self, folder: Path, stem: str) -> None:
+        super().__init__(folder, stem)
+        self.number = 0
+        self._latest: dict[str, tuple[Any, ElementTree.Element]] = {}
+
+    def item(self, parent: ElementTree.Element, where: str, values: Any) -> ElementTree.Element:
+        """Store an array under the number of its time, or name the earlier one again."""
+        if where in self._latest and np.array_equal(self._latest[where][0], values):
+            found = copy(self._latest[where][1])
+            parent.append(found)
+            return found
+        found = super().item(parent, f"{where}/{self.number}", values)
+        self._latest[where] = values, found
+        return found

@@ -14,7 +14,7 @@ from femprep.model.progress import Progress
 from femprep.model.purkinje import PurkinjeNet
 from femprep.model.surface import SphereMap, Surface, split_quads
 from femprep.model.tags import FACET_TAGS, REGION_TAGS, TISSUES, endo_tags, is_blood, tag_name
-from femprep.model.verdict import verdict_of, with_verdict, without_failure
+from femprep.model.verdict import verdict_of, with_failure, with_verdict, without_failure
 from femprep.model.volume_mesh import Nested, VolumeMesh
 from femprep.model.wall import BloodPools, Wall
 
@@ -45,6 +45,7 @@ __all__ = [
     "split_quads",
     "tag_name",
     "verdict_of",
+    "with_failure",
     "with_verdict",
     "without_failure",
 ]

@@ -1,4 +1,4 @@
-"""A tagged volume mesh in, the triangles of one of its facet tags out."""
+"""Facets of a tagged volume mesh in; the triangles of a tag, centres and area vectors out."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from femprep.model import FACET_TAGS, IntArray, VolumeMesh
+from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
 from femprep.model.blocks import chosen_rows
 
 
@@ -23,3 +23,15 @@ def split_facets(facets: Mapping[str, IntArray]) -> IntArray:
         if kind.startswith("quad"):
             parts.append(block[:, [0, 2, 3]])
     return np.concatenate(parts)
+
+
+def centres_and_areas(points: FloatArray, facets: Mapping[str, IntArray]) -> tuple[FloatArray, FloatArray]:
+    """Centres and area vectors of all facets of some blocks, by their corners, ``(f, 3)`` each."""
+    centres, areas = [np.empty((0, 3))], [np.empty((0, 3))]
+    for kind, block in facets.items():
+        triangles = kind.startswith("triangle")
+        x = points[block[:, : 3 if triangles else 4]]
+        one, other = (x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) if triangles else (x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
+        centres.append(x.mean(axis=1))
+        areas.append(np.cross(one, other) / 2)
+    return np.concatenate(centres), np.concatenate(areas)

@@ -25,6 +25,11 @@ def with_verdict(mesh: VolumeMesh, **more: Any) -> VolumeMesh:
     return replace(mesh, info={**mesh.info, VERDICT: {**verdict_of(mesh), **more}})
 
 
+def with_failure(mesh: VolumeMesh, part: str, line: str) -> VolumeMesh:
+    """Copy of a mesh that goes without a part that could not be made, and says why."""
+    return with_verdict(mesh, failures={**verdict_of(mesh).get("failures", {}), part: [line]})
+
+
 def without_failure(info: Mapping[str, Any], part: str) -> dict[str, Any]:
     """``info`` of a mesh to which a part was added that could not be made before."""
     found = dict(info)

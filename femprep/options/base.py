@@ -99,14 +99,14 @@ def nearest(name: str, kind: type[StageOptions] | None) -> list[str]:
     """Options, groups before them (``volume.edge_length``), whose name is that of an unknown one, or nearly."""
     group, _, last = name.rpartition(".")
     known: dict[str, list[str]] = {}
-    for full in [] if kind is None else _names(kind):
+    for full in [] if kind is None else option_names(kind):
         known.setdefault(full.rpartition(".")[2], []).append(full)
     found = [full for close in get_close_matches(last, known, n=3, cutoff=0.75) for full in known[close]]
     same = [full for full in found if full.rpartition(".")[0] == group]
     return same[:1] or found[:2]
 
 
-def _names(kind: type[StageOptions], before: str = "") -> list[str]:
+def option_names(kind: type[StageOptions], before: str = "") -> list[str]:
     """Names of all options of a group and of the groups in it."""
     found = []
     for name, field in kind.model_fields.items():
@@ -114,5 +114,5 @@ def _names(kind: type[StageOptions], before: str = "") -> list[str]:
         # A group that may be left out is one of a union.
         for part in (field.annotation, *getattr(field.annotation, "__args__", ())):
             if isinstance(part, type) and issubclass(part, StageOptions):
-                found += _names(part, f"{before}{name}.")
+                found += option_names(part, f"{before}{name}.")
     return found

@@ -175,9 +175,7 @@ class Options(StageOptions):
 
     @model_validator(mode="after")
     def _tetrahedra_are_cut(self) -> Options:
-        swept = self.volume.mesher == "sweep"
-        element = self.layers.element if swept else "tetra"
-        order = self.layers.order if swept else self.volume.order
+        element, order = self.elements
         if self.conforming and (element != "tetra" or order != 1):
             raise ValueError(
                 f"conforming cuts tetrahedra of order 1, not elements of type {element} and order {order}; leave "
@@ -201,6 +199,13 @@ class Options(StageOptions):
     def limits(self) -> CheckOptions:
         """Limits of the check: those given, else those of the purpose, of the mesher, the defaults."""
         return self.check.resolved(self.volume.mesher)
+
+    @property
+    def elements(self) -> tuple[str, int]:
+        """Type and order of the elements asked for."""
+        if self.volume.mesher == "sweep":
+            return self.layers.element, self.layers.order
+        return "tetra", self.volume.order
 
     @property
     def layers(self) -> SweepOptions:

@@ -16,7 +16,7 @@ import numpy as np
 
 from femprep.errors import InputError, cannot_write
 from femprep.model import VolumeMesh
-from femprep.report.pictures.mesh_picture import end_picture, is_painted, paint
+from femprep.report.pictures.mesh_picture import painted
 
 #: Width and height of the picture, pixels; distance of the isochrones, ms.
 _SIZE: Final = (1500, 800)
@@ -49,12 +49,9 @@ def draw(mesh: VolumeMesh, png: Path) -> Path | None:
 
             write_purkinje(mesh, Path(folder) / "purkinje.vtp")
         made = Path(folder) / "map.png"
-        painter = paint("femprep.report.activation", made)
-        try:
-            if not is_painted(painter, made):
+        with painted("femprep.report.activation", made) as is_there:
+            if not is_there():
                 return None
-        finally:
-            end_picture(painter, made)
         try:
             shutil.copyfile(made, png)
         except OSError as error:

@@ -8,27 +8,25 @@ from pathlib import Path
 
 from femprep.annotation import Annotation
 from femprep.annotation.shell import shell_of
-from femprep.errors import FemprepError
-from femprep.export import write_facets, write_format, write_mesh, write_surface
+from femprep.export import write_facets, write_format, write_mesh
 from femprep.export.losses import losses
 from femprep.mesh.measures.volume_elements import all_volumes
-from femprep.model import Notice, Progress, noted, verdict_of
+from femprep.model import Progress, noted, verdict_of
 from femprep.report.folder.output_folder import whole_folder
+from femprep.report.folder.record import files_with, stage_records, write_record
 from femprep.report.manifest import (
     AnnotationManifest,
     AttemptRecord,
     NameRecord,
     OpeningRecord,
-    StageRecord,
     file_sha256,
-    hashes,
     plain,
 )
 from femprep.report.notices import lines
+from femprep.report.output import write_cavities
 from femprep.report.page.quality import write_quality_page
 from femprep.report.page.subject import table
 from femprep.report.pictures.bullseyes import report_bulls_eyes
-from femprep.wall import cavity_surface
 
 
 def write_annotation(
@@ -68,7 +66,7 @@ def write_annotation(
     with whole_folder(Path(out)) as folder:
         write_mesh(found.mesh, folder / "mesh.vtu")
         write_facets(found.mesh, folder / "facets.vtp")
-        left_out = _cavities(found, folder)
+        left_out = write_cavities(found.mesh, folder)
         for name in found.options.formats:
             write_format(found.mesh, folder, name, options=found.options.export)
         (folder / "quality.json").write_text(found.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
@@ -78,7 +76,6 @@ def write_annotation(
         )
         failed = [line for own in verdict_of(found.mesh).get("failures", {}).values() for line in own]
         seconds = {**found.seconds, "write": time.perf_counter() - start}
-        files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()}
         facets, regions = _names(found)
         manifest = AnnotationManifest(
             source=path.name if path else None,
@@ -100,10 +97,10 @@ def write_annotation(
             attempts=[
                 AttemptRecord(way=a.way, taken=a.taken, why=a.why, figures=dict(a.figures)) for a in found.attempts
             ],
-            stages=[StageRecord(name=name, seconds=round(value, 3)) for name, value in seconds.items()],
+            stages=stage_records(seconds),
             details=details,
             notices=[*lines({}, details), *failed],
-            files=sorted(files | {"run.json", "report.html"}),
+            files=files_with(folder, "report.html"),
         )
         write_quality_page(
             found.quality,
@@ -111,24 +108,9 @@ def write_annotation(
             title=manifest.source or "mesh",
             before=_page(manifest, found),
         )
-        manifest = manifest.model_copy(update={"sha256": hashes(folder, manifest.files)})
-        (folder / "run.json").write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
+        manifest = write_record(manifest, folder, found.seconds, start)
     report("write", 1.0)
     return manifest
-
-
-def _cavities(found: Annotation, folder: Path) -> list[Notice]:
-    """Each cavity's closed surface, where its rims are whole; what is left out."""
-    (folder / "cavities").mkdir()
-    left_out = []
-    for facet in [name for name in found.mesh.facet_names if name.startswith("endo")]:
-        name = "lv" if facet == "endo" else facet.removeprefix("endo_")
-        try:
-            write_surface(cavity_surface(found.mesh, name), folder / "cavities" / f"{name}.vtp")
-        except FemprepError as error:
-            words = f"the closed surface of the cavity {name} is left out: {error}"
-            left_out.append(Notice.of("left out", words))
-    return left_out
 
 
 def _names(found: Annotation) -> tuple[list[NameRecord], list[NameRecord]]:

@@ -10,20 +10,20 @@ from typing import Any
 
 import numpy as np
 
+from femprep.errors import InputError
 from femprep.export import write_facets, write_format, write_mesh, write_purkinje, write_surface, write_wall
 from femprep.export.losses import losses
 from femprep.image import IntensityImage, Segmentation
-from femprep.model import Notice, Progress, noted, verdict_of
-from femprep.report.beside_labels import beside
+from femprep.model import Notice, Progress, VolumeMesh, noted, verdict_of
+from femprep.report.beside import beside_voxels
 from femprep.report.folder.output_folder import whole_folder
+from femprep.report.folder.record import files_with, stage_records, write_record
 from femprep.report.manifest import (
     InputRecord,
     RunManifest,
-    StageRecord,
     SurfaceInput,
     VolumeRecord,
     file_sha256,
-    hashes,
     plain,
 )
 from femprep.report.methods import FILES, Words, methods
@@ -34,7 +34,7 @@ from femprep.report.page.subject import report_page
 from femprep.report.pictures.bullseyes import report_bulls_eyes, thickness_of_segments
 from femprep.report.pictures.colours import colour
 from femprep.report.pictures.data_pictures import DataPictures, data_pictures, image_notices, image_record, under_labels
-from femprep.report.pictures.mesh_picture import end_picture, is_painted, start_picture
+from femprep.report.pictures.mesh_picture import drawn_picture
 from femprep.report.pictures.raster import address
 from femprep.report.pictures.scene import scene
 from femprep.report.pictures.shown import Shown, shown
@@ -121,29 +121,27 @@ def written(
         png = folder / ".picture.png"
         view = shown(run.mesh)
         report("write", 0.1)
-        painter = start_picture(view.mesh, png)
-        try:
-            _write_vtk(run, folder)
+        with drawn_picture(view.mesh, png) as is_there:
+            left_out = _write_vtk(run, folder)
             report("write", 0.4)
-            left_out = verdict_of(run.mesh).get("failures", {})
-            for name in (name for name in run.options.formats if name not in left_out):
+            failed = verdict_of(run.mesh).get("failures", {})
+            for name in (name for name in run.options.formats if name not in failed):
                 write_format(run.mesh, folder, name, options=run.options.export)
             (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
             data, volumes, details = data_pictures(run, under), list(run.volumes), _details(run)
             report("write", 0.8)
             content = _content(run, view)
-            picture = address(png.read_bytes()) if is_painted(painter, png) else None
-        finally:
-            end_picture(painter, png)
-            png.unlink(missing_ok=True)
-        details["formats"] = noted({}, *(one for name in run.options.formats for one in losses(run.mesh, name)))
+            picture = address(png.read_bytes()) if is_there() else None
+        png.unlink(missing_ok=True)
+        left_out += [one for name in run.options.formats for one in losses(run.mesh, name)]
+        details["formats"] = noted({}, *left_out)
         if picture is None:
             line = "no picture of the mesh: VTK could not render it here"
             details["report"] = noted({}, Notice.of("left out", line))
         if under is not None:
             details["image"] = {"notices": image_notices(under)}
         stages = {**run.seconds, "write": time.perf_counter() - start}
-        manifest = _manifest(run, stages, source, volumes, details, folder, more=("report.html", *FILES))
+        manifest = _manifest(run, stages, source, volumes, details, files_with(folder, "report.html", *FILES))
         manifest = manifest.model_copy(
             update={
                 "thickness_mm": thickness_of_segments(run.mesh, view.whole),
@@ -157,7 +155,7 @@ def written(
             report_page(manifest, run.quality, data=data, picture=picture, command=command, **content),
             encoding="utf-8",
         )
-        manifest = _write_manifest(manifest, folder, start)
+        manifest = write_record(manifest, folder, run.seconds, start)
     report("write", 1.0)
     return Written(manifest, view, data)
 
@@ -191,23 +189,24 @@ def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | No
     with whole_folder(Path(out)) as folder:
         _write_surfaces(fitted.surfaces, folder)
         volumes = [
-            beside(name, surface.volume, voxel_volume(fitted.objects[name], ()))
+            beside_voxels(name, surface.volume, voxel_volume(fitted.objects[name], ()))
             for name, surface in fitted.surfaces.items()
         ]
         details = {**_surface_details(fitted), "failures": list(fitted.failures)}
-        manifest = _manifest(fitted, fitted.seconds, source, volumes, details, folder, more=FILES)
+        manifest = _manifest(fitted, fitted.seconds, source, volumes, details, files_with(folder, *FILES))
         write_methods(methods(manifest), folder)
-        return _write_manifest(manifest, folder, start)
+        return write_record(manifest, folder, fitted.seconds, start)
 
 
-def _write_vtk(run: Run, folder: Path) -> None:
+def _write_vtk(run: Run, folder: Path) -> list[Notice]:
+    """Meshes and surfaces of a run; what is left out."""
     write_mesh(run.mesh, folder / "mesh.vtu")
     write_facets(run.mesh, folder / "facets.vtp")
     if run.mesh.purkinje is not None:
         write_purkinje(run.mesh, folder / "purkinje.vtp")
     _write_surfaces(run.surfaces, folder)
-    _write_cavities(run, folder)
     write_wall(run.wall, folder / "wall.vtp")
+    return write_cavities(run.mesh, folder)
 
 
 def _write_surfaces(surfaces: Mapping[str, Any], folder: Path) -> None:
@@ -216,12 +215,18 @@ def _write_surfaces(surfaces: Mapping[str, Any], folder: Path) -> None:
         write_surface(surface, folder / "surfaces" / f"{name}.vtp")
 
 
-def _write_cavities(run: Run, folder: Path) -> None:
-    """Each cavity's closed surface, of nodes of the mesh: endocardium and caps."""
+def write_cavities(mesh: VolumeMesh, folder: Path) -> list[Notice]:
+    """Each cavity's closed surface, of nodes of the mesh, where its rims are whole; what is left out."""
     (folder / "cavities").mkdir()
-    cavities = [name.removeprefix("endo_") for name in run.mesh.facet_names if name.startswith("endo")]
-    for name in ("lv" if name == "endo" else name for name in cavities):
-        write_surface(cavity_surface(run.mesh, name), folder / "cavities" / f"{name}.vtp")
+    left_out = []
+    for facets in (name for name in mesh.facet_names if name.startswith("endo")):
+        name = "lv" if facets == "endo" else facets.removeprefix("endo_")
+        try:
+            write_surface(cavity_surface(mesh, name), folder / "cavities" / f"{name}.vtp")
+        except InputError as error:
+            words = f"the closed surface of the cavity {name} is left out: {error}"
+            left_out.append(Notice.of("left out", words))
+    return left_out
 
 
 def write_methods(words: Words, folder: Path) -> None:
@@ -230,38 +235,26 @@ def write_methods(words: Words, folder: Path) -> None:
         (folder / name).write_text(text, encoding="utf-8")
 
 
-def _write_manifest(manifest: RunManifest, folder: Path, start: float) -> RunManifest:
-    """Write ``run.json``; its stage ``write``, which began at ``start``, ends with the hashes of all files."""
-    manifest = manifest.model_copy(update={"sha256": hashes(folder, manifest.files)})
-    last = StageRecord(name="write", seconds=round(time.perf_counter() - start, 3))
-    stages = [*(stage for stage in manifest.stages if stage.name != "write"), last]
-    manifest = manifest.model_copy(update={"stages": stages})
-    (folder / "run.json").write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
-    return manifest
-
-
 def _manifest(
     run: Run | Surfaces,
     seconds: Mapping[str, float],
     source: str | Path | Mapping[str, Path] | None,
     volumes: list[VolumeRecord],
     details: dict[str, Any],
-    folder: Path,
-    more: tuple[str, ...] = (),
+    files: list[str],
 ) -> RunManifest:
     seg = run.segmentation
-    files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()} | {"run.json", *more}
     return RunManifest(
         input=_surfaces_in(run, source) if seg is None else _image_in(seg, source),
         options=run.options,
-        stages=[StageRecord(name=name, seconds=round(value, 3)) for name, value in seconds.items()],
+        stages=stage_records(seconds),
         volumes=volumes,
         fidelity=list(run.fidelity.records),
         given_fidelity=list(run.quality.given_fidelity or ()) if isinstance(run, Run) else [],
         details=details,
         notices=lines({} if seg is None else seg.info, details),
         deterministic=not (isinstance(run, Run) and run.options.volume.mesher == "tetwild"),
-        files=sorted(files),
+        files=files,
     )
 
 

@@ -13,7 +13,8 @@ from femprep.export.series import write_pvd, write_xdmf_series
 from femprep.image import IntensityImage
 from femprep.model import Progress
 from femprep.report.folder.output_folder import whole_folder
-from femprep.report.manifest import PhaseRecord, RunManifest, SequenceManifest, StageRecord, hashes
+from femprep.report.folder.record import files_with, stage_records, write_record
+from femprep.report.manifest import PhaseRecord, RunManifest, SequenceManifest
 from femprep.report.methods import FILES, sequence_methods
 from femprep.report.output import write_methods, written
 from femprep.report.page.sequence import Phase, sequence_page
@@ -80,26 +81,21 @@ def write_sequence(
             phases.append(Phase(record, kept.manifest, run.quality, kept.view, kept.data))
         write_pvd(folder / "sequence.pvd", [f"phases/{name}/mesh.vtu" for name in names], sequence.times)
         write_xdmf_series([run.mesh for run in sequence.runs], folder, "sequence", sequence.times)
-        files = {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()}
-        files |= {"run.json", "report.html", *FILES}
         seconds = {**sequence.seconds, "write": time.perf_counter() - own - spent}
         manifest = SequenceManifest(
             options=sequence.options,
             reference=sequence.reference,
             template=dict(sequence.template),
             phases=[phase.record for phase in phases],
-            stages=_stages(seconds),
+            stages=stage_records(seconds),
             ejection_fraction_percent=sequence.ejection_fraction,
             label_ejection_fraction_percent=sequence.label_ejection_fraction,
             notices=_of_phases({phase.record.name: phase.manifest.notices for phase in phases}),
-            files=sorted(files),
+            files=files_with(folder, "report.html", *FILES),
         )
         write_methods(sequence_methods(phases[sequence.reference].manifest, manifest), folder)
         (folder / "report.html").write_text(sequence_page(phases, manifest, command), encoding="utf-8")
-        seconds["write"] = time.perf_counter() - own - spent
-        manifest = manifest.model_copy(update={"sha256": hashes(folder, files), "stages": _stages(seconds)})
-        (folder / "run.json").write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
-    return manifest
+        return write_record(manifest, folder, sequence.seconds, own + spent)
 
 
 def _record(run: Run, manifest: RunManifest, name: str, path: Path | None, moment: float) -> PhaseRecord:
@@ -121,10 +117,6 @@ def _record(run: Run, manifest: RunManifest, name: str, path: Path | None, momen
         displacement_mean_mm=float(moved.mean()),
         displacement_maximum_mm=float(moved.max()),
     )
-
-
-def _stages(seconds: Mapping[str, float]) -> list[StageRecord]:
-    return [StageRecord(name=name, seconds=round(value, 3)) for name, value in seconds.items()]
 
 
 def phase_names(paths: Sequence[Path | None]) -> list[str]:

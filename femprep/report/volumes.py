@@ -27,9 +27,13 @@ def voxel_volume(obj: LabelObject, planes: Iterable[Plane]) -> float:
     centre = obj.grid.to_world(index.astype(float))
     part = np.ones(len(index))
     for plane in planes:
-        extent = float(np.abs(plane.normal @ np.asarray(obj.grid.direction)) @ np.asarray(obj.grid.spacing))
-        part *= np.clip(0.5 - plane.signed_distance(centre) / extent, 0.0, 1.0)
+        part *= np.clip(0.5 - plane.signed_distance(centre) / voxel_extent(obj, plane), 0.0, 1.0)
     return float(part.sum() * np.prod(obj.grid.spacing))
+
+
+def voxel_extent(obj: LabelObject, plane: Plane) -> float:
+    """How far a voxel of an object extends along the normal of a plane, mm."""
+    return float(np.abs(plane.normal @ np.asarray(obj.grid.direction)) @ np.asarray(obj.grid.spacing))
 
 
 def volume_below(surface: Surface, base: Plane | None) -> float:

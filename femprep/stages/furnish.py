@@ -22,7 +22,7 @@ from femprep.errors import FemprepError
 from femprep.export.abaqus.calculix import inflate
 from femprep.export.content import content_of, refusals
 from femprep.image import IntensityImage, Segmentation
-from femprep.model import Progress, VolumeMesh, verdict_of, with_verdict
+from femprep.model import Progress, VolumeMesh, verdict_of, with_failure
 from femprep.model.shared_records.solution import SolutionRecord
 from femprep.model.stages import Stages
 from femprep.options import Options
@@ -89,10 +89,10 @@ def _with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options, rep
     try:
         return on_wall(mesh, partial(_with_fibres, axes=axes, options=options, report=report))
     except FemprepError as error:
-        failures = {"fibres": [f"fibres: not made: {error}"]}
+        mesh = with_failure(mesh, "fibres", f"fibres: not made: {error}")
         for name, reason in refusals(content_of(mesh), options.formats, options.export).items():
-            failures[name] = [f"{name}: not written: {reason}"]
-        return with_verdict(mesh, failures=failures)
+            mesh = with_failure(mesh, name, f"{name}: not written: {reason}")
+        return mesh
 
 
 def _with_fibres(mesh: VolumeMesh, axes: VentricularAxes, options: Options, report: Progress) -> VolumeMesh:
@@ -120,8 +120,7 @@ def _with_activation(mesh: VolumeMesh, axes: VentricularAxes | None, options: Op
         try:
             mesh = add(mesh)
         except FemprepError as error:
-            failures = {**verdict_of(mesh).get("failures", {}), name: [f"{name}: not made: {error}"]}
-            mesh = with_verdict(mesh, failures=failures)
+            mesh = with_failure(mesh, name, f"{name}: not made: {error}")
     return mesh
 
 
@@ -144,5 +143,4 @@ def _with_images(
             found = sample_image(found, image, name)
         return found if tissue is None else add_regions(found, tissue, conforming=options.conforming)
     except FemprepError as error:
-        earlier = verdict_of(mesh).get("failures", {})
-        return with_verdict(mesh, failures={**earlier, "second images": [f"second images: not laid on: {error}"]})
+        return with_failure(mesh, "second images", f"second images: not laid on: {error}")

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from biventricular import LV_EPI, RV_EPI, biventricular, level
-from fibre_sites import at_cells
 
 from femprep.anatomy.aha import add_aha
 from femprep.anatomy.axes.find_axes import ventricular_axes
@@ -178,7 +177,7 @@ def test_mirrored_twin_has_mirrored_fibres(fields, rule):
 
 def test_sheets_run_through_the_wall(fields):
     mesh = add_fibres(fields.mesh, fields=fields)
-    cells = at_cells(fields.space, node_fields(fields))
+    cells = node_fields(fields).each(fields.space.to_cells)
     frames, _ = make_frames(cells.to_base, cells.to_outside)
     outer = (cells.outside > 0.8) & (np.abs(cells.across) < 0.2)
     assert np.median(_lines(mesh.cell_data["sheet"], frames[:, :, 2])[outer]) < 3.0

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from anatomy_meshes import clipped_ellipsoid, ellipsoid, grown, slab
 from ellipsoid_wall import EllipsoidWall
-from fibre_sites import at_cells
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -153,7 +152,7 @@ def test_reversed_signs_reverse_the_helix_and_nothing_else():
     fields = WallFields(wall.mesh)
     one = add_fibres(wall.mesh, fields=fields)
     two = add_fibres(wall.mesh, fields=fields, endo_angle=-60.0, epi_angle=60.0)
-    sites = at_cells(fields.space, node_fields(fields))
+    sites = node_fields(fields).each(fields.space.to_cells)
     angles = [helix_angle(m.cell_data["fiber"], sites.to_base, -sites.to_across) for m in (one, two)]
     assert angles[0] == pytest.approx(-angles[1], abs=1e-9)
     assert one.cell_data["sheet"] == pytest.approx(two.cell_data["sheet"], abs=1e-12)

@@ -1,4 +1,7 @@
-"""Code lines (no comments, docstrings or blank lines) of each folder: ``python count_lines.py [FOLDER ...]``."""
+"""Code lines (no comments, docstrings or blank lines) of each folder, and what they are.
+
+python count_lines.py [FOLDER ...]
+"""
 
 import ast
 import io
@@ -11,9 +14,8 @@ SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, toke
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
-def code_lines(path: Path) -> int:
-    """Return how many lines of a file hold code; a string that stands alone is a docstring."""
-    text = path.read_text("utf8")
+def code_lines(text: str) -> set[int]:
+    """Numbers of the lines of a file that hold code; a string that stands alone is a docstring."""
     lines = {
         line
         for token in tokenize.generate_tokens(io.StringIO(text).readline)
@@ -27,8 +29,36 @@ def code_lines(path: Path) -> int:
                 and isinstance(inner.value, ast.Constant)
                 and isinstance(inner.value.value, str)
             ):
-                lines -= set(range(inner.lineno, (inner.end_lineno or inner.lineno) + 1))
-    return len(lines)
+                lines -= _span(inner)
+    return lines
+
+
+def _span(first: ast.stmt, last: ast.stmt | None = None) -> set[int]:
+    """Lines of a statement, from its decorators on; of a definition up to before a statement in it."""
+    start = min([first.lineno, *(one.lineno for one in getattr(first, "decorator_list", ()))])
+    return set(range(start, max(first.lineno + 1, last.lineno) if last else (first.end_lineno or start) + 1))
+
+
+def kinds_of(text: str) -> Counter[str]:
+    """How many of the lines that hold code are imports, signatures, fields of classes, tables, refusals, the rest."""
+    tree, rest, found = ast.parse(text), code_lines(text), Counter[str]()
+    parts: dict[str, list[set[int]]] = {"imports": [], "signatures": [], "classes and fields": [], "refusals": []}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            parts["imports"].append(_span(node))
+        elif isinstance(node, ast.FunctionDef):
+            parts["signatures"].append(_span(node, node.body[0]))
+        elif isinstance(node, ast.ClassDef):
+            fields = [_span(one) for one in node.body if isinstance(one, ast.AnnAssign | ast.Assign)]
+            parts["classes and fields"] += [_span(node, node.body[0]), *fields]
+        elif isinstance(node, ast.Raise):
+            parts["refusals"].append(_span(node))
+    parts["tables and constants"] = [_span(one) for one in tree.body if isinstance(one, ast.Assign | ast.AnnAssign)]
+    for kind, spans in parts.items():
+        own = rest & set().union(*spans)
+        found[kind], rest = len(own), rest - own
+    found["statements"] = len(rest)
+    return found
 
 
 def main() -> None:
@@ -37,13 +67,16 @@ def main() -> None:
     for root in roots:
         lines: Counter[str] = Counter()
         files: Counter[str] = Counter()
+        kinds: Counter[str] = Counter()
         for path in sorted(root.rglob("*.py")):
-            parts = path.relative_to(root).parts
+            parts, text = path.relative_to(root).parts, path.read_text("utf8")
+            kinds += kinds_of(text)
             for room in {".", parts[0], "/".join(parts[:2]) if len(parts) > 2 else parts[0]}:
-                lines[room] += code_lines(path)
+                lines[room] += len(code_lines(text))
                 files[room] += 1
         for room in sorted(lines):
             print(f"{lines[room]:7d} lines {files[room]:4d} files  {root.name}/{room}")
+        print(", ".join(f"{count} {kind}" for kind, count in kinds.most_common()))
 
 
 if __name__ == "__main__":

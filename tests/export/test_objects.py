@@ -97,3 +97,11 @@ def test_plot_colours_by_tags_and_passes_keywords_on(monkeypatch: pytest.MonkeyP
         {"show_edges": False, "scalars": "facet_tag"},
         {"show_edges": True},
     ]
+
+
+def test_meshio_has_the_data_of_elements_and_of_facets_under_one_name() -> None:
+    mesh = truncated_ellipsoid("tetra")
+    mesh = mesh.with_data(cell={"aha": np.full(mesh.n_cells, 7)}, facet={"aha": np.arange(1, mesh.n_facets + 1)})
+    back = from_meshio(mesh.to_meshio())
+    np.testing.assert_array_equal(back.cell_data["aha"], mesh.cell_data["aha"])
+    np.testing.assert_array_equal(back.facet_data["aha"], mesh.facet_data["aha"])

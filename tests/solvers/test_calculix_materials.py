@@ -12,7 +12,8 @@ from solver_tools import calculix_results, pressure_loads, run_calculix
 
 from femprep.errors import InputError
 from femprep.export import write_mesh
-from femprep.export.deck.fibres import directions, orthotropic
+from femprep.export.deck.fibres import directions
+from femprep.export.deck.material import orthotropic
 from femprep.export.deck.names import facet_nodes
 from femprep.model import FACET_TAGS, VolumeMesh
 from femprep.options import ExportOptions

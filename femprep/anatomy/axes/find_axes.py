@@ -12,6 +12,7 @@ from femprep.anatomy.axes.ventricular_axes import BASE_FACETS, USUAL_RV, Ventric
 from femprep.errors import InputError
 from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
 from femprep.model.blocks import chosen_rows
+from femprep.model.facets import centres_and_areas
 from femprep.model.products import unit_vectors
 
 if TYPE_CHECKING:
@@ -75,13 +76,7 @@ def _found(source: VolumeMesh | Segmentation, basal_end: str) -> VentricularAxes
 def facets_of(mesh: VolumeMesh, *names: str) -> tuple[FloatArray, FloatArray]:
     """Centroids and area vectors (outward) of the facets of some names, ``(f, 3)`` each; empty where there are none."""
     tags = [FACET_TAGS[name] for name in names]
-    centres, areas = [np.empty((0, 3))], [np.empty((0, 3))]
-    for kind, chosen in chosen_rows(mesh.facets, np.isin(mesh.facet_tag, tags)).items():
-        corner = mesh.points[chosen[:, : 3 if kind.startswith("triangle") else 4]]
-        one, other = ((1, 0), (2, 0)) if corner.shape[1] == 3 else ((2, 0), (3, 1))
-        centres.append(corner.mean(axis=1))
-        areas.append(np.cross(corner[:, one[0]] - corner[:, one[1]], corner[:, other[0]] - corner[:, other[1]]) / 2)
-    return np.concatenate(centres), np.concatenate(areas)
+    return centres_and_areas(mesh.points, chosen_rows(mesh.facets, np.isin(mesh.facet_tag, tags)))
 
 
 def axes_from_mesh(mesh: VolumeMesh) -> VentricularAxes:

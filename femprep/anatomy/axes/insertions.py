@@ -34,13 +34,13 @@ def with_insertions(mesh: VolumeMesh, axes: VentricularAxes, side: FloatArray, *
         return axes
     height = axes.height(groove)
     groove = groove[(height >= np.percentile(height, 25)) & (height <= np.percentile(height, 75))]
-    turn = (axes.angle(groove) + 180.0) % 360.0 - 180.0
+    turn = axes.turn(groove)
     if not ((turn > 0).any() and (turn < 0).any()):
         return axes
     ends = np.radians([np.median(turn[turn < 0]), np.median(turn[turn > 0])])
     out = float(np.median(axes.radius(groove)))
     at = axes.apex + float(np.median(axes.height(groove))) * axes.long_axis
-    ways = [np.cos(a) * axes.septal + np.sin(a) * axes.anterior for a in (*ends, ends.mean())]
+    ways = [axes.across(a) for a in (*ends, ends.mean())]
     points = {"inferior": at + out * ways[0], "anterior": at + out * ways[1]}
     septal = axes.septal if keep_septal else ways[2]
     return replace(axes, septal=septal, insertions=points)

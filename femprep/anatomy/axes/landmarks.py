@@ -161,19 +161,14 @@ def _septum(
     used = used[len(used) // 4 : len(used) - len(used) // 4]
     if not used:
         return axes.septal, {}, None
-    angle = (axes.angle(points) + 180.0) % 360.0 - 180.0
+    angle = axes.turn(points)
     arcs = np.array([np.percentile(angle[level == k], [2, 98]) for k in used])
     ends = np.radians(np.median(arcs, axis=0))
     radius, height = axes.radius(points), axes.height(points)
     out = float(np.median([radius[level == k].mean() for k in used]))
     at = axes.apex + float(np.median([height[level == k].mean() for k in used])) * axes.long_axis
-
-    def towards(turn: float) -> FloatArray:
-        way: FloatArray = np.cos(turn) * axes.septal + np.sin(turn) * axes.anterior
-        return way
-
-    found = {"inferior": at + out * towards(ends[0]), "anterior": at + out * towards(ends[1])}
-    return towards(float(ends.mean())), found, float(np.degrees(ends[1] - ends[0]))
+    found = {"inferior": at + out * axes.across(ends[0]), "anterior": at + out * axes.across(ends[1])}
+    return axes.across(float(ends.mean())), found, float(np.degrees(ends[1] - ends[0]))
 
 
 def _levels(mask: BoolArray, points: FloatArray, axes: VentricularAxes, stack: int | None) -> IntArray:

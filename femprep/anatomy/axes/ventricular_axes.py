@@ -29,6 +29,8 @@ BASE_FACETS: Final = ("base", "mitral", "tricuspid", "aortic", "pulmonary")
 
 #: Where the RV lies from the LV in a patient, LPS: to the right and in front. Used only where nothing else tells.
 USUAL_RV: Final = np.array([-1.0, -1.0, 0.0]) / np.sqrt(2.0)
+#: The right ventricle tells the hand of a heart where it turns by so much from apex to base, degrees.
+_LEAST_DRIFT: Final = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +114,14 @@ class VentricularAxes:
         across = np.asarray(points, dtype=float) - self.apex
         turn = np.degrees(np.arctan2(across @ self.anterior, across @ self.septal)) % 360.0
         return np.where(turn >= 360.0, 0.0, turn)  # a tiny negative angle rounds up to 360
+
+    def turn(self, points: npt.ArrayLike) -> FloatArray:
+        """The same angle, degrees in [-180, 180)."""
+        return np.asarray((self.angle(points) + 180.0) % 360.0 - 180.0)
+
+    def across(self, radians: float) -> FloatArray:
+        """Unit vector across the long axis at an angle from the septal direction, towards the anterior wall."""
+        return np.asarray(np.cos(radians) * self.septal + np.sin(radians) * self.anterior)
 
     def radius(self, points: npt.ArrayLike) -> FloatArray:
         """Distance of points ``(n, 3)`` from the long axis, mm."""
@@ -198,16 +208,16 @@ class Drift(NamedTuple):
         }
 
 
-def hand(drift: Drift, least: float = 5.0) -> bool | None:
+def hand(drift: Drift) -> bool | None:
     """Whether a heart is mirrored, from the drift of its RV; ``None`` where that does not tell.
 
-    It tells where the drift differs from zero with 95 % confidence (Student's t, one-sided) and is at least ``least``
+    It tells where the drift differs from zero with 95 % confidence (Student's t, one-sided) and is at least five
     degrees, which is what a slice that lies 5 mm off does to an RV 55 mm away. On the 200 ACDC maps, all of them
     mirrored, 168 are told rightly, none wrongly, and 32 not: slices near the valves that hold only one half of the RV,
     or RVs that hardly turn. The most a map speaks for the wrong hand is half of what it would need
     (``tests/benchmarks/bench_hand.py``).
     """
-    if abs(drift.degrees) < least or abs(drift.clearness) < 1.0:
+    if abs(drift.degrees) < _LEAST_DRIFT or abs(drift.clearness) < 1.0:
         return None
     return drift.degrees < 0
 

@@ -75,7 +75,10 @@ def add_regions(
     >>> "scar" in scarred.region_names
     True
     """
-    image = _named(image, labels)
+    if labels is not None:
+        own = {name: (n,) if isinstance(n, int | np.integer) else tuple(n) for name, n in labels.items()}
+        image = replace(image, structures=own)
+    require_tissues(image)
     names = [name for name in image.structures if name != HEALTHY]
     mesh = without_tissue(mesh)
     cut = None
@@ -86,42 +89,29 @@ def add_regions(
     wanted = volumes_of(field, sampled)
     levels = levels_of(field, sampled, wanted)
     chosen = classes_of(sampled.scores, levels)
-    size: FloatArray = np.asarray(
-        np.bincount(sampled.element, weights=sampled.volume, minlength=mesh.n_cells), dtype=np.float64
-    )
-    shares: FloatArray = (
-        np.stack(
-            [
-                np.bincount(sampled.element, weights=sampled.volume * (chosen == k), minlength=mesh.n_cells)
-                for k in range(len(names))
-            ],
-            axis=1,
-        )
-        / np.maximum(size, 1e-300)[:, None]
-    )
-    shares = np.asarray(shares, dtype=np.float64)
+    size = sampled.sums(np.ones(len(chosen)), mesh.n_cells)
+    within = [sampled.sums(chosen == k, mesh.n_cells) for k in range(len(names))]
+    shares: FloatArray = np.stack(within, axis=1) / np.maximum(size, 1e-300)[:, None]
     thresholds = None
     if cut is None:
         ranked = _ranked(shares, sampled, size)
         thresholds = levels_for(ranked, size, (shares * size[:, None]).sum(axis=0), 0.5, 0.4999)
         cut = classes_of(ranked, thresholds)
-    tagged = cut
     tags = np.array([REGION_TAGS[name] for name in names], dtype=np.int32)
-    region = np.where(tagged >= 0, tags[tagged], mesh.region).astype(np.int32)
-    record = _record(field, names, sampled, wanted, levels, thresholds, shares, size, tagged)
+    region = np.where(cut >= 0, tags[cut], mesh.region).astype(np.int32)
+    record = _record(field, names, sampled, wanted, levels, thresholds, shares, size, cut)
     info = {**mesh.info, "tissues": record.model_dump(mode="json")}
     data = {f"{name}{SHARE}": shares[:, k] for k, name in enumerate(names)}
     found = mesh.with_data(cell={**data, WALL_REGION: np.array(mesh.region)})
-    return replace(found, region=region, info=noted(info, *_notices(record, _said(image))))
+    return replace(found, region=region, info=noted(info, *_notices(record, image.info.get("notices", ()))))
 
 
 def _ranked(shares: FloatArray, sampled: Sampled, size: FloatArray) -> FloatArray:
     """The shares; equal ones told apart by how far inside the tissue the element lies, in the mean."""
     out = shares.copy()
     for k in range(shares.shape[1]):
-        weight = sampled.volume * np.clip(sampled.scores[:, k], -10.0, 10.0)
-        deep = np.bincount(sampled.element, weights=weight, minlength=len(size)) / np.maximum(size, 1e-300)
-        out[:, k] += 1e-6 * deep
+        deep = sampled.sums(np.clip(sampled.scores[:, k], -10.0, 10.0), len(size))
+        out[:, k] += 1e-6 * (deep / np.maximum(size, 1e-300))
     return out
 
 
@@ -132,14 +122,6 @@ def without_tissue(mesh: VolumeMesh) -> VolumeMesh:
     gone = {WALL_REGION, *(f"{name}{SHARE}" for name in TISSUES)}
     data = {name: values for name, values in mesh.cell_data.items() if name not in gone}
     return replace(mesh, region=mesh.cell_data[WALL_REGION], cell_data=data)
-
-
-def _named(image: Segmentation, labels: Mapping[str, int | Sequence[int]] | None) -> Segmentation:
-    if labels is not None:
-        own = {name: (n,) if isinstance(n, int | np.integer) else tuple(n) for name, n in labels.items()}
-        image = replace(image, structures=own)
-    require_tissues(image)
-    return image
 
 
 def require_tissues(image: Segmentation) -> None:
@@ -230,10 +212,6 @@ def _segment_shares(aha: IntArray, share: FloatArray, size: FloatArray) -> list[
 def _file(image: Segmentation) -> str | None:
     name = image.info.get("file")
     return None if name is None else str(name).replace("\\", "/").rpartition("/")[2]
-
-
-def _said(image: Segmentation) -> list[Any]:
-    return list(image.info.get("notices", ()))
 
 
 def _notices(record: TissuesRecord, said: Sequence[Mapping[str, Any]]) -> list[Notice]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
 from femprep.anatomy.tissue.field import TissueField
 from femprep.anatomy.tissue.label_volumes import label_volumes
@@ -43,6 +44,11 @@ class Sampled:
     volume: FloatArray
     position: FloatArray
     place: FloatArray
+
+    def sums(self, values: npt.NDArray[Any], count: int) -> FloatArray:
+        """Volume of the points of each of ``count`` elements times their values ``(q,)``."""
+        found = np.bincount(self.element, weights=self.volume * values, minlength=count)
+        return np.asarray(found, dtype=np.float64)
 
 
 def sample(field: TissueField) -> Sampled:

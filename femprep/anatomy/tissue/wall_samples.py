@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Final
 
 import numpy as np
 
 from femprep.anatomy.wall_parts import WallPart
 from femprep.model import FloatArray, IntArray
+
+#: Points along an edge, at most.
+_MOST: Final = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +37,13 @@ class WallSamples:
     volume: FloatArray
 
 
-def sample_part(part: WallPart, step: float, most: int = 3) -> WallSamples:
-    """Points at about a distance ``step``, mm, at most ``most`` along an edge."""
+def sample_part(part: WallPart, step: float) -> WallSamples:
+    """Points at about a distance ``step``, mm, three along an edge at most."""
     tets, element = part.tets
     x = part.mesh.points[tets]
     volume = np.abs(np.linalg.det(x[:, 1:] - x[:, :1])) / 6.0
     edge = float(np.cbrt(np.sqrt(2.0) * 6.0 * np.median(volume)))
-    rule = _lattice(int(np.clip(np.ceil(edge / step), 1, most)))
+    rule = _lattice(int(np.clip(np.ceil(edge / step), 1, _MOST)))
     count = len(rule)
     return WallSamples(
         np.repeat(tets, count, axis=0),

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import logging
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from femprep.errors import FileError, InputError
 from femprep.export.abaqus.deck import KINDS, PART, Deck, parse
+from femprep.export.deck.fibres import segment_of
 from femprep.export.deck.names import Numbers
+from femprep.export.deck.parts import DeckParts
 from femprep.export.deck.units import UNITS
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.model import BoolArray, IntArray, VolumeMesh
-
-log = logging.getLogger(__name__)
+from femprep.model.blocks import block_rows
 
 
 def read(path: Path) -> VolumeMesh:
@@ -43,24 +44,13 @@ def read(path: Path) -> VolumeMesh:
     tables = {kind: np.concatenate(parts) for kind, parts in blocks.items()}
     element_labels = np.concatenate([table[:, 0] for table in tables.values()])
     cells = {kind: _index(labels, table[:, 1:], "node", path) for kind, table in tables.items()}
-    numbers = Numbers()
-    region = _regions(deck, element_labels, numbers)
-    cell_data = {**_directions(deck, element_labels, path), **_segments(deck, element_labels)}
-    facets, facet_tag = _facets(deck, cells, element_labels, numbers)
-    if deck.left_out:
-        log.warning("elements of types %s are left out", ", ".join(sorted(deck.left_out)))
-    return VolumeMesh(
-        points=points,
-        cells=cells,
-        region=region,
-        facets=facets,
-        facet_tag=facet_tag,
-        cell_data=cell_data,
-        info={
-            "source": {"region": "ELSET", "facet_tag": "SURFACE", "left_out": sorted(deck.left_out)},
-            **numbers.info,
-        },
-    )
+    parts = DeckParts(left_out=deck.left_out)
+    region = _regions(deck, element_labels, parts.numbers)
+    data = {**_directions(deck, element_labels, path), **_segments(deck, element_labels)}
+    for kind, block, own in block_rows(cells):
+        parts.cells.append((kind, block, region[own], {name: values[own] for name, values in data.items()}))
+    parts.facets += _facets(deck, cells, element_labels, parts.numbers)
+    return parts.mesh(points, "ELSET", "SURFACE")
 
 
 def _index(labels: IntArray, wanted: IntArray, what: str, path: Path) -> IntArray:
@@ -100,9 +90,8 @@ def _segments(deck: Deck, labels: IntArray) -> dict[str, np.ndarray]:
     """AHA segments from the sets ``aha_1``, ``aha_2``..."""
     values = np.zeros(len(labels), dtype=np.int32)
     for name in deck.sets:
-        match = re.fullmatch(r"aha_(\d+)", name.lower())
-        if match:
-            values[_rows_of(labels, _labels_of(deck, name))] = int(match[1])
+        if segment := segment_of(name):
+            values[_rows_of(labels, _labels_of(deck, name))] = segment
     return {"aha": values} if values.any() else {}
 
 
@@ -119,7 +108,7 @@ def _directions(deck: Deck, labels: IntArray, path: Path) -> dict[str, np.ndarra
 def _regions(deck: Deck, labels: IntArray, numbers: Numbers) -> np.ndarray:
     region = np.zeros(len(labels), dtype=np.int64)
     for name in deck.sets:
-        if re.fullmatch(r"aha_\d+", name.lower()):
+        if segment_of(name) is not None:
             continue
         rows = _rows_of(labels, np.unique(_labels_of(deck, name)))
         if len(rows) == len(labels) and name.upper() in {"EALL", "ALL"}:
@@ -137,11 +126,9 @@ def _regions(deck: Deck, labels: IntArray, numbers: Numbers) -> np.ndarray:
 
 def _facets(
     deck: Deck, cells: dict[str, IntArray], labels: IntArray, numbers: Numbers
-) -> tuple[dict[str, IntArray], np.ndarray]:
+) -> Iterator[tuple[str, IntArray, int]]:
+    """Type, nodes and tag of the facets of each surface, some at a time."""
     kinds = np.concatenate([np.full(len(block), kind) for kind, block in cells.items()])
-    starts = dict(zip(cells, np.cumsum([0, *(len(block) for block in cells.values())])))
-    nodes: dict[str, list[IntArray]] = {}
-    tags: dict[str, list[np.ndarray]] = {}
     for name, pairs in deck.surfaces.items():
         members, faces = [], []
         for first, face in pairs:
@@ -154,15 +141,9 @@ def _facets(
         wanted, face_numbers = np.concatenate(members), np.concatenate(faces)
         rows, known = _found(labels, wanted)
         rows, face_numbers = rows[known], face_numbers[known]
-        for kind, block in cells.items():
+        for kind, block, own_rows in block_rows(cells):
             for number in range(len(ELEMENTS[kind].faces)):
                 chosen = rows[(kinds[rows] == kind) & (face_numbers == number)]
-                found = block[chosen - starts[kind]][:, ELEMENTS[kind].face_nodes(number)]
+                found = block[chosen - own_rows.start][:, ELEMENTS[kind].face_nodes(number)]
                 if len(found):
-                    facet_kind = FACET_TYPES[found.shape[1]]
-                    nodes.setdefault(facet_kind, []).append(found)
-                    tag = np.full(len(found), numbers.of(name, facet=True), dtype=np.int32)
-                    tags.setdefault(facet_kind, []).append(tag)
-    facets = {kind: np.concatenate(parts) for kind, parts in nodes.items()}
-    all_tags = [np.concatenate(tags[kind]) for kind in facets]
-    return facets, np.concatenate([np.empty(0, dtype=np.int32), *all_tags])
+                    yield FACET_TYPES[found.shape[1]], found, numbers.of(name, facet=True)

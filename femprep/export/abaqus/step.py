@@ -8,8 +8,8 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.export.content import Content
-from femprep.export.deck.fibres import directions, orthotropic
-from femprep.export.deck.material import shear_and_bulk
+from femprep.export.deck.fibres import directions
+from femprep.export.deck.material import orthotropic, shear_and_bulk
 from femprep.export.deck.names import facet_names
 from femprep.export.deck.text import lines
 from femprep.export.deck.units import UNITS, Units

@@ -1,15 +1,14 @@
-"""A mesh in, what solvers are told of its fibres out: fibre and sheet per element, and a stiffer direction's moduli."""
+"""A mesh in, what solvers are told of its fibres and segments out: fibre and sheet per element, sets of elements."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
 
 import numpy as np
 
 from femprep.errors import InputError
 from femprep.model import FloatArray, VolumeMesh
 from femprep.model.products import unit_vectors
-from femprep.options import ExportOptions
 
 
 def directions(mesh: VolumeMesh) -> tuple[FloatArray, FloatArray] | None:
@@ -54,25 +53,7 @@ def segments(mesh: VolumeMesh) -> dict[str, np.ndarray]:
     return {f"aha_{int(n)}": np.flatnonzero(values == n) for n in np.unique(values) if n > 0}
 
 
-@dataclass(frozen=True)
-class Moduli:
-    """Engineering constants along fibre (1), sheet (2) and normal (3), kPa and -."""
-
-    e1: float
-    e2: float
-    e3: float
-    nu12: float
-    nu13: float
-    nu23: float
-    g12: float
-    g13: float
-    g23: float
-
-
-def orthotropic(options: ExportOptions) -> Moduli:
-    """A linear material that is stiffer along the fibres: ``nu12`` is the contraction across when pulled along."""
-    across = options.young_modulus
-    along = across * options.fibre_stiffness
-    shear = across / (2 * (1 + options.poisson_ratio))
-    nu = options.poisson_ratio
-    return Moduli(along, across, across, nu, nu, nu, shear, shear, shear)
+def segment_of(name: str) -> int | None:
+    """Number of the segment that a set of this name, in any case, holds; ``None`` of another set."""
+    match = re.fullmatch(r"aha_(\d+)", name.lower())
+    return int(match[1]) if match else None

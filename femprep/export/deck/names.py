@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -67,6 +67,14 @@ class Numbers:
             free = next(n for n in range(201 if facet else 51, 100_000) if n not in used)
             self.foreign[name] = own if own is not None else free
         return self.foreign[name]
+
+    def of_tags(self, tags: IntArray, names: Mapping[int, str], *, facet: bool = False) -> IntArray:
+        """The numbers of elements or facets to which the file itself gave numbers, and names to some of these."""
+        out = tags.copy()
+        for own in np.unique(tags).tolist():
+            if own in names:
+                out[tags == own] = self.of(names[own], own, facet=facet)
+        return out
 
     @property
     def info(self) -> dict[str, dict[str, int]]:

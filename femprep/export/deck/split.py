@@ -11,7 +11,8 @@ import numpy as np
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.mesh.operations.element_tets import element_tets, quads_to_triangles
 from femprep.model import VolumeMesh
-from femprep.model.blocks import block_rows, nodes_of, numbers_among
+from femprep.model.blocks import block_rows
+from femprep.model.used_points import on_used_points
 
 log = logging.getLogger(__name__)
 
@@ -41,19 +42,16 @@ def to_tetrahedra(mesh: VolumeMesh) -> VolumeMesh:
         facets.append(quads_to_triangles(block) if quad else block[:, :3])
         facet_rows.append(np.repeat(np.arange(own.start, own.stop), 2 if quad else 1))
     row, facet_row = np.concatenate(rows), np.concatenate(facet_rows)
-    used, numbers = np.unique(np.concatenate(cells), return_inverse=True)
-    new = numbers_among(used, len(mesh.points))
+    triangles = {"triangle": np.concatenate(facets)} if facets else {}
+    fields, number = on_used_points(mesh, {"tetra": np.concatenate(cells)}, triangles)
     return replace(
         mesh,
-        points=mesh.points[used],
-        cells={"tetra": numbers.reshape(-1, 4)},
         region=mesh.region[row],
-        facets={"triangle": new[np.concatenate(facets)]} if facets else {},
         facet_tag=mesh.facet_tag[facet_row],
         cell_data={name: np.asarray(values)[row] for name, values in mesh.cell_data.items()},
-        point_data={name: np.asarray(values)[used] for name, values in mesh.point_data.items()},
         facet_data={name: np.asarray(values)[facet_row] for name, values in mesh.facet_data.items()},
-        purkinje=mesh.purkinje and mesh.purkinje.renumbered(new),
+        purkinje=mesh.purkinje and mesh.purkinje.renumbered(number),
+        **fields,
     )
 
 
@@ -67,13 +65,5 @@ def linear(mesh: VolumeMesh, reader: str) -> VolumeMesh:
     log.warning("%s reads linear elements alone: mid-side nodes are left out", reader)
     cells = {_LINEAR.get(kind, kind): block[:, : ELEMENTS[kind].corners] for kind, block in mesh.cells.items()}
     facets = {_LINEAR.get(kind, kind): block[:, : FACET_CORNERS[kind]] for kind, block in mesh.facets.items()}
-    used = nodes_of(cells)
-    new = numbers_among(used, len(mesh.points))
-    return replace(
-        mesh,
-        points=mesh.points[used],
-        cells={kind: new[block] for kind, block in cells.items()},
-        facets={kind: new[block] for kind, block in facets.items()},
-        point_data={name: np.asarray(values)[used] for name, values in mesh.point_data.items()},
-        purkinje=mesh.purkinje and mesh.purkinje.renumbered(new),
-    )
+    fields, number = on_used_points(mesh, cells, facets)
+    return replace(mesh, purkinje=mesh.purkinje and mesh.purkinje.renumbered(number), **fields)

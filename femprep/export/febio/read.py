@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from femprep.errors import FileError, InputError
+from femprep.export.deck.fibres import segment_of
 from femprep.export.deck.includes import OpenedFile
 from femprep.export.deck.parts import DeckParts, rows_of_nodes
 from femprep.export.deck.units import units_of
@@ -117,7 +118,6 @@ def _with_segments(mesh: VolumeMesh, found: ElementTree.Element, numbers: list[t
     place = {label: row for row, label in enumerate(labels)}
     aha = np.zeros(mesh.n_cells, dtype=np.int32)
     for entry in found.iterfind("ElementSet"):
-        match = re.fullmatch(r"aha_(\d+)", (entry.get("name") or "").lower())
-        if match:
-            aha[[place[int(n)] for n in (entry.text or "").split(",")]] = int(match[1])
+        if segment := segment_of(entry.get("name") or ""):
+            aha[[place[int(n)] for n in (entry.text or "").split(",")]] = segment
     return replace(mesh, cell_data={**mesh.cell_data, "aha": aha}) if aha.any() else mesh

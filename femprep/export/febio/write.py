@@ -9,8 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from femprep.export.deck.fibres import directions, orthotropic, segments
-from femprep.export.deck.material import shear_and_bulk
+from femprep.export.deck.fibres import directions, segments
+from femprep.export.deck.material import orthotropic, shear_and_bulk
 from femprep.export.deck.names import facet_names, facet_nodes, region_names
 from femprep.export.deck.springs import RING, has_pericardium, ring_nodes
 from femprep.export.deck.text import wrapped

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from femprep.export.deck.data import over_all
 from femprep.export.deck.names import facet_names, region_names
 from femprep.export.deck.text import lines
 from femprep.export.deck.units import UNITS
@@ -156,12 +157,8 @@ def _elements_41(parts: list[_Part]) -> Iterator[str]:
 def _data(mesh: VolumeMesh, parts: list[_Part]) -> Iterator[str]:
     """Cell, facet and point data as views; where an array has no value (cells, or facets) it is zero."""
     order = np.concatenate([np.empty(0, dtype=np.int64), *(part.row for part in parts)])
-    for name in dict.fromkeys([*mesh.cell_data, *mesh.facet_data]):
-        found = [mesh.cell_data.get(name), mesh.facet_data.get(name)]
-        shape = next(np.asarray(values).shape[1:] for values in found if values is not None)
-        counts = (mesh.n_cells, mesh.n_facets)
-        filled = [np.zeros((n, *shape)) if values is None else np.asarray(values) for n, values in zip(counts, found)]
-        yield from _view("ElementData", name, np.concatenate(filled)[order])
+    for name, values in over_all(mesh).items():
+        yield from _view("ElementData", name, values[order])
     yield from _node_data(mesh)
 
 

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FileError, InputError
+from femprep.export.deck.fibres import segment_of
 from femprep.export.deck.includes import OpenedFile
 from femprep.export.deck.parts import DeckParts, rows_of_nodes, with_mid_side_nodes
 from femprep.export.deck.units import units_of
@@ -68,7 +69,7 @@ def read(path: Path) -> VolumeMesh:
         ids = [label for label in ids if label in wall]
         points = [at[label] for label in ids]
     place = {label: i for i, label in enumerate(ids)}
-    aha = {label: int(name[4:]) for name, rows in sets.items() if re.fullmatch(r"aha_\d+", name) for label in rows}
+    aha = {label: n for name, rows in sets.items() if (n := segment_of(name)) is not None for label in rows}
     _add_solids(parts, solids, titles, place, aha)
     cells = {kind: nodes for kind, nodes, *_ in parts.cells}
     for name, rows in segments:

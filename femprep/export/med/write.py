@@ -11,6 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from femprep.export.deck.data import over_all
 from femprep.export.deck.fibres import segments
 from femprep.export.deck.names import facet_names, facet_nodes, region_names
 from femprep.export.deck.units import UNITS, Units
@@ -83,14 +84,7 @@ def _floats(values: Any) -> np.ndarray:
 
 
 def _fields(mesh: VolumeMesh, cells: list[tuple[str, Any]]) -> dict[str, list[np.ndarray]]:
-    found = {}
-    for name in dict.fromkeys([*mesh.cell_data, *mesh.facet_data]):
-        parts = [mesh.cell_data.get(name), mesh.facet_data.get(name)]
-        shape = next(np.asarray(part).shape[1:] for part in parts if part is not None)
-        counts = (mesh.n_cells, mesh.n_facets)
-        filled = [np.zeros((n, *shape)) if part is None else _floats(part) for n, part in zip(counts, parts)]
-        found[name] = _split(np.concatenate(filled), cells)
-    return found
+    return {name: _split(_floats(values), cells) for name, values in over_all(mesh).items()}
 
 
 def _cell_families(mesh: VolumeMesh) -> tuple[dict[int, list[str]], IntArray]:

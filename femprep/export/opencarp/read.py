@@ -53,10 +53,7 @@ def read(path: Path) -> VolumeMesh:
             continue
         kind, order = _KINDS[word]
         tag = numbers[:, -1] if numbers.shape[1] > len(order) else np.zeros(len(rows), dtype=np.int64)
-        region = tag.copy()
-        for own in np.unique(tag):
-            if int(own) in names:
-                region[tag == own] = parts.numbers.of(names[int(own)], int(own))
+        region = parts.numbers.of_tags(tag, names)
         own_data = {name: _filled(name, values[rows], region) for name, values in data.items()}
         parts.cells.append((kind, numbers[:, : len(order)][:, order], region, own_data))
     own_tags = {name: tag for tag, name in names.items()}

@@ -90,16 +90,16 @@ def _elements(mesh: VolumeMesh) -> Iterator[tuple[str, IntArray, TagArray]]:
 
 def _write_beside(mesh: VolumeMesh, folder: Path, stem: str) -> None:
     """Write what is text always: facets, their nodes, data, names, a beat."""
+    nodes = {name: facet_nodes(mesh, tag) for name, tag in facet_names(mesh).items()}
     for name, tag in facet_names(mesh).items():
         _write(folder / f"{stem}.{name}.surf", _surface(mesh, tag))
-        nodes = facet_nodes(mesh, tag)
-        (folder / f"{stem}.{name}.vtx").write_text(f"{len(nodes)}\nextra\n{rows(nodes)}", encoding="ascii")
     if (ring := ring_nodes(mesh)).size:
-        (folder / f"{stem}.{RING}.vtx").write_text(f"{len(ring)}\nextra\n{rows(ring)}", encoding="ascii")
+        nodes[RING] = ring
     if mesh.purkinje is not None:
         _write_net(mesh.purkinje, folder, f"{stem}.{PURKINJE}")
-        for name, nodes in waves(mesh.purkinje).items():
-            (folder / f"{stem}.{name}.vtx").write_text(f"{len(nodes)}\nextra\n{rows(nodes)}", encoding="ascii")
+        nodes |= waves(mesh.purkinje)
+    for name, own in nodes.items():
+        (folder / f"{stem}.{name}.vtx").write_text(f"{len(own)}\nextra\n{rows(own)}", encoding="ascii")
     if "aha" in mesh.cell_data:
         _write(folder / f"{stem}.aha.dat", lines(np.asarray(mesh.cell_data["aha"])))
     for name, values in universal(mesh).items():

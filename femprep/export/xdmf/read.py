@@ -39,12 +39,10 @@ def read_own(path: Path) -> VolumeMesh | None:
     info = _read_json(path.parent / "info.json")
     scale = UNITS[info.get("length_unit", "mm")].per_mm
     points = _values(whole.find("Geometry"), path) / scale
-    names = {(int(dim), int(tag)): name for name, (tag, dim) in _read_json(path.parent / "markers.json").items()}
-    region = _tags(grids.get(CELL_TAGS), path, names, 3, numbers)
-    facets, facet_tag = {}, np.empty(0, dtype=np.int32)
-    if FACET_TAGS in grids:
-        facet_kind, block = _topology(grids[FACET_TAGS], path)
-        facets, facet_tag = {facet_kind: block}, _tags(grids[FACET_TAGS], path, names, 2, numbers)
+    markers = _read_json(path.parent / "markers.json")
+    region = _tags(grids.get(CELL_TAGS), path, markers, 3, numbers)
+    facet_tag = _tags(grids.get(FACET_TAGS), path, markers, 2, numbers)
+    facets = dict([_topology(grids[FACET_TAGS], path)]) if FACET_TAGS in grids else {}
     return VolumeMesh(
         points=points,
         cells={kind: cells},
@@ -63,16 +61,14 @@ def _read_json(path: Path) -> dict[str, Any]:
 
 
 def _tags(
-    grid: ElementTree.Element | None, path: Path, names: Mapping[tuple[int, int], str], dim: int, numbers: Numbers
+    grid: ElementTree.Element | None, path: Path, markers: Mapping[str, tuple[int, int]], dim: int, numbers: Numbers
 ) -> np.ndarray:
+    """Tags of elements or facets, by the names of their dimension."""
     if grid is None:
         return np.empty(0, dtype=np.int32)
+    names = {int(tag): name for name, (tag, own) in markers.items() if int(own) == dim}
     tags = _values(grid.find("Attribute"), path).ravel().astype(np.int64)
-    out = tags.copy()
-    for tag in np.unique(tags):
-        if (dim, int(tag)) in names:
-            out[tags == tag] = numbers.of(names[dim, int(tag)], int(tag), facet=dim == 2)
-    return out.astype(np.int32)
+    return numbers.of_tags(tags, names, facet=dim == 2).astype(np.int32)
 
 
 def _topology(grid: ElementTree.Element, path: Path) -> tuple[str, np.ndarray]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Mapping
+from copy import copy
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Self
 from xml.etree import ElementTree
 
 import numpy as np
@@ -106,17 +107,17 @@ def _write(
         mesh = to_tetrahedra(mesh)
     (kind, cells) = next(iter(mesh.cells.items()))
     with Document(folder, stem) as document:
-        grid = document.grid(MESH, kind, cells, "cells")
+        grid = document.grid(MESH, kind, cells, "cells/topology")
         document.geometry(grid, mesh.points * units.per_mm)
         for name, values in mesh.cell_data.items():
             document.attribute(grid, name, "Cell", f"cell_data/{name}", values)
         for name, values in mesh.point_data.items():
             document.attribute(grid, name, "Node", f"point_data/{name}", values)
-        grid = document.grid(CELL_TAGS, kind, cells, "cell_tags")
+        grid = document.grid(CELL_TAGS, kind, cells, "cell_tags/topology")
         document.geometry(grid)
         document.attribute(grid, CELL_TAGS, "Cell", "cell_tags/values", mesh.region)
         for facet_kind, block in mesh.facets.items():
-            grid = document.grid(FACET_TAGS, facet_kind, block, "facet_tags")
+            grid = document.grid(FACET_TAGS, facet_kind, block, "facet_tags/topology")
             document.geometry(grid)
             document.attribute(grid, FACET_TAGS, "Cell", "facet_tags/values", mesh.facet_tag)
         if checkpoint:
@@ -141,7 +142,7 @@ def _write_checkpoint(mesh: VolumeMesh, folder: Path, stem: str, name: str, valu
     with Document(folder, stem) as document:
         collection = {"GridType": "Collection", "CollectionType": "Temporal", "Name": name}
         parent = ElementTree.SubElement(document.domain, "Grid", collection)
-        grid = document.grid(f"{name}_0", "tetra", mesh.cells["tetra"], f"{where}/mesh", parent)
+        grid = document.grid(f"{name}_0", "tetra", mesh.cells["tetra"], f"{where}/mesh/topology", parent)
         document.geometry(grid, mesh.points * scale)
         ElementTree.SubElement(grid, "Time", {"Value": "0"})
         element = {"ElementFamily": "DG", "ElementDegree": "0", "ElementCell": "tetrahedron"}
@@ -163,10 +164,10 @@ class Document:
         self._content = BytesIO()  # in memory first: HDF5 does not bear a full disk
         self.store = h5py.File(self._content, "w")
         self._root = ElementTree.Element("Xdmf", {"Version": "3.0"})
-        self._points: Mapping[str, str] = {}
+        self._points: ElementTree.Element | None = None
         self.domain = ElementTree.SubElement(self._root, "Domain")
 
-    def __enter__(self) -> Document:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
@@ -176,7 +177,7 @@ class Document:
             ElementTree.indent(self._root)
             ElementTree.ElementTree(self._root).write(self._path, encoding="utf-8", xml_declaration=True)
 
-    def item(self, parent: ElementTree.Element, where: str, values: Any) -> dict[str, str]:
+    def item(self, parent: ElementTree.Element, where: str, values: Any) -> ElementTree.Element:
         """Store an array and name it in the document."""
         array = np.ascontiguousarray(values)
         if array.dtype.kind not in "biuf":
@@ -186,8 +187,9 @@ class Document:
         number = {"i": "Int", "u": "UInt", "f": "Float"}[array.dtype.kind]
         size = " ".join(map(str, array.shape))
         attributes = {"Dimensions": size, "NumberType": number, "Precision": str(array.dtype.itemsize), "Format": "HDF"}
-        ElementTree.SubElement(parent, "DataItem", attributes).text = f"{self._h5}:/{where}"
-        return {**attributes, "text": f"{self._h5}:/{where}"}
+        found = ElementTree.SubElement(parent, "DataItem", attributes)
+        found.text = f"{self._h5}:/{where}"
+        return found
 
     def grid(
         self, name: str, kind: str, nodes: Any, where: str, parent: ElementTree.Element | None = None
@@ -196,21 +198,16 @@ class Document:
         target = self.domain if parent is None else parent
         out = ElementTree.SubElement(target, "Grid", {"Name": name, "GridType": "Uniform"})
         sizes = {"NumberOfElements": str(len(nodes)), "NodesPerElement": str(nodes.shape[1])}
-        self.item(
-            ElementTree.SubElement(out, "Topology", {"TopologyType": TOPOLOGY[kind], **sizes}),
-            f"{where}/topology",
-            nodes,
-        )
+        self.item(ElementTree.SubElement(out, "Topology", {"TopologyType": TOPOLOGY[kind], **sizes}), where, nodes)
         return out
 
-    def geometry(self, grid: ElementTree.Element, points: Any = None) -> None:
+    def geometry(self, grid: ElementTree.Element, points: Any = None, where: str = f"{MESH}/geometry") -> None:
         """The points of a grid; without any, those of the first grid: every grid has the mesh's numbering."""
         element = ElementTree.SubElement(grid, "Geometry", {"GeometryType": "XYZ"})
         if points is not None:
-            self._points = self.item(element, f"{MESH}/geometry", points)
-        else:
-            attributes = {key: value for key, value in self._points.items() if key != "text"}
-            ElementTree.SubElement(element, "DataItem", attributes).text = self._points["text"]
+            self._points = self.item(element, where, points)
+        elif self._points is not None:
+            element.append(copy(self._points))
 
     def attribute(self, grid: ElementTree.Element, name: str, center: str, where: str, values: Any) -> None:
         """Values at the cells or nodes of a grid."""

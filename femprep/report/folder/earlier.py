@@ -6,7 +6,6 @@ the folder is refused, and a link is never followed.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
@@ -14,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 
 from femprep.errors import FileError
+from femprep.report.manifest import file_sha256
 
 #: The file by which a folder is known to be one of ours.
 MARKER = "run.json"
@@ -48,8 +48,7 @@ class Earlier:
             return True
         if name not in self.hashes:  # a record without any hash is an older one, or the record itself
             return bool(self.hashes) and name != MARKER
-        with path.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest() != self.hashes[name]
+        return file_sha256(path) != self.hashes[name]
 
 
 def read_earlier(folder: Path) -> Earlier:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from femprep.model.facets import facet_triangles
 from femprep.report.manifest import ImageRecord, file_sha256
 from femprep.report.pictures.colours import colour, structure_colour
 from femprep.report.pictures.long_axes import long_axis_pictures
+from femprep.report.pictures.overlay import Overlay
 from femprep.report.pictures.slices import slice_pictures
 from femprep.report.run import Run
 
@@ -64,13 +65,11 @@ def data_pictures(run: Run, under: Underlay | None = None) -> DataPictures:
     marked = np.argwhere(np.isin(seg.labels, numbers))
     # Black and white are those of the heart and what lies around it, not of fat or air far off.
     limits = None if under is None else window(under.values(_around(marked, np.array(seg.labels.shape))))
-    more: dict[str, Any] = {"off": list(run.fidelity.off.values()), "under": under}
-    if limits is not None:
-        more["limits"] = limits
+    over = Overlay(parts, list(run.fidelity.off.values()), under, limits or (0.0, 1.0))
     present = [name for name, labels in seg.structures.items() if set(labels) & set(seg.present)]
     return DataPictures(
-        slice_pictures(seg, walls, **more),  # base and caps lie along the slices
-        long_axis_pictures(seg, parts, **more),
+        slice_pictures(seg, replace(over, surfaces=walls)),  # base and caps lie along the slices
+        long_axis_pictures(seg, over),
         {name: colour(name) for name in parts},
         {name: structure_colour(name) for name in present},
         limits,

@@ -2,51 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from femprep.image import Segmentation
-from femprep.image.underlay import Underlay, greys
+from femprep.image.underlay import greys
 from femprep.mesh.level_segments import level_segments
-from femprep.model import FloatArray, IntArray
+from femprep.model import FloatArray
 from femprep.report.pictures.colours import structure_colour
-from femprep.report.pictures.overlay import Drawing
+from femprep.report.pictures.overlay import Drawing, Overlay
 
 #: Room around the labels, mm; pixels of a picture at most along a side.
 _ROOM: Final = 12.0
 _MOST: Final = 320
+#: Width of a picture, pixels of the screen.
+_WIDTH: Final = 300
 #: Titles of the two cuts.
 TITLES: Final = ("along the long axis", "along the long axis, across the first")
 
 
-def long_axis_pictures(
-    seg: Segmentation,
-    surfaces: Mapping[str, tuple[FloatArray, IntArray]],
-    width: int = 300,
-    *,
-    off: Sequence[FloatArray] = (),
-    under: Underlay | None = None,
-    limits: tuple[float, float] = (0.0, 1.0),
-) -> list[str]:
+def long_axis_pictures(seg: Segmentation, over: Overlay) -> list[str]:
     """Two cuts through the middle of the left ventricle (or all that is labelled), at right angles, base up.
 
-    Parameters
-    ----------
-    seg : Segmentation
-        The first cut goes to the right ventricle where its axes tell it, else along the stack's own axes.
-    surfaces : mapping of str to (points, triangles)
-        mm LPS.
-    width : int
-        Width of a picture, pixels of the screen.
-    off : sequence of (n, 3) arrays
-        Points that lie off the labels, mm LPS: those within half a slice of the cut are drawn as dots.
-    under : Underlay, optional
-        The image to lay under them.
-    limits : (float, float)
-        Its values that are black and white.
+    The first goes to the right ventricle where the heart's axes tell it, else along the stack's own axes. Dots are
+    those within half a slice of a cut.
 
     Returns
     -------
@@ -62,13 +43,8 @@ def long_axis_pictures(
     own = np.isin(seg.labels[tuple(marked.T)], left)
     middle = places[own if own.any() else slice(None)].mean(axis=0)
     axes = _axes(seg)
-    pictures = []
-    for title, across in zip(TITLES, (axes[:, 0], axes[:, 1])):
-        view = np.stack([across, axes[:, 2]])
-        pictures.append(
-            _picture(seg, surfaces, title, middle, view, places, width, off=off, under=under, limits=limits)
-        )
-    return pictures
+    views = [np.stack([axes[:, k], axes[:, 2]]) for k in range(2)]
+    return [_picture(seg, over, title, middle, view, places) for title, view in zip(TITLES, views)]
 
 
 def _axes(seg: Segmentation) -> FloatArray:
@@ -80,22 +56,12 @@ def _axes(seg: Segmentation) -> FloatArray:
 
 
 def _picture(
-    seg: Segmentation,
-    surfaces: Mapping[str, tuple[FloatArray, IntArray]],
-    title: str,
-    middle: FloatArray,
-    view: FloatArray,
-    places: FloatArray,
-    width: int,
-    *,
-    off: Sequence[FloatArray],
-    under: Underlay | None,
-    limits: tuple[float, float],
+    seg: Segmentation, over: Overlay, title: str, middle: FloatArray, view: FloatArray, places: FloatArray
 ) -> str:
     normal = np.cross(view[0], view[1])
     # Columns go across and rows down from the base, which is the way pictures are written.
     flat = view * np.array([[1.0], [-1.0]])
-    seen = np.concatenate([places, *(points for points, _ in surfaces.values())])
+    seen = np.concatenate([places, *(points for points, _ in over.surfaces.values())])
     at = (seen - middle) @ flat.T
     low, high = at.min(axis=0) - _ROOM, at.max(axis=0) + _ROOM
     step = max(0.5 * float(seg.grid.spacing.min()), float((high - low).max()) / _MOST)
@@ -105,16 +71,16 @@ def _picture(
     points = middle + np.stack([columns.ravel(), rows.ravel()], axis=1) @ flat
     index = seg.grid.to_index(points)
     drawing = Drawing(low, count * step)
-    if under is not None:
-        drawing.raster("image", greys(under.values(index), limits).reshape(columns.shape))
+    if over.under is not None:
+        drawing.raster("image", greys(over.under.values(index), over.limits).reshape(columns.shape))
     drawing.raster("labels", _labels(seg, index).reshape(*columns.shape, 4))
-    for name, (corners, triangles) in surfaces.items():
+    for name, (corners, triangles) in over.surfaces.items():
         cut, segments = level_segments(corners, triangles, (corners - middle) @ normal - 1e-9)
         drawing.outline(name, ((cut - middle) @ flat.T)[segments])
     near = 0.5 * float(seg.grid.spacing.max())
-    for one in off:
+    for one in over.off:
         drawing.dots((one[np.abs((one - middle) @ normal) < near] - middle) @ flat.T)
-    return drawing.svg(width, title)
+    return drawing.svg(_WIDTH, title)
 
 
 def _labels(seg: Segmentation, index: FloatArray) -> npt.NDArray[np.uint8]:

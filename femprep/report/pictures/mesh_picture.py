@@ -10,7 +10,8 @@ import logging
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -38,33 +39,36 @@ _EDGE_COLOUR: Final = (0.27, 0.27, 0.27)
 
 def draw_picture(mesh: VolumeMesh, png: Path) -> bool:
     """Draw a mesh into a PNG file; whether that could be done."""
-    painter = start_picture(mesh, png)
+    with drawn_picture(mesh, png) as is_there:
+        return is_there()
+
+
+@contextmanager
+def drawn_picture(mesh: VolumeMesh, png: Path) -> Iterator[Callable[[], bool]]:
+    """Let a process of its own draw a mesh into a PNG file, as :func:`painted` does; beside it lies what it needs."""
+    given = png.with_suffix(".npz")
+    np.savez(given, **_scene(mesh))
     try:
-        return is_painted(painter, png)
+        with painted("femprep.report.pictures.mesh_picture", png) as is_there:
+            yield is_there
     finally:
-        end_picture(painter, png)
+        given.unlink(missing_ok=True)
 
 
-def start_picture(mesh: VolumeMesh, png: Path) -> subprocess.Popen[bytes]:
-    """Let a process of its own draw a mesh into a PNG file; what it needs goes into a file beside it."""
-    np.savez(png.with_suffix(".npz"), **_scene(mesh))
-    return paint("femprep.report.pictures.mesh_picture", png)
-
-
-def paint(module: str, path: Path) -> subprocess.Popen[bytes]:
-    """Start the process that draws as a module does when it is run."""
+@contextmanager
+def painted(module: str, png: Path) -> Iterator[Callable[[], bool]]:
+    """A process that draws as a module does when it is run, ended with the block; what waits for the picture."""
     nothing = subprocess.DEVNULL
-    return subprocess.Popen([sys.executable, "-m", module, str(path)], stdin=nothing, stdout=nothing, stderr=nothing)
+    command = [sys.executable, "-m", module, str(png)]
+    painter = subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing)
+    try:
+        yield lambda: _is_there(painter, png)
+    finally:
+        painter.kill()
+        painter.wait()
 
 
-def end_picture(painter: subprocess.Popen[bytes], png: Path) -> None:
-    """Stop the process that draws, if it still does, and leave nothing of what it was given."""
-    painter.kill()
-    painter.wait()
-    png.with_suffix(".npz").unlink(missing_ok=True)
-
-
-def is_painted(painter: subprocess.Popen[bytes], png: Path) -> bool:
+def _is_there(painter: subprocess.Popen[bytes], png: Path) -> bool:
     """Wait for a picture; whether it is there.
 
     Raises

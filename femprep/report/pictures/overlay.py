@@ -2,18 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from femprep.model import FloatArray
+from femprep.image.underlay import Underlay
+from femprep.model import FloatArray, IntArray
 from femprep.report.pictures.colours import colour
 from femprep.report.pictures.raster import png_address
 
 #: Layers from the lowest to the top; a page can leave each of them out.
 LAYERS: Final = ("image", "labels", "outlines", "off")
 _OFF: Final = "#ff0000"
+
+
+@dataclass(frozen=True, eq=False)
+class Overlay:
+    """What pictures show with the labels of a heart.
+
+    Attributes
+    ----------
+    surfaces : mapping of str to (points, triangles)
+        Their cuts are drawn over the labels; mm LPS.
+    off : sequence of (n, 3) arrays
+        Points that lie off the labels, mm LPS: drawn as dots where a picture comes near them.
+    under : Underlay, optional
+        The image to lay under them.
+    limits : (float, float)
+        Its values that are black and white.
+    """
+
+    surfaces: Mapping[str, tuple[FloatArray, IntArray]]
+    off: Sequence[FloatArray] = ()
+    under: Underlay | None = None
+    limits: tuple[float, float] = (0.0, 1.0)
 
 
 class Drawing:

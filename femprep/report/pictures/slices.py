@@ -2,50 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from femprep.image import Segmentation
-from femprep.image.underlay import Underlay, greys
+from femprep.image.underlay import greys
 from femprep.mesh.level_segments import level_segments
-from femprep.model import BoolArray, FloatArray, IntArray
+from femprep.model import BoolArray, FloatArray
 from femprep.report.pictures.colours import structure_colour
-from femprep.report.pictures.overlay import Drawing
+from femprep.report.pictures.overlay import Drawing, Overlay
 
 #: Slices that are drawn at most: a page of more would not open from a mail.
 MOST: Final = 40
 #: Room around the labels within a slice: pixels, and mm where an image lies under them.
 MARGIN: Final = 3
 ROOM: Final = 12.0
+#: Width of a picture, pixels of the screen.
+_WIDTH: Final = 220
 
 
-def slice_pictures(
-    seg: Segmentation,
-    surfaces: Mapping[str, tuple[FloatArray, IntArray]],
-    width: int = 220,
-    *,
-    off: Sequence[FloatArray] = (),
-    under: Underlay | None = None,
-    limits: tuple[float, float] = (0.0, 1.0),
-) -> list[str]:
+def slice_pictures(seg: Segmentation, over: Overlay) -> list[str]:
     """One SVG a slice: the image, where there is one, the structures filled, the cut of each surface drawn over them.
-
-    Parameters
-    ----------
-    seg : Segmentation
-    surfaces : mapping of str to (points, triangles)
-        mm LPS.
-    width : int
-        Width of a picture, pixels of the screen.
-    off : sequence of (n, 3) arrays
-        Points that lie off the labels, mm LPS: drawn as dots in the slice they lie in.
-    under : Underlay, optional
-        The image to lay under them.
-    limits : (float, float)
-        Its values that are black and white.
 
     Returns
     -------
@@ -61,27 +40,27 @@ def slice_pictures(
     everything = np.any(np.stack(list(masks.values())), axis=0)
     if not everything.any():
         return []
-    low, high = _box(everything, np.full(2, MARGIN) if under is None else np.ceil(ROOM / spacing))
-    indices = {name: seg.grid.to_index(points) for name, (points, _) in surfaces.items()}
-    dots = seg.grid.to_index(np.concatenate(off)) if sum(map(len, off)) else np.empty((0, 3))
+    low, high = _box(everything, np.full(2, MARGIN) if over.under is None else np.ceil(ROOM / spacing))
+    indices = {name: seg.grid.to_index(points) for name, (points, _) in over.surfaces.items()}
+    dots = seg.grid.to_index(np.concatenate(over.off)) if sum(map(len, over.off)) else np.empty((0, 3))
     pictures = []
     for k in shown_slices(low[2], high[2]):
         drawing = Drawing(np.asarray(low[:2] - 0.5, dtype=np.float64), (high - low)[:2].astype(np.float64), spacing)
-        if under is not None:
+        if over.under is not None:
             columns, rows = np.meshgrid(*(np.arange(low[a], high[a], dtype=float) for a in range(2)))
             places = np.full((columns.size, 3), float(k))
             places[:, across] = np.stack([columns.ravel(), rows.ravel()], axis=1)
-            drawing.raster("image", greys(under.values(places), limits).reshape(columns.shape))
+            drawing.raster("image", greys(over.under.values(places), over.limits).reshape(columns.shape))
         for name, mask in masks.items():
             path = _runs(mask[low[0] : high[0], low[1] : high[1], k])
             if path:
                 drawing.fill("labels", path, structure_colour(name))
-        for name, (_, triangles) in surfaces.items():
+        for name, (_, triangles) in over.surfaces.items():
             index = indices[name]
             cut, segments = level_segments(index, triangles, index[:, axis] - (k + 1e-9))
             drawing.outline(name, cut[:, across][segments])
         drawing.dots(dots[np.rint(dots[:, axis]) == k][:, across])
-        pictures.append(drawing.svg(width, f"slice {k}", str(k)))
+        pictures.append(drawing.svg(_WIDTH, f"slice {k}", str(k)))
     return pictures
 
 

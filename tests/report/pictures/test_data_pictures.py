@@ -19,6 +19,7 @@ from femprep.model import FACET_TAGS, REGION_TAGS
 from femprep.phantoms import lv_ellipsoid
 from femprep.report.pictures.colours import colour, region_colour, structure_colour
 from femprep.report.pictures.long_axes import long_axis_pictures
+from femprep.report.pictures.overlay import Overlay
 from femprep.report.pictures.raster import png_address
 from femprep.report.pictures.slices import MOST, shown_slices, slice_pictures
 
@@ -70,7 +71,7 @@ def test_png_holds_the_pixels(shape: tuple[int, ...]) -> None:
 
 def test_slice_shows_the_image_the_labels_and_the_outline(seg: fp.Segmentation, surfaces) -> None:
     under = lay_under(seg, cine(seg))
-    for svg in slice_pictures(seg, surfaces, under=under, limits=LIMITS):
+    for svg in slice_pictures(seg, Overlay(surfaces, under=under, limits=LIMITS)):
         k = int(re.search(r'aria-label="slice (\d+)"', svg)[1])
         found = layers(svg)
         assert list(found)[:2] == ["image", "labels"]
@@ -83,13 +84,13 @@ def test_slice_shows_the_image_the_labels_and_the_outline(seg: fp.Segmentation, 
         assert np.abs(grey - wanted).max() < 1.5
         assert {one.get("fill") for one in found["labels"]} <= {structure_colour("lv"), structure_colour("myo")}
     middle = seg.labels.shape[2] // 2
-    outline = layers(slice_pictures(seg, surfaces)[middle])["outlines"][0]
+    outline = layers(slice_pictures(seg, Overlay(surfaces))[middle])["outlines"][0]
     assert outline.get("stroke") == colour("endo")
 
 
 def test_long_axis_shows_apex_below_and_the_outline_on_the_edge_of_the_labels(seg: fp.Segmentation, surfaces) -> None:
     heart = fp.orient(seg)
-    for svg in long_axis_pictures(heart, surfaces, under=lay_under(heart, cine(seg)), limits=LIMITS):
+    for svg in long_axis_pictures(heart, Overlay(surfaces, under=lay_under(heart, cine(seg)), limits=LIMITS)):
         root, found = ElementTree.fromstring(svg), layers(svg)
         width, height = map(float, root.get("viewBox").split()[2:])
         label = pixels(found["labels"][0].get("href"))
@@ -118,9 +119,13 @@ def test_dots_are_drawn_in_the_cut_they_lie_in(seg: fp.Segmentation, surfaces) -
     heart = fp.orient(seg)
     middle = heart.grid.to_world(np.argwhere(heart.labels > 0)).mean(axis=0)
     near, far = middle + 10.0 * heart.frame[:, 0], middle + 10.0 * heart.frame[:, 1]
-    first, second = (layers(svg).get("off", []) for svg in long_axis_pictures(heart, surfaces, off=[near[None]]))
+    first, second = (
+        layers(svg).get("off", []) for svg in long_axis_pictures(heart, Overlay(surfaces, off=[near[None]]))
+    )
     assert (len(first), len(second)) == (1, 0)
-    first, second = (layers(svg).get("off", []) for svg in long_axis_pictures(heart, surfaces, off=[far[None]]))
+    first, second = (
+        layers(svg).get("off", []) for svg in long_axis_pictures(heart, Overlay(surfaces, off=[far[None]]))
+    )
     assert (len(first), len(second)) == (0, 1)
 
 

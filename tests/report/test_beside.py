@@ -7,7 +7,7 @@ import pytest
 
 from femprep.image import Grid, make_object
 from femprep.model import FACET_TAGS, REGION_TAGS, Plane, VolumeMesh
-from femprep.report.beside_labels import volumes_beside_labels, wall_difference
+from femprep.report.beside import volumes_beside_labels, wall_difference
 from femprep.report.manifest import VolumeRecord
 
 

@@ -1,4 +1,4 @@
-"""A tagged mesh and the objects of its labels in, volumes of cavities and walls beside the voxels' out."""
+"""A tagged mesh and what it was made from in, volumes of cavities and walls beside those of voxels or surfaces out."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import numpy as np
 
 from femprep.image import LabelObject
 from femprep.mesh.measures.volume_elements import all_volumes
-from femprep.model import FloatArray, Plane, VolumeMesh, is_blood
+from femprep.model import FloatArray, Plane, VolumeMesh, Wall, is_blood
 from femprep.report.manifest import VolumeRecord
-from femprep.report.volumes import cavity_volume, voxel_volume
+from femprep.report.volumes import cavity_volume, volume_below, voxel_extent, voxel_volume
+from femprep.wall.own import OUTER, OwnSurfaces, facets_of
 
 
 def volumes_beside_labels(
@@ -40,31 +41,44 @@ def volumes_beside_labels(
     for facets in mesh.facet_names:
         if facets.startswith("endo"):
             name = facets.removeprefix("endo").removeprefix("_")
-            found.append(beside(f"{name} cavity".strip(), cavity_volume(mesh, facets), voxels[name or "lv"]))
+            found.append(beside_voxels(f"{name} cavity".strip(), cavity_volume(mesh, facets), voxels[name or "lv"]))
     end = _end(objects, planes)
     walls, beyond = _regions(mesh, None), {} if end is None else _regions(mesh, end)
     if set(walls) == {"lv"}:
-        return [*found, beside("wall", walls["lv"], voxels["epi"] - voxels["lv"], beyond.get("lv", 0.0))]
+        return [*found, beside_voxels("wall", walls["lv"], voxels["epi"] - voxels["lv"], beyond.get("lv", 0.0))]
     tissue, extra = (sum(table.get(part, 0.0) for part in ("lv", "septum")) for table in (walls, beyond))
-    left = [beside("lv wall and septum", tissue, voxels["lv_epi"] - voxels["lv"], extra)]
+    left = [beside_voxels("lv wall and septum", tissue, voxels["lv_epi"] - voxels["lv"], extra)]
     for name in walls:
         if name in ("lv", "septum"):
             continue
         body = voxels.get(f"{name}_epi")
-        left.append(beside(f"{name} wall", walls[name], 0.0 if body is None else body - voxels[name]))
+        left.append(beside_voxels(f"{name} wall", walls[name], 0.0 if body is None else body - voxels[name]))
     return [*found, *left]
 
 
-def beside(name: str, mesh_mm3: float, voxels_mm3: float, beyond_mm3: float = 0.0) -> VolumeRecord:
+def volumes_beside_given(mesh: VolumeMesh, wall: Wall, own: OwnSurfaces) -> list[VolumeRecord]:
+    """Volumes of cavities and wall of the mesh beside those of the given surfaces below the base."""
+    given = {name: volume_below(surface, own.base) for name, surface in own.surfaces.items()}
+    found = []
+    for name in own.endo:
+        facets = facets_of(name, own.anatomy)
+        if facets in mesh.facet_names:
+            title = "cavity" if facets == "endo" else f"{name} cavity"
+            found.append(_beside(title, cavity_volume(mesh, facets), given[name], "given_ml"))
+    whole = given[OUTER] - sum(given[name] for name in own.endo)
+    return [*found, _beside("wall", wall.volume, whole, "given_ml")]
+
+
+def beside_voxels(name: str, mesh_mm3: float, voxels_mm3: float, beyond_mm3: float = 0.0) -> VolumeRecord:
     """One volume of a mesh beside that of voxels (0: there are none), and how much lies beyond these; mm3."""
-    labelled = voxels_mm3 > 0.0
-    return VolumeRecord(
-        name=name,
-        mesh_ml=mesh_mm3 / 1000.0,
-        segmentation_ml=voxels_mm3 / 1000.0,
-        difference_percent=100.0 * (mesh_mm3 - voxels_mm3) / voxels_mm3 if labelled else None,
-        extrapolated_ml=beyond_mm3 / 1000.0,
-    )
+    return _beside(name, mesh_mm3, voxels_mm3, "segmentation_ml", extrapolated_ml=beyond_mm3 / 1000.0)
+
+
+def _beside(name: str, mesh_mm3: float, other_mm3: float, other: str, **more: float) -> VolumeRecord:
+    """One volume of a mesh beside another one, which stands in the field of that name."""
+    percent = 100.0 * (mesh_mm3 - other_mm3) / other_mm3 if other_mm3 > 0.0 else None
+    volumes = {"mesh_ml": mesh_mm3 / 1000.0, other: other_mm3 / 1000.0, **more}
+    return VolumeRecord(name=name, difference_percent=percent, **volumes)
 
 
 def wall_difference(records: Iterable[VolumeRecord]) -> float | None:
@@ -83,8 +97,7 @@ def _end(objects: Mapping[str, LabelObject], planes: Mapping[str, Plane]) -> Pla
         return None
     centres = body.grid.to_world(np.argwhere(body.mask).astype(np.float64))
     # Half of a voxel's extent along the normal: exact where the plane lies along its faces.
-    half = 0.5 * float(np.abs(base.normal @ np.asarray(body.grid.direction)) @ np.asarray(body.grid.spacing))
-    depth = float(base.signed_distance(centres).min()) - half
+    depth = float(base.signed_distance(centres).min()) - 0.5 * voxel_extent(body, base)
     return Plane(base.point + depth * base.normal, -base.normal, "labels")
 
 
