@@ -15,7 +15,7 @@ from femprep.model.blocks import chosen_rows
 from femprep.model.used_points import on_used_points
 
 #: Directions in blood, where none mean anything: solvers want unit vectors at right angles in every element.
-_FRAME: Final = {"fiber": (1.0, 0.0, 0.0), "sheet": (0.0, 1.0, 0.0), "sheet_normal": (0.0, 0.0, 1.0)}
+_FRAME: Final = {"fiber": (1.0, 0.0, 0.0), "sheet": (0.0, 1.0, 0.0), "normal": (0.0, 0.0, 1.0)}
 
 
 def on_wall(mesh: VolumeMesh, add: Callable[[VolumeMesh], VolumeMesh]) -> VolumeMesh:

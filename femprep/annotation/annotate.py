@@ -236,7 +236,7 @@ def _ask(questions: list[Question]) -> None:
 def _anatomy(mesh: VolumeMesh, options: AnnotateOptions, reading: Reading) -> VolumeMesh:
     """Coordinates, segments and fibres; where they fail the mesh goes without, which its verdict says."""
     assert options.fibres is not None
-    theirs = {name: values for name, values in mesh.cell_data.items() if name in ("fiber", "sheet", "sheet_normal")}
+    theirs = {name: values for name, values in mesh.cell_data.items() if name in ("fiber", "sheet", "normal")}
     if theirs:
         # What the file brought is kept beside ours.
         kept = {f"file_{name}": values for name, values in theirs.items()}

@@ -169,6 +169,15 @@ def test_names_of_the_file_and_names_given_for_it_go_before_geometry(tmp_path: P
     assert np.all(swapped.mesh.facet_tag[truth.facet_tag == FACET_TAGS["endo"]] == FACET_TAGS["epi"])
 
 
+def test_directions_of_the_file_stay_beside_ours() -> None:
+    mesh = ellipsoid("tetra").mesh
+    theirs = {name: np.tile(axis, (mesh.n_cells, 1)) for name, axis in zip(("fiber", "sheet", "normal"), np.eye(3))}
+    found = fp.annotate(mesh.with_data(cell=theirs)).mesh.cell_data
+    for name, values in theirs.items():
+        np.testing.assert_array_equal(found[f"file_{name}"], values)
+        assert not np.array_equal(found[name], values)
+
+
 def test_regions_of_the_file_are_named_by_where_they_lie() -> None:
     truth = biventricular()
     named = fp.annotate(bare(truth), fibres=None).mesh

@@ -139,7 +139,10 @@ def test_fibres_go_to_the_wall(filled):
         fp.add_aha(filled)
     mesh = fp.on_wall(filled, lambda wall: fp.add_fibres(fp.add_aha(wall)))
     blood = mesh.region == REGION_TAGS["blood_lv"]
-    np.testing.assert_allclose(np.linalg.norm(mesh.cell_data["fiber"], axis=1), 1.0, atol=1e-9)
+    frame = np.stack([mesh.cell_data[name] for name in ("fiber", "sheet", "normal")], axis=1)
+    np.testing.assert_allclose(
+        np.einsum("nij,nkj->nik", frame, frame), np.tile(np.eye(3), (len(frame), 1, 1)), atol=1e-9
+    )
     assert not mesh.cell_data["aha"][blood].any()
     assert mesh.cell_data["aha"][~blood].min() >= 1
     assert not mesh.facet_data["aha"][mesh.facet_tag == FACET_TAGS["cap_lv"]].any()

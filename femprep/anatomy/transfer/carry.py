@@ -123,10 +123,10 @@ def put_right(fields: dict[str, Any]) -> None:
         fibre, sheet = fields["fiber"].astype(float), fields["sheet"].astype(float)
         sheet = unit_vectors(sheet - np.sum(sheet * fibre, axis=1, keepdims=True) * fibre)
         fields["sheet"] = sheet.astype(fields["sheet"].dtype)
-        if "sheet_normal" in fields:
+        if "normal" in fields:
             normal = np.cross(fibre, sheet)
-            sense = np.sign(np.sum(normal * fields["sheet_normal"], axis=1, keepdims=True))
-            fields["sheet_normal"] = np.where(sense == 0, normal, sense * normal).astype(fields["sheet_normal"].dtype)
+            sense = np.sign(np.sum(normal * fields["normal"], axis=1, keepdims=True))
+            fields["normal"] = np.where(sense == 0, normal, sense * normal).astype(fields["normal"].dtype)
     if all(name in fields for name in _TURN):
         size = np.hypot(*(fields[name] for name in _TURN))
         for name in _TURN:

@@ -11,7 +11,7 @@ from femprep.model import TagArray, VolumeMesh
 from femprep.volume.refine.transfer import prolongation
 
 #: Point data that are directions: both signs mean the same.
-_DIRECTIONS: Final = ("fiber", "sheet", "normal", "sheet_normal")
+_DIRECTIONS: Final = ("fiber", "sheet", "normal")
 
 
 def carried(coarse: VolumeMesh, fine: VolumeMesh, ways: Mapping[str, TagArray]) -> VolumeMesh:

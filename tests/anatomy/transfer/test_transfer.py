@@ -112,6 +112,15 @@ def test_directions_and_vectors_turn_with_the_heart() -> None:
     assert found.info["transfer"]["fields"][0]["back_mean"] is None
 
 
+def test_fibres_sheets_and_normals_stay_at_right_angles() -> None:
+    source = ventricle(size=3, layers=3)
+    found = fp.transfer(source, ventricle(size=4, layers=2), ["fiber", "sheet", "normal"], there_and_back=False)
+    frame = np.stack([found.cell_data[name] for name in ("fiber", "sheet", "normal")], axis=1)
+    np.testing.assert_allclose(
+        np.einsum("nij,nkj->nik", frame, frame), np.tile(np.eye(3), (len(frame), 1, 1)), atol=1e-6
+    )
+
+
 def test_a_mirrored_heart_gets_mirrored_fibres() -> None:
     mesh = ventricle(size=3, layers=3)
     flip = np.array([-1.0, 1.0, 1.0])
