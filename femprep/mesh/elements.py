@@ -15,7 +15,7 @@ import numpy as np
 
 from femprep.mesh.least_corner import BlockParts, unpaired
 from femprep.mesh.numbering import row_numbers
-from femprep.model import IntArray
+from femprep.model import IntArray, TagArray
 from femprep.model.blocks import block_rows, chosen_rows
 
 
@@ -130,6 +130,22 @@ def element_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
         found[facet].element[rows] = np.arange(number, number + len(block))
         found[facet].face[rows] = face
     return found
+
+
+def near_others(cells: IntArray, label: TagArray) -> IntArray:
+    """Elements ``(k,)`` with three corners or more that those of other labels have too: the few that may share faces.
+
+    Parameters
+    ----------
+    cells : (n, p) array
+        Their corners.
+    label : (n,) array
+        A number for each.
+    """
+    labels = np.unique(label)
+    shared = np.zeros((int(cells.max(initial=-1)) + 1, len(labels)), dtype=np.bool_)
+    shared[cells, np.searchsorted(labels, label)[:, None]] = True
+    return np.flatnonzero((shared.sum(axis=1) > 1)[cells].sum(axis=1) >= 3)
 
 
 def face_parts(cells: Mapping[str, IntArray]) -> dict[str, list[BlockParts]]:
