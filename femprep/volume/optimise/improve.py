@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -47,6 +47,14 @@ class Optimised:
     poor_before: int
     poor_after: int
     off_wall: float
+
+    def record(self) -> dict[str, Any]:
+        """What was done, for the record of a run."""
+        return {
+            "sweeps": self.sweeps,
+            "poor_elements_before": self.poor_before,
+            "poor_elements_after": self.poor_after,
+        }
 
 
 def tet_quality(points: FloatArray, tets: IntArray) -> FloatArray:
