@@ -138,7 +138,7 @@ def _split(sheet: Sheet, number: int, plane: Plane, away: FloatArray) -> FloatAr
     chord = (1.0 - share) * sheet.points[crossing[:, 0]] + share * sheet.points[crossing[:, 1]]
     length = np.linalg.norm(sheet.points[crossing[:, 0]] - sheet.points[crossing[:, 1]], axis=1)
     found &= np.linalg.norm(points - chord, axis=1) < 0.3 * length
-    points[~found] = chord[~found] - plane.signed_distance(chord[~found])[:, None] * plane.normal
+    points[~found] = plane.feet(chord[~found])
     directions[~found] = start[~found]
     middle = {(int(a), int(b)): len(sheet.points) + i for i, (a, b) in enumerate(crossing)}
     sheet.points = np.concatenate([sheet.points, points])

@@ -105,5 +105,4 @@ def reach(
         square = np.maximum((steepest**2).sum(axis=1), _STEEP**2)
         directions[active] = smooth.step(directions[active], -(away[active] / square)[:, None] * steepest)
         points[active] = at(directions[active])
-    away = plane.signed_distance(points)
-    return np.abs(away) < _NEAR, points - away[:, None] * plane.normal, directions
+    return np.abs(plane.signed_distance(points)) < _NEAR, plane.feet(points), directions

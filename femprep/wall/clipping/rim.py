@@ -67,9 +67,7 @@ def _split(sheet: Sheet, number: int, edges: IntArray, others: cKDTree) -> int:
     edges = edges[(length > _LONG * gap) & (_halves(sheet, edges) > LEAST_QUALITY)]
     if not len(edges):
         return 0
-    plane = sheet.plane_of(number)
-    middle = sheet.points[edges].mean(axis=1)
-    middle -= plane.signed_distance(middle)[:, None] * plane.normal
+    middle = sheet.plane_of(number).feet(sheet.points[edges].mean(axis=1))
     direction = unit_vectors(sheet.directions[edges].mean(axis=1))
     first = len(sheet.points)
     sheet.points = np.concatenate([sheet.points, middle])
