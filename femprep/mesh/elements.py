@@ -81,6 +81,10 @@ ELEMENTS: Final[Mapping[str, ElementType]] = MappingProxyType(
     }
 )
 
+#: Quadratic type by the linear one of the same shape.
+QUADRATIC: Final[Mapping[str, str]] = MappingProxyType(
+    {"tetra": "tetra10", "wedge": "wedge15", "hexahedron": "hexahedron20"}
+)
 #: Facet type by its number of nodes.
 FACET_TYPES: Final[Mapping[int, str]] = MappingProxyType({3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"})
 

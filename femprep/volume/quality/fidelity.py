@@ -160,7 +160,7 @@ def _gather(
     records: list[FidelityRecord] = []
     off: dict[str, FloatArray] = {}
     for name, points, triangles, outline in jobs:
-        pixel = _pixel(outline.obj)
+        pixel = outline.obj.grid.pixel
         slices = _slices(points, triangles, outline, planes, grid)
         if not slices:
             continue
@@ -192,7 +192,7 @@ def _slices(
     points: FloatArray, triangles: IntArray, outline: Outline, planes: Sequence[Plane], grid: Grid
 ) -> list[_Slice]:
     """Every slice in which the object has an outline within the planes."""
-    margin = _WITHIN * _pixel(outline.obj)
+    margin = _WITHIN * outline.obj.grid.pixel
     middles, contours = label_contours(outline.obj)
     near = [ClosestFinder(surface.points, surface.triangles) for surface in outline.beside]
     finder = None
@@ -268,8 +268,3 @@ def _record(name: str, labels: str, pixel: float, slices: list[_Slice]) -> Fidel
         greatest_pixels=max(row.greatest_pixels for row in rows),
         slices=tuple(rows),
     )
-
-
-def _pixel(obj: LabelObject) -> float:
-    """Pixel size within a slice, mm: the smaller of the two."""
-    return min(float(size) for axis, size in enumerate(obj.grid.spacing) if axis != obj.stack_axis)
