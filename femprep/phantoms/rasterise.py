@@ -87,7 +87,7 @@ def rasterise(
     axis = grid.stack_axis
     count = grid.shape[axis]
     moved = _shifts(shifts, count)
-    flat = [a for a in range(3) if a != axis]
+    flat = list(grid.flat_axes)
     labels = np.zeros(grid.shape, dtype=np.uint8)
     slices = np.moveaxis(labels, axis, 0)
     inner = _inner_points(grid, supersample, slice_thickness, axis)

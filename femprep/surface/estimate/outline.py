@@ -94,8 +94,7 @@ def _ball(even: LabelObject) -> tuple[FloatArray, IntArray]:
 
 def _reaches(obj: LabelObject, points: FloatArray) -> bool:
     """Whether points lie on both sides of the middles of an object's first and last slice."""
-    across = tuple(axis for axis in range(3) if axis != obj.stack_axis)
-    slices = np.flatnonzero(obj.mask.any(axis=across))
+    slices = np.flatnonzero(obj.mask.any(axis=obj.grid.flat_axes))
     height = obj.grid.to_index(points)[:, obj.stack_axis]
     return bool(height.min() < slices[0] and height.max() > slices[-1])
 
