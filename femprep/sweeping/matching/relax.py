@@ -142,8 +142,7 @@ class Relaxation:
         part = self._order[active[self._order]]
         bounds = np.concatenate([[0], np.cumsum(active[self._order])])[self._colours]
         slide(
-            *self.places,
-            self._depth,
+            (*self.places, self._depth),
             self._normals,
             self._near,
             self.cup.rim,

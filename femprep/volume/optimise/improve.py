@@ -132,6 +132,7 @@ class _Mesh:
         self._constraints = constraints
         constraints.flatten(self.points)
         self._star = stars(self.cells, len(self.points))
+        self._arrays = (self.points, self.cells, *self._star)
         self._held, self._places, self._basis = constraints.targets(self.points)
         self._looked_up = self.points.copy()
         self._home = self.points.copy()
@@ -159,14 +160,11 @@ class _Mesh:
 
     def relax(self, poor: float) -> None:
         """Move all points once for the mean quality."""
-        relax(
-            *(self.points, self.cells, *self._star, *self._colours),
-            *(self._constraints.freedom, self._basis, poor, self._fresh),
-        )
+        relax(self._arrays, self._colours, self._constraints.freedom, self._basis, poor, self._fresh)
 
     def search(self, nodes: IntArray, freedom: IntArray) -> None:
         """Move some points for the worst quality around each."""
-        search(self.points, self.cells, *self._star, *self._coloured(nodes), freedom, self._basis, self._fresh)
+        search(self._arrays, self._coloured(nodes), freedom, self._basis, self._fresh)
 
     def off_wall(self) -> float:
         """Greatest distance of a boundary point from the wall."""
@@ -189,10 +187,7 @@ class _Mesh:
 
     def _try(self, nodes: IntArray, places: FloatArray, sound: float) -> None:
         if len(nodes):
-            try_places(
-                *(self.points, self.cells, *self._star, *self._coloured(nodes)),
-                *(places, sound, self._fresh),
-            )
+            try_places(self._arrays, self._coloured(nodes), places, sound, self._fresh)
 
     def _coloured(self, nodes: IntArray) -> tuple[IntArray, IntArray]:
         order, first = coloured(self.cells, *self._star, nodes)
