@@ -35,7 +35,7 @@ def step(
     facets = _with_held(mesh.facets, state.held)
     numbered = number_nodes(mesh.points, mesh.cells, facets)
     fine_facets, fine_held, of_facet = _cut_facets(numbered.facets, mesh, state)
-    on = membership(_with_held(fine_facets, fine_held), _with_held_sheets(of_facet, fine_held), sheets)
+    on = membership(_with_held(fine_facets, fine_held), np.concatenate([of_facet, np.full(len(fine_held), -1)]), sheets)
     first = 0 if corners else len(mesh.points)
     rows = on.nodes >= first
     places = placed(numbered.middles[on.nodes], on, sheets, rows)
@@ -87,10 +87,6 @@ def _with_held(facets: Any, held: IntArray) -> dict[str, IntArray]:
         tagged = out.get(kind, np.empty((0, held.shape[1]), dtype=np.int64))
         out[kind] = np.concatenate([tagged, held])
     return out
-
-
-def _with_held_sheets(of_facet: IntArray, held: IntArray) -> IntArray:
-    return np.concatenate([of_facet, np.full(len(held), -1)])
 
 
 def _cut_facets(
