@@ -10,8 +10,7 @@ from femprep.errors import StageError
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic, slice_distance
 from femprep.mesh.measures.triangles import areas
-from femprep.mesh.operations.decimation import coarser
-from femprep.mesh.polygons import isosurface, taubin
+from femprep.mesh.polygons import coarser, isosurface, taubin
 from femprep.mesh.topology import euler_characteristic, is_closed, pieces, volume
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import exponential, logarithm
