@@ -21,6 +21,7 @@ from femprep.export.abaqus.calculix import require_calculix
 from femprep.export.abaqus.step import require as require_step
 from femprep.export.content import Content, refusals
 from femprep.image import Grid, IntensityImage, Segmentation
+from femprep.mesh.elements import QUADRATIC
 from femprep.model import TISSUES, FloatArray
 from femprep.options import Options
 from femprep.report.volumes import voxel_extent
@@ -31,8 +32,6 @@ from femprep.volume.sizing import lengths_at
 from femprep.volume.validate import check_amount, check_sizing
 from femprep.wall.anatomies import Layout
 
-#: Element types of order 2.
-_QUADRATIC: Final = {"tetra": "tetra10", "wedge": "wedge15", "hexahedron": "hexahedron20"}
 #: How far volume and thickness of a wall by its voxels may be off: what is refused is certain. The base cuts away up
 #: to a fifth, voxel faces along the stack tell areas within a quarter.
 _SLACK: Final = 1.5
@@ -194,7 +193,7 @@ def _forecast(options: Options, openings: list[str]) -> Content:
         "biv": ("endo_lv", "endo_rv", "epi", *cut),
         "whole-heart": ("endo_lv", "endo_rv", "endo_la", "endo_ra", "epi", *dict.fromkeys(openings)),
     }[options.anatomy]
-    kind = _QUADRATIC[element] if order == 2 else element
+    kind = QUADRATIC[element] if order == 2 else element
     return Content((kind,), facets, options.fibres is not None, options.blood_pool)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from femprep.image.boundary import BoundaryPoints, boundary_points, faces_to
 from femprep.image.grid import Grid
 from femprep.image.object import LabelObject
+from femprep.image.topology import counts_along
 from femprep.model import BoolArray, FloatArray
 
 #: Decimals to which axes are compared with the heart's own.
@@ -97,7 +98,7 @@ def _storage(obj: LabelObject) -> _Storage:
 
 def moments(mask: BoolArray, axis: int) -> tuple[int, int]:
     """Second and third central moment of the voxels along an axis, in whole numbers."""
-    counts = [int(n) for n in np.count_nonzero(mask, axis=tuple(a for a in range(3) if a != axis))]
+    counts = [int(n) for n in counts_along(mask, axis)]
     total, first = sum(counts), sum(k * n for k, n in enumerate(counts))
     away = [total * k - first for k in range(len(counts))]
     return sum(n * d**2 for n, d in zip(counts, away)), sum(n * d**3 for n, d in zip(counts, away))

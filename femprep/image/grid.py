@@ -93,6 +93,17 @@ class Grid:
         return self.stack if self.stack in thick else thick[-1]
 
     @property
+    def flat_axes(self) -> tuple[int, int]:
+        """The two other axes, along the slices."""
+        one, two = (axis for axis in range(3) if axis != self.stack_axis)
+        return one, two
+
+    @property
+    def pixel(self) -> float:
+        """The smaller voxel size along the slices, mm."""
+        return float(self.spacing[list(self.flat_axes)].min())
+
+    @property
     def thick_axes(self) -> list[int]:
         """The axes with the largest voxel size: one, or several of equal size."""
         return [int(axis) for axis in np.flatnonzero(self.spacing >= self.spacing.max() * (1.0 - 1e-3))]

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from femprep.errors import InputError
 from femprep.image.grid import Grid
 from femprep.image.tips import thin_tips
-from femprep.image.topology import euler_characteristic, label_pieces, label_voids, used_box
+from femprep.image.topology import counts_along, euler_characteristic, label_pieces, label_voids, used_box
 from femprep.model import BoolArray, FloatArray, Notice, readonly, records
 from femprep.model.notice import Kind
 from femprep.model.products import product, weighted
@@ -89,15 +89,11 @@ class LabelObject:
     def barycentre(self) -> FloatArray:
         """Mean of the voxel centres, ``(3,)`` mm LPS."""
         total = self.voxels
-        centre = [
-            np.count_nonzero(self.mask, axis=tuple(a for a in range(3) if a != axis)) @ np.arange(n) / total
-            for axis, n in enumerate(self.mask.shape)
-        ]
+        centre = [counts_along(self.mask, axis) @ np.arange(n) / total for axis, n in enumerate(self.mask.shape)]
         at = self.grid.regular.to_world(np.array(centre))
         if self.grid.offsets is None:
             return at
-        axis = self.stack_axis
-        share = np.count_nonzero(self.mask, axis=tuple(a for a in range(3) if a != axis)) / total
+        share = counts_along(self.mask, self.stack_axis) / total
         return np.asarray(at + product(weighted(share, self.grid.offsets), self.grid.direction.T), dtype=np.float64)
 
     @property

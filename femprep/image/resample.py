@@ -97,7 +97,7 @@ def _centres(first: int, last: int, old: float, new: float) -> FloatArray:
 
 def _by_shape(obj: LabelObject, axis: int, ends: tuple[int, int], centres: list[FloatArray], along: bool) -> BoolArray:
     """Interpolate signed distances, of outlines moved onto each other or not; holds two slices at a time."""
-    flat = [a for a in range(3) if a != axis]
+    flat = list(obj.grid.flat_axes)
     spacing = obj.grid.spacing[flat]
     slices: dict[int, _Distances] = {}
 

@@ -130,8 +130,7 @@ def estimate_shifts(seg: Segmentation) -> SliceShifts:
     >>> float(abs(fp.estimate_shifts(seg).shift).max()) < 1.0
     True
     """
-    axis = seg.stack_axis
-    flat = [a for a in range(3) if a != axis]
+    axis, flat = seg.stack_axis, list(seg.grid.flat_axes)
     spacing = seg.grid.spacing[flat]
     names, places, positions, changes = [], [], [], []
     for name in seg.structures:

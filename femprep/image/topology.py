@@ -32,11 +32,16 @@ class Topology:
         return self.pieces - self.tunnels + self.voids
 
 
+def counts_along(mask: BoolArray, axis: int) -> npt.NDArray[np.int64]:
+    """Number of voxels of a mask in each slice across an axis, ``(n,)``."""
+    return np.asarray(np.count_nonzero(mask, axis=tuple(a for a in range(mask.ndim) if a != axis)))
+
+
 def used_box(mask: BoolArray) -> tuple[slice, ...]:
     """The smallest box of an array that holds all voxels of a mask, which must not be empty."""
     box = []
     for axis in range(mask.ndim):
-        used = np.flatnonzero(mask.any(axis=tuple(a for a in range(mask.ndim) if a != axis)))
+        used = np.flatnonzero(counts_along(mask, axis))
         box.append(slice(int(used[0]), int(used[-1]) + 1))
     return tuple(box)
 

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.mesh.measures.triangles import angles, areas, vertex_normals, vertex_sums
+from femprep.mesh.topology import adjacency
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import sine_cosine
 
@@ -86,8 +87,10 @@ class Curvature:
         least : float
             Least weight.
         """
+        from scipy.sparse import eye_array
+
         count = len(self.area)
-        around = _neighbours(self.triangles, count)
+        around = adjacency(self.triangles, count) + eye_array(count)
         mean = self.mean
         for _ in range(_PASSES):
             mean = (around @ (mean * self.area)) / (around @ self.area)
@@ -109,11 +112,3 @@ def stiffness(cotangents: FloatArray, triangles: IntArray, count: int) -> Any:
     half = coo_matrix((0.5 * cotangents.T.ravel(), (row, column)), shape=(count, count)).tocsr()
     full = half + half.T
     return (diags(np.asarray(full.sum(axis=1)).ravel()) - full).tocsr()
-
-
-def _neighbours(triangles: IntArray, count: int) -> Any:
-    """Matrix ``(n, n)`` of ones for each vertex and its neighbours."""
-    from scipy.sparse import coo_matrix, eye
-
-    ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    return coo_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count)).tocsr() + eye(count)

@@ -15,7 +15,7 @@ import numpy as np
 
 from femprep.mesh.least_corner import BlockParts, unpaired
 from femprep.mesh.numbering import row_numbers
-from femprep.model import IntArray
+from femprep.model import IntArray, TagArray
 from femprep.model.blocks import block_rows, chosen_rows
 
 
@@ -81,6 +81,10 @@ ELEMENTS: Final[Mapping[str, ElementType]] = MappingProxyType(
     }
 )
 
+#: Quadratic type by the linear one of the same shape.
+QUADRATIC: Final[Mapping[str, str]] = MappingProxyType(
+    {"tetra": "tetra10", "wedge": "wedge15", "hexahedron": "hexahedron20"}
+)
 #: Facet type by its number of nodes.
 FACET_TYPES: Final[Mapping[int, str]] = MappingProxyType({3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"})
 
@@ -130,6 +134,22 @@ def element_faces(cells: Mapping[str, IntArray]) -> dict[str, ElementFaces]:
         found[facet].element[rows] = np.arange(number, number + len(block))
         found[facet].face[rows] = face
     return found
+
+
+def near_others(cells: IntArray, label: TagArray) -> IntArray:
+    """Elements ``(k,)`` with three corners or more that those of other labels have too: the few that may share faces.
+
+    Parameters
+    ----------
+    cells : (n, p) array
+        Their corners.
+    label : (n,) array
+        A number for each.
+    """
+    labels = np.unique(label)
+    shared = np.zeros((int(cells.max(initial=-1)) + 1, len(labels)), dtype=np.bool_)
+    shared[cells, np.searchsorted(labels, label)[:, None]] = True
+    return np.flatnonzero((shared.sum(axis=1) > 1)[cells].sum(axis=1) >= 3)
 
 
 def face_parts(cells: Mapping[str, IntArray]) -> dict[str, list[BlockParts]]:

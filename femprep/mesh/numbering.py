@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from femprep.mesh.compiled import compiled
-from femprep.model import IntArray
+from femprep.model import BoolArray, IntArray
 
 #: Rows that begin with the same number at most, where they are sorted by themselves.
 _TOGETHER: Final = 400
@@ -46,6 +46,22 @@ def set_numbers(*blocks: IntArray) -> IntArray:
     rows = np.concatenate(blocks)
     rows.sort(axis=1)
     return row_numbers(rows)
+
+
+def none_of(rows: IntArray, others: IntArray) -> BoolArray:
+    """Which rows of integers ``(m, k)`` have the numbers of none of others ``(n, k)``, in any order, ``(m,)``."""
+    number = set_numbers(rows, others)
+    known = np.zeros(int(number.max(initial=-1)) + 1, dtype=np.bool_)
+    known[number[len(rows) :]] = True
+    return np.asarray(~known[number[: len(rows)]])
+
+
+def twins(rows: IntArray) -> tuple[IntArray, IntArray]:
+    """Rows of integers that have the same numbers, in any order: of each two of them the earlier, and the later."""
+    number = set_numbers(rows)
+    order = np.argsort(number, kind="stable")
+    same = number[order[1:]] == number[order[:-1]]
+    return order[:-1][same], order[1:][same]
 
 
 @compiled()

@@ -7,6 +7,7 @@ patches are blended. The error is of fourth order in the edge length.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -17,12 +18,18 @@ from femprep.mesh.banded import SPARE, factorise, substitute
 from femprep.mesh.compiled import compiled
 from femprep.mesh.measures.triangles import vertex_normals
 from femprep.mesh.tangents import tangents
-from femprep.model import FloatArray, IntArray
+from femprep.mesh.topology import adjacency
+from femprep.model import FloatArray, IntArray, Plane
 
 #: Reach of a patch in mean edge lengths of its vertex: wide enough that two or three overlap everywhere.
 _REACH = 1.1
 #: A vertex with fewer neighbours in two rings than this gets quadratic heights only.
 _CUBIC = 12
+
+
+def plane_table(planes: Iterable[Plane]) -> FloatArray:
+    """Normal and offset of each plane, ``(p, 4)``: what :meth:`PatchSurface.settle` and kernels take."""
+    return np.array([[*plane.normal, plane.offset] for plane in planes]).reshape(-1, 4)
 
 
 class PatchSurface:
@@ -46,18 +53,12 @@ class PatchSurface:
     """
 
     def __init__(self, points: npt.ArrayLike, triangles: npt.ArrayLike) -> None:
-        from scipy.sparse import coo_matrix
-
         self.points: FloatArray = np.ascontiguousarray(points, dtype=np.float64)
         self.triangles: IntArray = np.ascontiguousarray(triangles, dtype=np.int64)
-        cells = self.triangles
-        count = len(self.points)
-        edges = np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]])
-        both = np.concatenate([edges, edges[:, ::-1]])
-        matrix = coo_matrix((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(count, count)).tocsr()
+        matrix = adjacency(self.triangles, len(self.points))
         ring = _rows(matrix)
         double = _rows(matrix @ matrix + matrix)
-        normal = vertex_normals(self.points, cells)
+        normal = vertex_normals(self.points, self.triangles)
         frames = np.ascontiguousarray(np.concatenate([tangents(normal), normal[:, None]], axis=1))
         present = ring >= 0
         span = np.linalg.norm(self.points[ring] - self.points[:, None], axis=2) * present

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from femprep.mesh.measures.triangles import areas
+from femprep.mesh.topology import euler_characteristic, is_closed
 from femprep.model import FloatArray, IntArray
 
 # VTK is imported late and in part: all of it takes half a second to load.
@@ -57,6 +59,23 @@ def decimated(points: FloatArray, triangles: IntArray, share: float) -> tuple[Fl
     thinner.SetTargetReduction(share)
     thinner.VolumePreservationOn()
     return _arrays(thinner)
+
+
+def coarser(points: FloatArray, cells: IntArray, count: int) -> tuple[FloatArray, IntArray]:
+    """A closed mesh of about ``count`` vertices for the same surface; the mesh itself where it is small, or stays so.
+
+    Parameters
+    ----------
+    points, cells
+        A closed mesh of a ball's surface.
+    count : int
+    """
+    if len(points) <= 1.5 * count:
+        return points, cells
+    shape = decimated(points, cells, 1.0 - count / len(points))
+    if not is_closed(shape[1]) or euler_characteristic(shape[1]) != 2 or areas(*shape).min() <= 0.0:
+        return points, cells
+    return shape
 
 
 def _polydata(points: FloatArray, triangles: IntArray) -> Any:

@@ -9,11 +9,10 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import InputError, StageError
-from femprep.mesh.elements import ELEMENTS
+from femprep.mesh.elements import ELEMENTS, QUADRATIC
 from femprep.mesh.measures.volume_elements import element_measures
 from femprep.model import FloatArray, IntArray, VolumeMesh
 
-_QUADRATIC = {"tetra": "tetra10", "wedge": "wedge15", "hexahedron": "hexahedron20"}
 _FACETS = {"triangle": "triangle6", "quad": "quad8"}
 #: Rounds of straightening: an element that was sound may not be with a neighbour's edge straight.
 _ROUNDS = 8
@@ -55,7 +54,7 @@ def number_edges(mesh: VolumeMesh) -> Edges:
         The elements are quadratic already.
     """
     for name in mesh.cells:
-        if name not in _QUADRATIC:
+        if name not in QUADRATIC:
             raise InputError(f"elements of type {name!r} are quadratic already; give a mesh of linear elements")
     return edges_of(mesh.cells, len(mesh.points))
 
@@ -113,7 +112,7 @@ def add_middles(
     """
     total, ends = edges.total, edges.ends
     full = {
-        _QUADRATIC[name]: np.concatenate([block, total + edges.of_cells[name]], axis=1)
+        QUADRATIC[name]: np.concatenate([block, total + edges.of_cells[name]], axis=1)
         for name, block in mesh.cells.items()
     }
     group = np.arange(len(ends)) if together is None else together
@@ -123,7 +122,7 @@ def add_middles(
     for _ in range(_ROUNDS):
         bad, before = 0, given_up.copy()
         for name, of_cells in edges.of_cells.items():
-            kind = _QUADRATIC[name]
+            kind = QUADRATIC[name]
             measures = element_measures(points, full[kind], kind)
             inverted = ~(measures["relative_jacobian"] > 0.0)
             bad += int(inverted.sum())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -107,6 +108,15 @@ def loops_of(edges: IntArray) -> list[IntArray]:
             vertex = following.pop(vertex)
         loops.append(np.array(loop))
     return loops
+
+
+def adjacency(cells: IntArray, count: int) -> Any:
+    """Sparse matrix ``(count, count)`` of ones between the two ends of each side of cells ``(m, p)``."""
+    one, two = cells.ravel(), np.roll(cells, -1, axis=1).ravel()
+    ends = np.concatenate([one, two]), np.concatenate([two, one])
+    matrix = coo_array((np.ones(2 * len(one)), ends), shape=(count, count)).tocsr()
+    matrix.data[:] = 1.0
+    return matrix
 
 
 def components(one: IntArray, other: IntArray, size: int) -> IntArray:

@@ -63,3 +63,7 @@ class Plane:
     def signed_distance(self, points: npt.ArrayLike) -> FloatArray:
         """Distance of points ``(n, 3)`` from the plane, mm, positive on the side that is cut away."""
         return product(np.asarray(points, dtype=float) - self.point, self.normal)
+
+    def feet(self, points: FloatArray) -> FloatArray:
+        """Points ``(n, 3)`` put onto the plane, straight, mm."""
+        return np.asarray(points - self.signed_distance(points)[..., None] * self.normal)

@@ -212,9 +212,8 @@ def _harmonic_fit(
     tell: Progress,
 ) -> tuple[HarmonicFit, dict[str, Any]]:
     """The paper's field about an object and what its boundary asks of the stopping function; what was chosen for it."""
-    amounts = _amounts(obj, boundary, chosen)
-    singularities, control_points = amounts.singularities, amounts.control_points
-    radius, voxel, memory, centre = amounts.radius, amounts.voxel, amounts.memory, obj.barycentre
+    singularities, control_points, radius, voxel, memory = _amounts(obj, boundary, chosen)
+    centre = obj.barycentre
     tell("surface", 0.1)
     even = isotropic(obj, voxel)
     sources, placement = place_sources(

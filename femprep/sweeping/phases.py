@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from femprep.errors import InputError
+from femprep.mesh.elements import ELEMENTS
+from femprep.mesh.measures.sample_points import family
 from femprep.model import VolumeMesh
 
 
@@ -40,9 +42,8 @@ def template_of(mesh: VolumeMesh) -> dict[str, int | str]:
         raise InputError("the mesh given as a template was refined after its sweep; give the mesh.vtu it was made from")
     numbers = {name: int(info[name]) for name in ("columns", "rows", "layers")}
     ((kind, _),) = mesh.cells.items()
-    order = 1 if kind in ("tetra", "wedge", "hexahedron") else 2
-    element = {"tetra10": "tetra", "wedge15": "wedge", "hexahedron20": "hexahedron"}.get(kind, kind)
-    return {"element": element, "template": str(info["template"]), **numbers, "order": order}
+    order = 2 if ELEMENTS[kind].quadratic else 1
+    return {"element": family(kind), "template": str(info["template"]), **numbers, "order": order}
 
 
 def displacements(meshes: Sequence[VolumeMesh], reference: int = 0) -> list[VolumeMesh]:

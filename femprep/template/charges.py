@@ -22,8 +22,6 @@ _log = logging.getLogger(__name__)
 LEAST, MOST = 12, 20_000
 #: Up to this many charges all pairs repel each other; beyond, a charge only feels those within the reach.
 _ALL_PAIRS = 3000
-#: Up to this many charges one thread is quicker than two that wait for each other.
-_FEW = 600
 #: Steps of descent. The energy is flat: further ones only move rows of charges about.
 _ITERATIONS = 400
 #: Neighbours are looked up anew this many times.
@@ -90,7 +88,7 @@ def relax(directions: FloatArray) -> FloatArray:
     """Move equal charges on the unit sphere towards a minimum of their energy; unit vectors ``(n, 3)`` in and out."""
     count = len(directions)
     if count <= _ALL_PAIRS:
-        return _descend(directions, _coulomb if count > _FEW else _coulomb_alone, _ITERATIONS)
+        return _descend(directions, _coulomb, _ITERATIONS)
     # Charges move by much less than a spacing in one round, so that lists of neighbours hold for it.
     for _ in range(_ROUNDS):
         directions = _descend(directions, partial(_screened, *_neighbours(directions)), _ITERATIONS // _ROUNDS)
@@ -183,14 +181,6 @@ def _coulomb(points: Any, share: Any, force: Any) -> None:
     """Half the potential at each charge, and the gradient of the whole energy."""
     others = points.T.copy()
     for block in prange((points.shape[0] + _BLOCK - 1) // _BLOCK):
-        _push(points, others, block * _BLOCK, share, force)
-
-
-@compiled()
-def _coulomb_alone(points: Any, share: Any, force: Any) -> None:
-    """As _coulomb, by one thread."""
-    others = points.T.copy()
-    for block in range((points.shape[0] + _BLOCK - 1) // _BLOCK):
         _push(points, others, block * _BLOCK, share, force)
 
 

@@ -17,7 +17,7 @@ from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray
 from femprep.volume.blood import Filling
 from femprep.volume.refine.plan import WallThickness
-from femprep.volume.sizing import LONGEST, SizingField, grown
+from femprep.volume.sizing import LONGEST, SizingField, graded, grown
 
 #: Edges of a mesh by the thickness of a wall that is thinner than they are long.
 _THIN: Final = 1.05
@@ -57,7 +57,7 @@ def background_field(
     values = np.full(len(on), edge_length)
     if thickness is not None:
         lengths = np.minimum(_THIN * thickness.values, edge_length)
-        values = _graded(on, tets, lengths[cKDTree(thickness.points).query(on)[1]], gradation)
+        values = graded(on, tets, lengths[cKDTree(thickness.points).query(on)[1]], gradation)
     beyond = grown(values[cKDTree(on).query(outside)[1]], far, longest)
     return SizingField(
         nodes,
@@ -88,16 +88,3 @@ def _tetrahedra(nodes: FloatArray) -> IntArray:
     tets[volumes < 0.0] = tets[volumes < 0.0][:, [1, 0, 2, 3]]
     size = np.linalg.norm(nodes[tets[:, 1]] - nodes[tets[:, 0]], axis=1)
     return np.ascontiguousarray(tets[np.abs(volumes) > _FLAT * size**3])
-
-
-def _graded(points: FloatArray, tets: IntArray, values: FloatArray, rate: float) -> FloatArray:
-    """The largest lengths no larger than those given that grow by no more than a rate along edges between points."""
-    edges = np.sort(tets[:, [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]].reshape(-1, 2), axis=1)
-    one, two = np.unique(edges[edges[:, 1] < len(points)], axis=0).T
-    growth = rate * np.linalg.norm(points[two] - points[one], axis=1)
-    while True:
-        before = values.copy()
-        np.minimum.at(values, two, before[one] + growth)
-        np.minimum.at(values, one, before[two] + growth)
-        if np.array_equal(values, before):
-            return values

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from femprep.errors import StageError
-from femprep.mesh.elements import boundary_faces, element_faces
+from femprep.mesh.elements import boundary_faces, element_faces, near_others
 from femprep.mesh.measures.volume_elements import centroids, element_volumes
+from femprep.mesh.numbering import twins
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.mesh.topology import edge_table, euler_characteristic, pieces, volume
+from femprep.mesh.topology import EdgeTable, edge_table, euler_characteristic, pieces, volume
 from femprep.model import (
     FACET_TAGS,
     REGION_TAGS,
@@ -133,16 +134,9 @@ def find_facets(cells: IntArray, region: TagArray) -> TaggedFacets:
     blood = is_blood(region)
     if not blood.any():
         return TaggedFacets(outer.nodes, outer.element, np.zeros(len(outer.nodes), dtype=np.int32))
-    # Only elements with three corners that other regions have too can share a face with those: few, quickly matched.
-    regions = np.unique(region)
-    shared = np.zeros((int(cells.max()) + 1, len(regions)), dtype=bool)
-    shared[cells, np.searchsorted(regions, region)[:, None]] = True
-    near = np.flatnonzero((shared.sum(axis=1) > 1)[cells].sum(axis=1) >= 3)
+    near = near_others(cells, region)
     faces = element_faces({"tetra": cells[near]})["triangle"]
-    key = np.sort(faces.nodes, axis=1)
-    order = np.lexsort(key.T[::-1])
-    same = (key[order[1:]] == key[order[:-1]]).all(axis=1)
-    one, two = order[:-1][same], order[1:][same]
+    one, two = twins(faces.nodes)
     sides = region[near[np.stack([faces.element[one], faces.element[two]], axis=1)]]
     kind = is_blood(sides)
     touching = kind.all(axis=1) & (sides[:, 0] != sides[:, 1])
@@ -176,12 +170,14 @@ def check_cavities(points: FloatArray, cells: IntArray, region: TagArray, fillin
             )
         surface = filling.wall.triangles if name == "lv" else filling.cavities[name.removeprefix("blood_")]
         facets = boundary_faces({"tetra": cells[own]})["triangle"].nodes
-        if (edge_table(facets).count != 2).any() or _shape(facets) != _shape(surface):
+        table = edge_table(facets)
+        if (table.count != 2).any() or kind_of(facets, table) != kind_of(surface):
             raise StageError(
                 f"the boundary of region {name!r} is not that of the body it fills: shells and Euler characteristic "
-                f"{_shape(facets)} for {_shape(surface)}; choose a smaller edge_length or envelope"
+                f"{kind_of(facets, table)} for {kind_of(surface)}; choose a smaller edge_length or envelope"
             )
 
 
-def _shape(facets: IntArray) -> tuple[int, int]:
-    return int(pieces(facets).max()) + 1, euler_characteristic(facets)
+def kind_of(facets: IntArray, table: EdgeTable | None = None) -> tuple[int, int]:
+    """Number of shells of a surface, and its Euler characteristic."""
+    return int(pieces(facets, table).max()) + 1, euler_characteristic(facets, table)

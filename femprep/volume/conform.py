@@ -14,7 +14,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.mesh.elements import element_faces
 from femprep.mesh.measures.triangles import normals
-from femprep.mesh.numbering import set_numbers
+from femprep.mesh.numbering import none_of, twins
 from femprep.mesh.operations.level_cut import LevelCut, cut_along_level
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import border_edges
@@ -97,7 +97,8 @@ def conform(
     flat = (found.value[found.cells] == 0.0).all(axis=1)
     inside = np.where(flat, middle[found.cell], total) > 0.0
     inside &= cut[found.cell]
-    surfaces = (*before, _without(_faces_between(found.cells, inside), before))
+    between = _faces_between(found.cells, inside)
+    surfaces = (*before, between[none_of(between, np.concatenate([np.empty((0, 3), dtype=np.int64), *before]))])
     points = _improved(mesh, found, sheets, sheets.of_facet[parent], facets, fixed, surfaces)
     fine = replace(
         mesh,
@@ -131,20 +132,9 @@ def require_tetrahedra(mesh: VolumeMesh) -> None:
 def _faces_between(cells: IntArray, inside: BoolArray) -> IntArray:
     """Faces between elements on the two sides, ``(k, 3)``."""
     faces = element_faces({"tetra": cells})["triangle"]
-    number = set_numbers(faces.nodes)
-    side = inside[faces.element]
-    total = int(number.max(initial=-1)) + 1
-    some = np.bincount(number[side], minlength=total)
-    both = (some == 1) & (np.bincount(number[~side], minlength=total) == 1)
-    return np.asarray(faces.nodes[side & both[number]])
-
-
-def _without(faces: IntArray, others: Sequence[IntArray]) -> IntArray:
-    """Faces ``(k, 3)`` that are none of others."""
-    number = set_numbers(faces, *others)
-    known = np.zeros(int(number.max(initial=-1)) + 1, dtype=np.bool_)
-    known[number[len(faces) :]] = True
-    return np.asarray(faces[~known[number[: len(faces)]]])
+    one, two = twins(faces.nodes)
+    side, other = inside[faces.element[one]], inside[faces.element[two]]
+    return np.asarray(faces.nodes[np.sort(np.where(side, one, two)[side != other])])
 
 
 def _improved(

@@ -214,9 +214,4 @@ def _improved(
         constraints.flatten(flat)
         return flat, {}
     outcome = optimise(points, cells, constraints, poor=poor)
-    return outcome.points, {
-        "sweeps": outcome.sweeps,
-        "poor_elements_before": outcome.poor_before,
-        "poor_elements_after": outcome.poor_after,
-        "greatest_distance_from_wall_mm": outcome.off_wall,
-    }
+    return outcome.points, {**outcome.record(), "greatest_distance_from_wall_mm": outcome.off_wall}

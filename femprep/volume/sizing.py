@@ -17,6 +17,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from femprep.errors import FileError, InputError
+from femprep.mesh.quadratic import edges_of
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.vtk.reading import load
 from femprep.model import BoolArray, FloatArray, IntArray, Wall, tag_name
@@ -72,6 +73,30 @@ def grown(values: FloatArray, far: FloatArray, longest: float = LONGEST) -> Floa
     return np.maximum(values, np.minimum(values + _GROWTH * far, longest))
 
 
+def graded(points: FloatArray, tets: IntArray, values: FloatArray, rate: float) -> FloatArray:
+    """The largest lengths ``(n,)`` no larger than those given that grow by no more than a rate along edges, mm.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+    tets : (m, 4) array
+        Tetrahedra, whose edges between these points count; they may name further points.
+    values : (n,) array
+        Lengths given.
+    rate : float
+    """
+    ends = edges_of({"tetra": tets}, int(tets.max()) + 1).ends
+    one, two = ends[ends[:, 1] < len(points)].T
+    growth = rate * np.linalg.norm(points[two] - points[one], axis=1)
+    values = values.copy()
+    while True:
+        before = values.copy()
+        np.minimum.at(values, two, before[one] + growth)
+        np.minimum.at(values, one, before[two] + growth)
+        if np.array_equal(values, before):
+            return values
+
+
 def sizing_field(
     wall: Wall, options: VolumeOptions, sizing: Sizing | None = None, body: Wall | None = None
 ) -> SizingField | None:
@@ -105,7 +130,8 @@ def sizing_field(
         return None
     grid = _Grid(wall)
     inside, near, foot = grid.onto(wall)
-    values = grid.graded(_asked(foot, lambda: thickness_at(wall, foot), options, sizing), options.gradation)
+    asked = _asked(foot, lambda: thickness_at(wall, foot), options, sizing)
+    values = graded(grid.points, grid.tets, asked, options.gradation)
     return SizingField(
         grid.points,
         grid.tets,
@@ -238,9 +264,6 @@ class _Grid:
             odd = path in ((1, 4, 2), (2, 1, 4), (4, 2, 1))
             tets.append(cubes[:, [nodes[0], nodes[2], nodes[1], nodes[3]] if odd else nodes])
         self.tets = np.concatenate(tets)
-        pairs = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
-        edges = np.sort(self.tets[:, pairs].reshape(-1, 2), axis=1)
-        self._edges = np.unique(edges, axis=0)
         self._diagonal = np.sqrt(3.0) * step
 
     def onto(self, wall: Wall) -> tuple[BoolArray, BoolArray, FloatArray]:
@@ -257,15 +280,3 @@ class _Grid:
         """How far each node lies outside of a body and of the cubes that it reaches into, mm; 0 in these."""
         signed = ClosestFinder(body.points, body.triangles).signed(self.points)
         return np.asarray(np.maximum(signed - self._diagonal, 0.0))
-
-    def graded(self, values: FloatArray, rate: float) -> FloatArray:
-        """The largest lengths no larger than those given that grow by no more than a rate along every edge."""
-        one, two = self._edges.T
-        growth = rate * np.linalg.norm(self.points[two] - self.points[one], axis=1)
-        values = values.copy()
-        while True:
-            before = values.copy()
-            np.minimum.at(values, two, before[one] + growth)
-            np.minimum.at(values, one, before[two] + growth)
-            if np.array_equal(values, before):
-                return values

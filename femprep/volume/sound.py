@@ -9,9 +9,9 @@ import numpy as np
 from femprep.errors import StageError
 from femprep.mesh.elements import boundary_faces
 from femprep.mesh.measures.volume_elements import element_volumes
-from femprep.mesh.topology import edge_table, euler_characteristic, pieces, pinched_vertices
+from femprep.mesh.topology import edge_table, pinched_vertices
 from femprep.model import REGION_TAGS, FloatArray, IntArray, TagArray, VolumeMesh, Wall
-from femprep.volume.blood import Filling
+from femprep.volume.blood import Filling, kind_of
 
 #: Largest relative difference between the volumes of mesh and wall.
 VOLUME_LIMIT: Final = 0.02
@@ -36,10 +36,8 @@ def check_boundary(facets: IntArray, wall: Wall) -> None:
     table = edge_table(facets)
     if (table.count != 2).any() or (table.forward != 1).any() or len(pinched_vertices(facets, table)):
         raise StageError("the boundary of the mesh is no closed 2-manifold; choose a smaller edge_length or envelope")
-    shells, euler = int(pieces(facets, table).max()) + 1, euler_characteristic(facets, table)
-    table = edge_table(wall.triangles)
-    expected, wanted = int(pieces(wall.triangles, table).max()) + 1, euler_characteristic(wall.triangles, table)
-    if shells != expected or euler != wanted:
+    (shells, euler), (expected, wanted) = kind_of(facets, table), kind_of(wall.triangles)
+    if (shells, euler) != (expected, wanted):
         raise StageError(
             f"the boundary of the mesh has {shells} shell(s) and Euler characteristic {euler}, the wall's {expected} "
             f"and {wanted}; choose a smaller edge_length or envelope"

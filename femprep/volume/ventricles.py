@@ -10,7 +10,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.mesh.elements import FACET_CORNERS, element_faces
 from femprep.mesh.measures.volume_elements import all_centroids
-from femprep.mesh.numbering import set_numbers
+from femprep.mesh.numbering import twins
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import components
 from femprep.model import REGION_TAGS, BoolArray, FloatArray, IntArray, Surface, TagArray, VolumeMesh, is_blood
@@ -154,10 +154,7 @@ def neighbours(mesh: VolumeMesh) -> IntArray:
     """Pairs of elements that share a face, ``(k, 2)``."""
     found = [np.empty((0, 2), dtype=np.int64)]
     for kind, faces in element_faces(mesh.cells).items():
-        number = set_numbers(faces.nodes[:, : FACET_CORNERS[kind]])
-        order = np.argsort(number, kind="stable")
-        same = number[order[1:]] == number[order[:-1]]
-        found.append(np.stack([faces.element[order[:-1]][same], faces.element[order[1:]][same]], axis=1))
+        found.append(np.stack([faces.element[own] for own in twins(faces.nodes[:, : FACET_CORNERS[kind]])], axis=1))
     return np.concatenate(found)
 
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from femprep.mesh.numbering import row_numbers
+from femprep.mesh.numbering import none_of, row_numbers, twins
 
 
 @settings(deadline=None)
@@ -35,3 +35,10 @@ def test_many_rows_are_numbered_as_numpy_does(width, largest):
 def test_many_rows_with_one_first_number_are_numbered_too():
     rows = np.stack([np.zeros(30_000, dtype=np.int64), np.arange(30_000)[::-1] // 2], axis=1)
     np.testing.assert_array_equal(row_numbers(rows), rows[:, 1])
+
+
+def test_rows_of_the_same_numbers_are_found_in_any_order():
+    rows = np.array([(3, 1, 2), (0, 1, 2), (2, 3, 1), (4, 4, 5), (1, 0, 2)])
+    assert [own.tolist() for own in twins(rows)] == [[1, 0], [4, 2]]
+    assert none_of(rows, np.array([(2, 1, 3), (5, 4, 4)])).tolist() == [False, True, False, False, True]
+    assert none_of(rows, np.empty((0, 3), dtype=np.int64)).all()

@@ -6,6 +6,7 @@ import trimesh
 
 from femprep.errors import InputError
 from femprep.mesh.topology import (
+    adjacency,
     border_edges,
     edge_table,
     euler_characteristic,
@@ -85,6 +86,16 @@ def test_two_balls_joined_at_a_point_are_closed_and_no_manifold():
     assert pinched_vertices(both).tolist() == [0]
     assert not is_manifold(both)
     assert np.bincount(pieces(both)).tolist() == [len(cells), len(cells)]
+
+
+@pytest.mark.parametrize("cells", [TORUS[1], TORUS[1][:100]], ids=["closed", "open"])
+def test_the_ends_of_every_side_are_adjacent_once(cells):
+    matrix = adjacency(cells, len(TORUS[0]))
+    found = np.stack(matrix.nonzero(), axis=1)
+    ends = edge_table(cells).nodes
+    np.testing.assert_array_equal(found[found[:, 0] < found[:, 1]], ends)
+    assert (matrix != matrix.T).nnz == 0
+    assert set(matrix.data) == {1.0}
 
 
 def test_volumes():

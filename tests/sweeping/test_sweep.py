@@ -13,7 +13,7 @@ from femprep.mesh.measures.volume_elements import element_measures, element_volu
 from femprep.mesh.topology import is_closed, is_consistently_wound
 from femprep.model import FACET_TAGS, Plane, Surface, VolumeMesh
 from femprep.sweeping import boundary_wall, displacements, sweep
-from femprep.sweeping.elements.upright import least_corner
+from femprep.sweeping.elements.build import least_corner
 from femprep.sweeping.matching.match import match_surfaces
 from femprep.template import charge_template
 

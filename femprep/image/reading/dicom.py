@@ -102,8 +102,6 @@ def _dataset(file: Path) -> Any:
     """The file's data, with all of its pixels there."""
     import pydicom
 
-    if not file.exists():
-        raise FileError(f"{file}: no such file")
     if file.stat().st_size == 0:
         raise FileError(f"{file}: file is empty")
     try:

@@ -96,41 +96,19 @@ class Ideal:
         """
         gradient, by_normal = np.zeros_like(points), np.zeros_like(points)
         each = np.empty(len(self.cells))
-        total = self._run(points, normals, size, delta, each, gradient, by_normal)
-        return total, gradient + np.einsum("nij,nj->ni", bend, by_normal)
+        total = _measure(points, normals, self._arrays, size, delta, each, gradient, by_normal)
+        return float(total), gradient + np.einsum("nij,nj->ni", bend, by_normal)
 
     def each(self, points: FloatArray, normals: FloatArray, size: float) -> FloatArray:
         """The measure of each triangle ``(m,)``, not weighted; infinite for one that is folded."""
         each = np.full(len(self.cells), np.inf)
         for_nothing = np.zeros_like(points), np.zeros_like(points)
-        self._run(points, normals, size, 0.0, each, *for_nothing)
+        _measure(points, normals, self._arrays, size, 0.0, each, *for_nothing)
         return each
 
-    def _run(
-        self,
-        points: FloatArray,
-        normals: FloatArray,
-        size: float,
-        delta: float,
-        each: FloatArray,
-        gradient: FloatArray,
-        by_normal: FloatArray,
-    ) -> float:
-        total = _measure(
-            points,
-            normals,
-            self.cells,
-            self.metric,
-            self.area,
-            self.weight,
-            self.spanned,
-            size,
-            delta,
-            each,
-            gradient,
-            by_normal,
-        )
-        return float(total)
+    @property
+    def _arrays(self) -> tuple[Any, ...]:
+        return self.cells, self.metric, self.area, self.weight, self.spanned
 
     def least(self, points: FloatArray, normals: FloatArray) -> float:
         """The least area as a share of the ideal one, negative where a triangle is folded."""
@@ -147,19 +125,9 @@ class Ideal:
 
 @compiled()
 def _measure(
-    points: Any,
-    normals: Any,
-    cells: Any,
-    metric: Any,
-    area: Any,
-    weight: Any,
-    spanned: bool,
-    size: float,
-    delta: float,
-    each: Any,
-    gradient: Any,
-    by_normal: Any,
+    points: Any, normals: Any, ideal: Any, size: float, delta: float, each: Any, gradient: Any, by_normal: Any
 ) -> float:
+    cells, metric, area, weight, spanned = ideal
     total = 0.0
     for t in range(len(cells)):
         i = cells[t, 0]

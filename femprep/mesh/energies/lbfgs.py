@@ -21,6 +21,7 @@ import numpy as np
 from femprep.mesh.banded import Banded
 from femprep.mesh.energies.distortion import Ideal
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.topology import adjacency
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import inner, length, unit_vectors
 
@@ -82,11 +83,9 @@ class OnPatches:
 
 def smoother(cells: IntArray, count: int) -> Callable[[FloatArray], FloatArray]:
     """Solve with the graph Laplacian of triangles or quadrilaterals for right sides ``(count, k)``."""
-    from scipy.sparse import coo_array, diags_array
+    from scipy.sparse import diags_array
 
-    one, two = cells.ravel(), np.roll(cells, -1, axis=1).ravel()
-    half = coo_array((np.ones(len(one)), (one, two)), shape=(count, count))
-    joined = (half + half.T).tocsr()
+    joined = 2.0 * adjacency(cells, count)
     degree: FloatArray = np.asarray(joined.sum(axis=1)).ravel()
     return Banded(diags_array(degree * (1.0 + _ANCHOR)) - joined).solve
 

@@ -117,8 +117,6 @@ def all_volumes(points: FloatArray, cells: Mapping[str, IntArray]) -> FloatArray
 
 
 def _volumes(x: FloatArray, name: str) -> FloatArray:
-    if name == "tetra":
-        return _determinant(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0], x[:, 3] - x[:, 0]) / 6.0
     table = element_samples(name)
     total = np.zeros(len(x))
     for gradient, weight in zip(table.gradients, table.weights):
@@ -172,9 +170,8 @@ def _measure(x: FloatArray, name: str) -> dict[str, FloatArray]:
         "characteristic_length": _characteristic_length(x, volume, name),
     }
     if family(name) == "tetra":
-        corners = x[:, :4]
-        own = volume if name == "tetra" else _volumes(corners, "tetra")
-        out["radius_ratio"], out["aspect_ratio"] = _radii(corners, own, out["longest_edge"])
+        straight = _determinant(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0], x[:, 3] - x[:, 0]) / 6.0
+        out["radius_ratio"], out["aspect_ratio"] = _radii(x[:, :4], straight, out["longest_edge"])
     return out
 
 

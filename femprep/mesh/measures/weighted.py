@@ -11,4 +11,4 @@ def weighted_percentile(values: FloatArray, weight: FloatArray, percent: float) 
     """The least of the values ``(n,)`` that ``percent`` of their weight ``(n,)`` do not exceed."""
     order = np.argsort(values, kind="stable")
     share = np.cumsum(weight[order])
-    return float(values[order][np.searchsorted(share, 0.01 * percent * share[-1])])
+    return float(values[order][np.searchsorted(share, percent / 100.0 * share[-1])])

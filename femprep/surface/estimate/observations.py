@@ -98,10 +98,10 @@ class Evidence:
 def _between_slices(obj: LabelObject, boundary: BoundaryPoints) -> tuple[FloatArray, BoolArray]:
     """Moves ``(N, 3)`` of face midpoints to where the outlines of the slices put the surface, and which are caps."""
     axis = obj.stack_axis
-    one, other = (float(s) for a, s in enumerate(obj.grid.spacing) if a != axis)
+    one, other = (float(obj.grid.spacing[a]) for a in obj.grid.flat_axes)
     stack = np.moveaxis(obj.mask, axis, 0)
     across = boundary.axis == axis
-    voxel = np.moveaxis(boundary.voxel[across], 1, 0)[[axis, *(a for a in range(3) if a != axis)]]
+    voxel = np.moveaxis(boundary.voxel[across], 1, 0)[[axis, *obj.grid.flat_axes]]
     side = np.sign(product(boundary.normal[across], obj.grid.direction[:, axis])).astype(np.int64)
     share = crossings(slice_distances(stack, (one, other)), voxel, side)
     moved = np.zeros((len(boundary), 3))

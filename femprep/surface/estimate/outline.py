@@ -10,8 +10,7 @@ from femprep.errors import StageError
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic, slice_distance
 from femprep.mesh.measures.triangles import areas
-from femprep.mesh.operations.decimation import coarser
-from femprep.mesh.polygons import isosurface, taubin
+from femprep.mesh.polygons import coarser, isosurface, taubin
 from femprep.mesh.topology import euler_characteristic, is_closed, pieces, volume
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import exponential, logarithm
@@ -94,8 +93,7 @@ def _ball(even: LabelObject) -> tuple[FloatArray, IntArray]:
 
 def _reaches(obj: LabelObject, points: FloatArray) -> bool:
     """Whether points lie on both sides of the middles of an object's first and last slice."""
-    across = tuple(axis for axis in range(3) if axis != obj.stack_axis)
-    slices = np.flatnonzero(obj.mask.any(axis=across))
+    slices = np.flatnonzero(obj.mask.any(axis=obj.grid.flat_axes))
     height = obj.grid.to_index(points)[:, obj.stack_axis]
     return bool(height.min() < slices[0] and height.max() > slices[-1])
 

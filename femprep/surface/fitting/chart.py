@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from femprep.mesh.measures.triangles import areas, vertex_sums
-from femprep.mesh.operations.decimation import coarser
+from femprep.mesh.polygons import coarser
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import nearest_orthogonal, product, unit_vectors, weighted

@@ -80,7 +80,7 @@ class Outlines:
 
     def __init__(self, obj: LabelObject) -> None:
         self._obj = obj
-        self.pixel = min(float(s) for axis, s in enumerate(obj.grid.spacing) if axis != obj.stack_axis)
+        self.pixel = obj.grid.pixel
 
     def off(self, points: FloatArray, triangles: IntArray) -> Off:
         """How far a surface is from them."""

@@ -11,9 +11,9 @@ import numpy as np
 from femprep.errors import OptionError, StageError
 from femprep.mesh.measures.triangles import areas, triangle_quality, vertex_normals, vertex_sums
 from femprep.mesh.operations.collapse import collapsed
-from femprep.mesh.operations.decimation import coarser
 from femprep.mesh.operations.midpoint_subdivision import quartered
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.polygons import coarser
 from femprep.mesh.sampling import sample_surface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import is_closed

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from femprep.mesh.measures.triangles import area_vectors
-from femprep.mesh.topology import border_loops, components, edge_table, fold_angles, is_closed
+from femprep.mesh.topology import border_loops, components, edge_table, fold_angles, is_closed, pieces
 from femprep.model import FloatArray, IntArray
 
 #: Neighbours whose normals differ by less than this, degrees, are of one flat piece, unless the whole is not flat.
@@ -76,6 +76,4 @@ def without_lid(points: FloatArray, cells: IntArray) -> Lidless | None:
 
 
 def _one_piece(cells: IntArray) -> bool:
-    from femprep.mesh.topology import pieces
-
     return int(pieces(cells).max()) == 0 and bool((edge_table(cells).count <= 2).all())

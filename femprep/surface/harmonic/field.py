@@ -13,8 +13,6 @@ from femprep.model import FloatArray, readonly
 from femprep.model.products import unit_vectors
 from femprep.surface.harmonic import kernels
 
-#: Points times charges times steps up to which one thread carries the points: it needs a few milliseconds.
-_FEW_INTERACTIONS = 2_000_000
 #: Runge-Kutta steps that are tried first, and at most; points of each kind that their
 #: error is estimated from.
 _FEWEST, _MOST, _SAMPLE = 6, 320, 64
@@ -118,9 +116,7 @@ class Field:
         unit = self._unit(points)
         first, last = (np.ascontiguousarray(np.broadcast_to(v, (len(unit),)), dtype=np.float64) for v in (start, stop))
         out = np.empty_like(unit)
-        work = len(unit) * len(self.sources) * int(steps)
-        carry = kernels.flow if work > _FEW_INTERACTIONS else kernels.flow_alone
-        carry(unit, first, last, int(steps), *self._charges, out)
+        kernels.flow(unit, first, last, int(steps), *self._charges, out)
         if settle:
             kernels.settle(out, last, int(settle), *self._charges)
         return self.centre + self.radius * out

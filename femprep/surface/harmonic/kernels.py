@@ -149,71 +149,45 @@ def gradient(points: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out:
         _take(room, _GX, first, count, out)
 
 
-@compiled(part=True)
-def _carry(
-    points: Any,
-    first: int,
-    start: Any,
-    stop: Any,
-    steps: int,
-    sx: Any,
-    sy: Any,
-    sz: Any,
-    gap: Any,
-    weight: Any,
-    out: Any,
-) -> None:
-    """Carry a block of points from their levels ``start`` to their levels ``stop``."""
-    room = np.empty(_ROOM)
-    count = _put(points, first, room)
-    for i in range(_BLOCK):
-        at = first + min(i, count - 1)
-        room[_RISE + i] = (stop[at] - start[at]) / steps
-        room[_FROM_X + i] = room[_X + i]
-        room[_FROM_Y + i] = room[_Y + i]
-        room[_FROM_Z + i] = room[_Z + i]
-    for _ in range(steps):
-        for i in range(_BLOCK):
-            room[_MOVE_X + i] = 0.0
-            room[_MOVE_Y + i] = 0.0
-            room[_MOVE_Z + i] = 0.0
-        for stage in range(4):
-            _slopes(room, sx, sy, sz, gap, weight)
-            counts = 2.0 if stage in (1, 2) else 1.0
-            ahead = 0.5 if stage < 2 else 1.0
-            for i in range(_BLOCK):
-                room[_MOVE_X + i] += counts * room[_GX + i]
-                room[_MOVE_Y + i] += counts * room[_GY + i]
-                room[_MOVE_Z + i] += counts * room[_GZ + i]
-                room[_X + i] = room[_FROM_X + i] + ahead * room[_GX + i]
-                room[_Y + i] = room[_FROM_Y + i] + ahead * room[_GY + i]
-                room[_Z + i] = room[_FROM_Z + i] + ahead * room[_GZ + i]
-        for i in range(_BLOCK):
-            room[_FROM_X + i] += room[_MOVE_X + i] / 6.0
-            room[_FROM_Y + i] += room[_MOVE_Y + i] / 6.0
-            room[_FROM_Z + i] += room[_MOVE_Z + i] / 6.0
-            room[_X + i] = room[_FROM_X + i]
-            room[_Y + i] = room[_FROM_Y + i]
-            room[_Z + i] = room[_FROM_Z + i]
-    _take(room, _X, first, count, out)
-
-
 @compiled(parallel=True)
 def flow(
     points: Any, start: Any, stop: Any, steps: int, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out: Any
 ) -> None:
     """Move each point along grad u from level ``start`` to level ``stop`` by classical Runge-Kutta steps in u."""
     for block in prange((points.shape[0] + _BLOCK - 1) // _BLOCK):
-        _carry(points, block * _BLOCK, start, stop, steps, sx, sy, sz, gap, weight, out)
-
-
-@compiled()
-def flow_alone(
-    points: Any, start: Any, stop: Any, steps: int, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out: Any
-) -> None:
-    """As flow, by one thread: for few points, which threads would spend on waiting for each other."""
-    for block in range((points.shape[0] + _BLOCK - 1) // _BLOCK):
-        _carry(points, block * _BLOCK, start, stop, steps, sx, sy, sz, gap, weight, out)
+        first = block * _BLOCK
+        room = np.empty(_ROOM)
+        count = _put(points, first, room)
+        for i in range(_BLOCK):
+            at = first + min(i, count - 1)
+            room[_RISE + i] = (stop[at] - start[at]) / steps
+            room[_FROM_X + i] = room[_X + i]
+            room[_FROM_Y + i] = room[_Y + i]
+            room[_FROM_Z + i] = room[_Z + i]
+        for _ in range(steps):
+            for i in range(_BLOCK):
+                room[_MOVE_X + i] = 0.0
+                room[_MOVE_Y + i] = 0.0
+                room[_MOVE_Z + i] = 0.0
+            for stage in range(4):
+                _slopes(room, sx, sy, sz, gap, weight)
+                counts = 2.0 if stage in (1, 2) else 1.0
+                ahead = 0.5 if stage < 2 else 1.0
+                for i in range(_BLOCK):
+                    room[_MOVE_X + i] += counts * room[_GX + i]
+                    room[_MOVE_Y + i] += counts * room[_GY + i]
+                    room[_MOVE_Z + i] += counts * room[_GZ + i]
+                    room[_X + i] = room[_FROM_X + i] + ahead * room[_GX + i]
+                    room[_Y + i] = room[_FROM_Y + i] + ahead * room[_GY + i]
+                    room[_Z + i] = room[_FROM_Z + i] + ahead * room[_GZ + i]
+            for i in range(_BLOCK):
+                room[_FROM_X + i] += room[_MOVE_X + i] / 6.0
+                room[_FROM_Y + i] += room[_MOVE_Y + i] / 6.0
+                room[_FROM_Z + i] += room[_MOVE_Z + i] / 6.0
+                room[_X + i] = room[_FROM_X + i]
+                room[_Y + i] = room[_FROM_Y + i]
+                room[_Z + i] = room[_FROM_Z + i]
+        _take(room, _X, first, count, out)
 
 
 @compiled(parallel=True)

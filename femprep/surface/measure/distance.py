@@ -10,6 +10,7 @@ from pydantic import Field
 
 from femprep.errors import InputError
 from femprep.mesh.measures.triangles import normals
+from femprep.mesh.measures.weighted import weighted_percentile
 from femprep.mesh.sampling import sample_surface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import BoolArray, FloatArray, Plane, Surface
@@ -93,7 +94,7 @@ def surface_distance(
         a_to_b=_spread(there.distance, there.greatest),
         b_to_a=_spread(back.distance, back.greatest),
         normals=NormalDeviation(
-            mean=float(np.average(angle, weights=weight)), p95=weighted_quantile(angle, 0.95, weight)
+            mean=float(np.average(angle, weights=weight)), p95=weighted_percentile(angle, weight, 95.0)
         ),
     )
 
@@ -129,14 +130,6 @@ def _spread(distance: FloatArray, greatest: float, weight: FloatArray | None = N
     return Spread(
         mean=float(np.average(distance, weights=weight)),
         rms=float(np.sqrt(np.average(distance**2, weights=weight))),
-        p95=weighted_quantile(distance, 0.95, weight),
+        p95=weighted_percentile(distance, weight, 95.0),
         max=greatest,
     )
-
-
-def weighted_quantile(values: FloatArray, fraction: float, weight: FloatArray) -> float:
-    """Smallest value below or at which at least ``fraction`` of the weight lies."""
-    order = np.argsort(values, kind="stable")
-    total = np.cumsum(weight[order])
-    row = int(np.searchsorted(total, fraction * total[-1]))
-    return float(values[order[min(row, len(values) - 1)]])

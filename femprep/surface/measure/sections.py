@@ -48,7 +48,7 @@ def label_contours(obj: LabelObject) -> tuple[list[Plane], list[list[FloatArray]
         Closed contours in each, mm LPS, the last point repeating the first.
     """
     axis = obj.stack_axis
-    i_axis, j_axis = (a for a in range(3) if a != axis)
+    i_axis, j_axis = obj.grid.flat_axes
     stack = np.moveaxis(obj.mask, axis, 0)
     planes = slice_planes(obj)
     contours = []
@@ -69,7 +69,7 @@ def grid_planes(grid: Grid, numbers: npt.ArrayLike | None = None) -> list[Plane]
     numbers = np.arange(grid.shape[axis]) if numbers is None else np.asarray(numbers)
     index = np.zeros((len(numbers), 3))
     index[:, axis] = numbers
-    first, second = (grid.direction[:, a] for a in range(3) if a != axis)
+    first, second = (grid.direction[:, a] for a in grid.flat_axes)
     # Across both in-plane directions, which an affine that is not quite orthogonal does not promise of the third.
     normal = np.cross(first, second)
     normal = normal if normal @ grid.direction[:, axis] > 0 else -normal
@@ -89,8 +89,7 @@ def end_planes(obj: LabelObject) -> tuple[Plane, Plane]:
 
 
 def _used_slices(obj: LabelObject) -> IntArray:
-    others = tuple(a for a in range(3) if a != obj.stack_axis)
-    return np.flatnonzero(obj.mask.any(axis=others))
+    return np.flatnonzero(obj.mask.any(axis=obj.grid.flat_axes))
 
 
 def _pixel_contours(mask: BoolArray) -> list[FloatArray]:

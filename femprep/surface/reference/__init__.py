@@ -1,4 +1,4 @@
-"""The other methods in use, one per file: a label object in, a Surface out, to compare femprep's own with."""
+"""The other methods in use: a label object in, a Surface out, to compare femprep's own with."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ from typing import Final
 
 from femprep.image import LabelObject
 from femprep.model import Surface
-from femprep.surface.reference.marching_cubes import marching_cubes
+from femprep.surface.reference.contours import marching_cubes, marching_cubes_taubin, surface_nets
 from femprep.surface.reference.remeshed import remeshed
 from femprep.surface.reference.slice_interpolation import slice_interpolation
-from femprep.surface.reference.surface_nets import surface_nets
-from femprep.surface.reference.taubin import marching_cubes_taubin
 
 #: Methods by the name tables print.
 METHODS: Final[Mapping[str, Callable[[LabelObject], Surface]]] = MappingProxyType(

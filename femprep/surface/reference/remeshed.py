@@ -7,9 +7,8 @@ import warnings
 from femprep.errors import MissingDependencyError
 from femprep.image import LabelObject
 from femprep.model import Surface
-from femprep.surface.reference._vtk import image_of, surface_of
+from femprep.surface.reference.contours import isosurface, smooth, surface_of
 from femprep.surface.reference.slice_interpolation import interpolated_distance
-from femprep.surface.reference.taubin import smooth
 
 METHOD = "slice-wise distance, Taubin, remeshed"
 
@@ -45,7 +44,7 @@ def remeshed(obj: LabelObject, vertices: int = 1500) -> Surface:
         ) from error
 
     phi, grid = interpolated_distance(obj)
-    fine = smooth(image_of(phi.astype("float32"), grid.spacing).contour([0.0], method="flying_edges"))
+    fine = smooth(isosurface(phi, grid, 0.0))
     with warnings.catch_warnings():
         # pyacvd reads an attribute that newer versions of pyvista have renamed.
         warnings.simplefilter("ignore")

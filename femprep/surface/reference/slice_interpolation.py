@@ -11,8 +11,7 @@ import numpy as np
 from femprep.image import Grid, LabelObject
 from femprep.image.resample import slice_distance
 from femprep.model import FloatArray, Surface
-from femprep.surface.reference._vtk import image_of, surface_of
-from femprep.surface.reference.taubin import ITERATIONS, PASS_BAND, smooth
+from femprep.surface.reference.contours import smoothed_surface
 
 Between = Literal["cubic", "akima"]
 
@@ -22,16 +21,12 @@ METHOD: Final[Mapping[Between, str]] = MappingProxyType(
 )
 
 
-def slice_interpolation(
-    obj: LabelObject, iterations: int = ITERATIONS, pass_band: float = PASS_BAND, between: Between = "cubic"
-) -> Surface:
+def slice_interpolation(obj: LabelObject, between: Between = "cubic") -> Surface:
     """Shape-based interpolation [1]_: signed distances within the slices, cubic between, contour, Taubin.
 
     Parameters
     ----------
     obj : LabelObject
-    iterations, pass_band
-        Of the smoothing, as for ``marching_cubes_taubin``.
     between : str
         ``"cubic"``: cubic spline between the slices, as usual. ``"akima"``: modified Akima, which does not swing over
         where the outline jumps from slice to slice, and is the most accurate of those tried on hearts.
@@ -46,15 +41,7 @@ def slice_interpolation(
        doi:10.1109/42.52980
     """
     phi, grid = interpolated_distance(obj, between)
-    polygons = image_of(phi.astype(np.float32), grid.spacing).contour([0.0], method="flying_edges")
-    return surface_of(
-        smooth(polygons, iterations, pass_band),
-        grid,
-        obj.name,
-        METHOD[between],
-        iterations=iterations,
-        pass_band=pass_band,
-    )
+    return smoothed_surface(phi, grid, obj.name, METHOD[between])
 
 
 def interpolated_distance(obj: LabelObject, between: Between = "cubic") -> tuple[FloatArray, Grid]:
@@ -76,7 +63,7 @@ def interpolated_distance(obj: LabelObject, between: Between = "cubic") -> tuple
     from scipy.interpolate import Akima1DInterpolator, CubicSpline
 
     axis = obj.stack_axis
-    in_plane = [float(s) for a, s in enumerate(obj.grid.spacing) if a != axis]
+    in_plane = [float(obj.grid.spacing[a]) for a in obj.grid.flat_axes]
     stack = np.moveaxis(obj.mask, axis, 0)
     phi = np.stack([slice_distance(mask, in_plane) if mask.any() else np.zeros(mask.shape) for mask in stack])
     used = np.flatnonzero(stack.any(axis=(1, 2)))

@@ -13,7 +13,7 @@ import numpy as np
 from femprep.mesh.level_segments import level_segments
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.model import FloatArray, IntArray
+from femprep.model import FloatArray, IntArray, split_quads
 from femprep.model.products import product
 
 #: A cell may pass a point of the surface by this share of an edge.
@@ -54,7 +54,7 @@ class FollowedPoints:
         edge : float
             Their edge length, mm.
         """
-        triangles = cells if cells.shape[1] == 3 else np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
+        triangles = split_quads(cells)
         found = ClosestFinder(places, triangles)(self.points)
         off = found.distance > 0.5 * SLACK * edge
         return triangles[found.triangle[off]], found.weights[off], self.points[off]

@@ -9,17 +9,8 @@ from femprep.model.functions import exponential, logarithm
 from femprep.model.functions import growth as growth_of
 
 
-def graded(layers: int, grading: float) -> FloatArray:
-    """Depths ``(layers + 1,)`` from 0 to 1 of layers whose heights grow geometrically, the last ``grading`` times the
-    first."""
-    heights = exponential(np.arange(layers) / max(layers - 1, 1) * logarithm(grading))
-    result = np.concatenate([[0.0], np.cumsum(heights)]) / heights.sum()
-    result[-1] = 1.0
-    return np.asarray(result)
-
-
-def layer_depths(layers: int, growth: FloatArray) -> FloatArray:
-    """Depths ``(layers + 1, V)`` from 0 to 1 at each vertex, heights growing with the width of the elements.
+def layer_depths(layers: int, growth: FloatArray, grading: float | None) -> FloatArray:
+    """Depths ``(layers + 1, V)`` from 0 to 1 at each vertex, heights growing as asked or with the elements' width.
 
     Parameters
     ----------
@@ -28,7 +19,14 @@ def layer_depths(layers: int, growth: FloatArray) -> FloatArray:
     growth : (V,) array
         Width of the elements on the outer surface over that on the inner one; in between it grows linearly, so that
         elements of one shape have depths ``(growth^(k / layers) - 1) / (growth - 1)``.
+    grading : float or None
+        Height of the last layer over the first, between which heights grow geometrically; None: as wide elements need.
     """
+    if grading is not None:
+        heights = exponential(np.arange(layers) / max(layers - 1, 1) * logarithm(grading))
+        depth = np.concatenate([[0.0], np.cumsum(heights)]) / heights.sum()
+        depth[-1] = 1.0
+        return np.repeat(depth[:, None], len(growth), axis=1)
     share = np.arange(layers + 1)[:, None] / layers
     rate = logarithm(growth)
     even = np.abs(rate) < 1e-6

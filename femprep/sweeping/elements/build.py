@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from femprep.errors import OptionError, StageError
+from femprep.mesh.measures.sample_points import CORNER_EDGES
 from femprep.model import FACET_TAGS, REGION_TAGS, FloatArray, IntArray, Progress, VolumeMesh
 from femprep.options import SweepOptions, choose, takes
 from femprep.sweeping.cup.matched import MatchedSurfaces
@@ -21,7 +22,6 @@ from femprep.sweeping.elements.split import (
     sides,
     wedge_tetrahedra,
 )
-from femprep.sweeping.elements.upright import least_corner
 
 
 @takes(SweepOptions)
@@ -82,8 +82,7 @@ def sweep(
     thickness = np.linalg.norm(np.diff(points, axis=0), axis=2).sum(axis=0)
     for name, rim in (("base", cup.base), ("apex", cup.apex)):
         if len(rim):
-            plane = matched.planes[name]
-            points[:, rim] -= plane.signed_distance(points[:, rim])[..., None] * plane.normal
+            points[:, rim] = matched.planes[name].feet(points[:, rim])
     points = points.reshape(-1, 3)
     name, cells, facets, tags = _connect(cup.cells, count, layers, cup.base, cup.apex, chosen.element)
     tell("volume", 0.5)
@@ -120,6 +119,16 @@ def sweep(
         mesh = quadratic(mesh, matched, depth.ravel())
     tell("volume", 1.0)
     return mesh
+
+
+def least_corner(points: FloatArray, cells: IntArray, name: str) -> FloatArray:
+    """Least determinant of the three edges at a corner of each element ``(m,)``, mm3; not positive where inverted."""
+    corner = points[cells]
+    least = np.full(len(cells), np.inf)
+    for own, near in enumerate(CORNER_EDGES[name]):
+        one, two, three = (corner[:, other] - corner[:, own] for other in near)
+        np.minimum(least, np.einsum("ij,ij->i", one, np.cross(two, three)), out=least)
+    return least
 
 
 def _check_positive(points: FloatArray, cells: IntArray, name: str) -> None:

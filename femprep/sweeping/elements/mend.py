@@ -10,6 +10,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from femprep.mesh.patches import plane_table
+from femprep.mesh.stars import stars
 from femprep.model import BoolArray, FloatArray, IntArray, Notice, records
 from femprep.sweeping.cup.followed_points import FollowedPoints, Pulls, pulls
 from femprep.sweeping.cup.matched import MatchedSurfaces
@@ -58,7 +60,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
     layers, count = len(points) - 1, points.shape[1]
     cells = np.ascontiguousarray(matched.cup.cells)
     flatness = matched.cup.rim
-    planes = np.array([[*plane.normal, plane.offset] for plane in matched.planes.values()])
+    planes = plane_table(matched.planes.values())
     judged = _judged(points, cells, element)
     nodes = points.reshape(-1, 3)
     worst = inverse_mean_ratio(points, cells, judged)
@@ -82,7 +84,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
         for number, surface in enumerate(surfaces, 1):
             rows = side == number
             _, normals[rows], near[rows] = surface.settle(nodes[moving[rows]])
-        star = _star(moving, simplices, len(nodes))
+        star = stars(simplices, len(nodes))
         measure = (judged.weights, judged.scale, judged.upright[kinds])
         for _ in range(_SWEEPS):
             least = least_determinant(nodes, simplices)
@@ -153,14 +155,3 @@ def _region(poor: BoolArray, cells: IntArray, count: int, judged: Simplices) -> 
     table = judged.nodes[judged.kinds[cell, layer % 2]]
     simplices = np.take_along_axis(prism[:, None, :], table, axis=2).reshape(-1, 4)
     return np.flatnonzero(active.ravel()), simplices, np.repeat(cell, table.shape[1])
-
-
-def _star(moving: IntArray, simplices: IntArray, total: int) -> tuple[IntArray, IntArray]:
-    """Simplices around each moving node, as row starts and columns."""
-    number = np.full(total, -1, dtype=np.int64)
-    number[moving] = np.arange(len(moving))
-    owner = number[simplices].ravel()
-    order = np.argsort(owner, kind="stable")
-    order = order[owner[order] >= 0]
-    starts = np.searchsorted(owner[order], np.arange(len(moving) + 1))
-    return starts.astype(np.int64), (order // 4).astype(np.int64)

@@ -107,7 +107,7 @@ def move_nodes(
 ) -> float:
     """One sweep over the nodes ``moving``, in place; returns the longest move, mm.
 
-    ``star`` is the simplices around each of them as row starts and columns, ``measure`` their weights, scale and
+    ``star`` is the simplices around each node as row starts and columns, ``measure`` their weights, scale and
     uprightness; ``side`` tells whether a node lies on the inner (1) or outer (2) surface or between (0), ``flat`` its
     plane, counted from 1; ``normals`` and ``near`` are those of the surface there; ``pulls`` is what a surface's
     triangles must not pass by.
@@ -135,7 +135,7 @@ def move_nodes(
         gradient[:] = 0.0
         hessian[:] = 0.0
         now = 0.0
-        for s in range(starts[i], starts[i + 1]):
+        for s in range(starts[v], starts[v + 1]):
             row = simplices[around[s]]
             for a in range(4):
                 share[a] = 1.0 if row[a] == v else 0.0
@@ -162,7 +162,7 @@ def move_nodes(
             elif side[i] == 2:
                 place = settle(points[v], fresh, place, flat[i], planes, *outer)
             value = pulled(points, v, pulls)
-            for s in range(starts[i], starts[i + 1]):
+            for s in range(starts[v], starts[v + 1]):
                 f = shape(points, simplices[around[s]], weights, scale, upright[around[s]], delta)
                 value += f * f if steep else f
             if value < now:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from femprep.mesh.patches import PatchSurface, plane_table
 from femprep.mesh.quadratic import add_middles, number_edges
 from femprep.model import FloatArray, IntArray, Notice, VolumeMesh, noted
 from femprep.sweeping.cup.matched import MatchedSurfaces
@@ -43,12 +44,18 @@ def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> 
     one, two = edges.ends.T
     pair = np.sort(edges.ends % count, axis=1)
     share = 0.5 * (depth[one] + depth[two])
-    across, which = np.unique(pair[:, 0] * count + pair[:, 1], return_inverse=True)
+    rim = matched.cup.rim[pair]
+    flat = np.where(rim[:, 0] == rim[:, 1], rim[:, 0], 0)
+    across, first, which = np.unique(pair[:, 0] * count + pair[:, 1], return_index=True, return_inverse=True)
     which = which.ravel()
-    inner, outer = _bulges(mesh.points, matched, np.stack([across // count, across % count], axis=1))
+    pairs, planes = np.stack([across // count, across % count], axis=1), plane_table(matched.planes.values())
+    inner = _bulges(mesh.points[:count], matched.inner_surface, pairs, flat[first], planes)
+    outer = _bulges(mesh.points[-count:], matched.outer_surface, pairs, flat[first], planes)
     curved = 0.5 * (mesh.points[one] + mesh.points[two])
     curved += (1.0 - share)[:, None] * inner[which] + share[:, None] * outer[which]
-    _flatten(curved, pair, matched)
+    # So that the middles of rim edges lie in their plane to the last digit.
+    for number, plane in enumerate(matched.planes.values(), 1):
+        curved[flat == number] = plane.feet(curved[flat == number])
     added = {
         "transmural": share,
         "thickness": 0.5 * (mesh.point_data["thickness"][one] + mesh.point_data["thickness"][two]),
@@ -67,24 +74,11 @@ def quadratic(mesh: VolumeMesh, matched: MatchedSurfaces, depth: FloatArray) -> 
     return replace(result, info=info)
 
 
-def _bulges(points: FloatArray, matched: MatchedSurfaces, pairs: IntArray) -> tuple[FloatArray, FloatArray]:
-    """How far the middles of template edges on the smooth inner and outer surface lie from the straight ones, mm."""
-    kind = matched.cup.rim
-    flat = np.where((kind[pairs[:, 0]] == kind[pairs[:, 1]]), kind[pairs[:, 0]], 0)
-    planes = np.array([[*plane.normal, plane.offset] for plane in matched.planes.values()])
-    found = []
-    for ends, surface in ((points[: len(kind)], matched.inner_surface), (points[-len(kind) :], matched.outer_surface)):
-        straight = 0.5 * (ends[pairs[:, 0]] + ends[pairs[:, 1]])
-        bulge = surface.settle(straight, None, flat, planes)[0] - straight
-        bulge[pairs[:, 0] == pairs[:, 1]] = 0.0
-        found.append(bulge)
-    return found[0], found[1]
-
-
-def _flatten(middles: FloatArray, pair: IntArray, matched: MatchedSurfaces) -> None:
-    """Take the rounding of rim edges' middles away, so that they lie in their plane to the last digit; in place."""
-    kind = matched.cup.rim
-    flat = np.where(kind[pair[:, 0]] == kind[pair[:, 1]], kind[pair[:, 0]], 0)
-    for number, plane in enumerate(matched.planes.values(), 1):
-        rows = flat == number
-        middles[rows] -= plane.signed_distance(middles[rows])[:, None] * plane.normal
+def _bulges(
+    points: FloatArray, surface: PatchSurface, pairs: IntArray, flat: IntArray, planes: FloatArray
+) -> FloatArray:
+    """How far the middles of template edges on a smooth surface lie from the straight ones, mm."""
+    straight = 0.5 * (points[pairs[:, 0]] + points[pairs[:, 1]])
+    bulge = surface.settle(straight, None, flat, planes)[0] - straight
+    bulge[pairs[:, 0] == pairs[:, 1]] = 0.0
+    return bulge

@@ -6,9 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-
-from femprep.mesh.patches import PatchSurface
+from femprep.mesh.patches import PatchSurface, plane_table
 from femprep.model import Plane
 from femprep.options import SweepOptions
 from femprep.sweeping.cup.cup import Cup
@@ -48,7 +46,7 @@ class Cups:
         self, surfaces: tuple[PatchSurface, PatchSurface], tell: Callable[[float], None]
     ) -> tuple[Relaxation, list[int]]:
         """Vertices of the finest cup on both surfaces, and the sweeps that were made on each cup."""
-        table = np.array([[*plane.normal, plane.offset] for plane in self.planes.values()])
+        table = plane_table(self.planes.values())
         clouds = [self.axial.cloud(s.points, s.triangles) for s in surfaces]
         positions = [scatter(disk, points, self.levels[0].disk) for disk, points in clouds]
         finest = self.levels[-1]

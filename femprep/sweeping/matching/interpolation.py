@@ -6,7 +6,7 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.model import FloatArray
+from femprep.model import FloatArray, split_quads
 from femprep.model.functions import exponential
 from femprep.model.products import length
 from femprep.sweeping.cup.cup import Cup
@@ -51,8 +51,7 @@ def carry_over(coarse: Cup, values: FloatArray, fine: Cup) -> FloatArray:
     """
     from scipy.spatial import cKDTree
 
-    cells = coarse.cells
-    triangles = cells if cells.shape[1] == 3 else np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
+    triangles = split_quads(coarse.cells)
     here, there = _even(coarse, coarse.disk), _even(coarse, fine.disk)
     corner = here[triangles]
     found = cKDTree(corner.mean(axis=1)).query(there, k=min(_CANDIDATES, len(triangles)))[1]

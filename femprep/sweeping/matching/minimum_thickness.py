@@ -10,6 +10,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.mesh.measures.triangles import vertex_normals
 from femprep.mesh.search.closest import ClosestFinder
+from femprep.mesh.topology import adjacency
 from femprep.model import BoolArray, FloatArray, IntArray, Plane, Surface
 from femprep.model.products import product
 
@@ -54,16 +55,13 @@ def push_outwards(
     InputError
         A vertex would have to be pushed farther.
     """
-    from scipy.sparse import coo_matrix
-
     finder = ClosestFinder(endo.points, endo.triangles)
     points = np.array(epi.points)
     low = _kept(points, epi.triangles, base)
     inner = endo.points[_kept(endo.points, endo.triangles, base)]
     cells = epi.triangles
-    edges = np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]])
-    matrix = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(points),) * 2).tocsr()
-    degree = np.maximum(np.asarray(matrix.sum(axis=1)).ravel(), 1.0)
+    matrix = adjacency(cells, len(points))
+    degree = np.maximum(matrix.sum(axis=1), 1.0)
     for _ in range(_ROUNDS):
         wanted = np.where(low, least - finder.signed(points), 0.0)
         # Seen from the other side as well: an edge of the endocardium may come close between vertices.

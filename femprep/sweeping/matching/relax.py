@@ -12,7 +12,7 @@ from femprep.mesh.stars import coloured, stars
 from femprep.model import FloatArray, IntArray
 from femprep.sweeping.cup.cup import Cup
 from femprep.sweeping.cup.followed_points import FollowedPoints, pulls
-from femprep.sweeping.cup.layers import graded, layer_depths
+from femprep.sweeping.cup.layers import layer_depths
 from femprep.sweeping.cup.simplices import Simplices, corners, tetrahedra
 from femprep.sweeping.elements.mean_ratio import inverse_mean_ratio
 from femprep.sweeping.matching.vertex_newton import slide
@@ -142,8 +142,7 @@ class Relaxation:
         part = self._order[active[self._order]]
         bounds = np.concatenate([[0], np.cumsum(active[self._order])])[self._colours]
         slide(
-            *self.places,
-            self._depth,
+            (*self.places, self._depth),
             self._normals,
             self._near,
             self.cup.rim,
@@ -174,10 +173,7 @@ class Relaxation:
         for _ in range(2):
             growth = 0.5 * growth + 0.5 * np.bincount(one, growth[two], len(growth)) / degree
         self.growth = growth
-        if self.grading is None:
-            self._depth = layer_depths(self.layers, growth)
-        else:
-            self._depth = np.repeat(graded(self.layers, self.grading)[:, None], len(growth), axis=1)
+        self._depth = layer_depths(self.layers, growth, self.grading)
         inner, outer = self.places
         nodes = inner + self._depth[:, :, None] * (outer - inner)
         self.worst = inverse_mean_ratio(nodes, self._mesh[0], judged, self._shown).max(axis=0)

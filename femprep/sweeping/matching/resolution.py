@@ -9,7 +9,7 @@ import numpy as np
 from femprep.errors import OptionError
 from femprep.model import Surface
 from femprep.options import SweepOptions
-from femprep.sweeping.cup.cup import Cup, quad_cup, quad_tube, triangle_cup, triangle_tube
+from femprep.sweeping.cup.cup import SECTORS, Cup, quad_cup, quad_tube, triangle_cup, triangle_tube
 from femprep.sweeping.matching.axial import Axial
 
 #: Height of an element over its side that is best, by corners of the template. Tetrahedra split from wedges are best
@@ -38,10 +38,14 @@ def check_columns(options: SweepOptions, corners: int, clipped: bool) -> int:
     OptionError
         The number given is none.
     """
-    multiple = 4 if corners == 4 else 1 if clipped else 5
+    multiple = _multiple(corners, clipped)
     if options.columns is not None and options.columns % multiple:
         raise OptionError(f"option 'columns' is {options.columns}, expected a multiple of {multiple} for this template")
     return multiple
+
+
+def _multiple(corners: int, clipped: bool) -> int:
+    return 4 if corners == 4 else 1 if clipped else SECTORS
 
 
 def resolution(
@@ -66,7 +70,7 @@ def resolution(
 
 def coarser(columns: int, rows: int, corners: int, clipped: bool) -> list[tuple[int, int]]:
     """Columns and rows of all levels, coarsest first."""
-    multiple = 4 if corners == 4 else 1 if clipped else 5
+    multiple = _multiple(corners, clipped)
     found = [(columns, rows)]
     while found[0][0] >= 2 * _COARSEST:
         c, r = found[0]

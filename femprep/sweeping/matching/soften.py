@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from femprep.mesh.patches import PatchSurface
+from femprep.mesh.topology import adjacency
 from femprep.model import FloatArray, Plane
 
 #: Passes, each of which moves a vertex by this share of the way to the middle of its neighbours.
@@ -34,16 +35,14 @@ def soften(surface: PatchSurface, places: FloatArray, reach: float, planes: Iter
     PatchSurface
         With the same triangles.
     """
-    from scipy.sparse import coo_matrix
     from scipy.spatial import cKDTree
 
     points, cells = np.array(surface.points), surface.triangles
     share = np.clip(2.0 - cKDTree(places).query(points)[0] / reach, 0.0, 1.0)
     for plane in planes:
         share *= np.clip(1.0 - plane.signed_distance(points) / reach, 0.0, 1.0)
-    ends = cells.ravel(), np.roll(cells, -1, axis=1).ravel()
-    around = coo_matrix((np.ones(len(ends[0])), ends), shape=(len(points),) * 2).tocsr()
-    degree = np.bincount(ends[0], minlength=len(points))[:, None]
+    around = adjacency(cells, len(points))
+    degree = around.sum(axis=1)[:, None]
     for _ in range(_PASSES):
         points += _STEP * share[:, None] * (np.asarray(around @ points) / degree - points)
     return PatchSurface(points, cells)

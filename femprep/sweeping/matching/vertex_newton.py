@@ -26,8 +26,9 @@ _LEAST = 1e-6
 
 
 @compiled(part=True)
-def _prism(inner: Any, outer: Any, depth: Any, cells: Any, c: int, layer: int, out: Any) -> None:
+def _prism(lines: Any, cells: Any, c: int, layer: int, out: Any) -> None:
     """Corners of the element over a cell in a layer."""
+    inner, outer, depth = lines
     n = cells.shape[1]
     for i in range(n):
         v = cells[c, i]
@@ -40,10 +41,9 @@ def _prism(inner: Any, outer: Any, depth: Any, cells: Any, c: int, layer: int, o
 
 
 @compiled(part=True)
-def _around(
-    inner: Any, outer: Any, depth: Any, vertex: int, mesh: Any, judged: Any, layers: Any, delta: float, steep: bool
-) -> float:
+def _around(lines: Any, vertex: int, measure: Any) -> float:
     """Sum over the simplices around a vertex that feel it; squared where steep."""
+    mesh, judged, layers, delta, steep = measure
     cells, starts, incident = mesh
     nodes, kinds, weights, scale, upright = judged
     n = cells.shape[1]
@@ -52,7 +52,7 @@ def _around(
     for s in range(starts[vertex], starts[vertex + 1]):
         c = incident[s]
         for layer in layers:
-            _prism(inner, outer, depth, cells, c, layer, x)
+            _prism(lines, cells, c, layer, x)
             table = nodes[kinds[c, layer % 2]]
             for r in range(len(table)):
                 row = table[r]
@@ -68,21 +68,10 @@ def _around(
 
 
 @compiled(part=True)
-def _slopes(
-    inner: Any,
-    outer: Any,
-    depth: Any,
-    vertex: int,
-    inside: bool,
-    mesh: Any,
-    judged: Any,
-    layers: Any,
-    delta: float,
-    steep: bool,
-    gradient: Any,
-    hessian: Any,
-) -> float:
+def _slopes(lines: Any, vertex: int, inside: bool, measure: Any, gradient: Any, hessian: Any) -> float:
     """The same sum, its gradient and its second derivatives where the inner or the outer vertex moves."""
+    depth = lines[2]
+    mesh, judged, layers, delta, steep = measure
     cells, starts, incident = mesh
     nodes, kinds, weights, scale, upright = judged
     n = cells.shape[1]
@@ -96,7 +85,7 @@ def _slopes(
     for s in range(starts[vertex], starts[vertex + 1]):
         c = incident[s]
         for layer in layers:
-            _prism(inner, outer, depth, cells, c, layer, x)
+            _prism(lines, cells, c, layer, x)
             for i in range(n):
                 mine = 1.0 if cells[c, i] == vertex else 0.0
                 low = depth[layer, vertex]
@@ -122,27 +111,12 @@ def _slopes(
 
 @compiled(part=True)
 def _move(
-    inner: Any,
-    outer: Any,
-    depth: Any,
-    normals: Any,
-    near: Any,
-    vertex: int,
-    inside: bool,
-    flat: int,
-    planes: Any,
-    surface: Any,
-    mesh: Any,
-    judged: Any,
-    pulls: Any,
-    layers: Any,
-    delta: float,
-    steep: bool,
-    edge: float,
+    lines: Any, feet: Any, vertex: int, inside: bool, held: Any, surface: Any, pulls: Any, measure: Any, edge: float
 ) -> float:
     """One damped Newton step of one vertex along its surface; returns how far it moved."""
-    points, frames, coefficients, reach, ring = surface
-    moving = inner if inside else outer
+    normals, near = feet
+    flat, planes = held
+    moving = lines[0] if inside else lines[1]
     old = moving[vertex].copy()
     basis = np.zeros((3, 3))
     if free_directions(normals[vertex], True, planes[max(flat - 1, 0)], flat > 0, basis) == 0:
@@ -151,7 +125,7 @@ def _move(
     two = basis[1]
     gradient = np.empty(3)
     hessian = np.empty((3, 3))
-    now = _slopes(inner, outer, depth, vertex, inside, mesh, judged, layers, delta, steep, gradient, hessian)
+    now = _slopes(lines, vertex, inside, measure, gradient, hessian)
     now += add_pulls(moving, vertex, pulls, gradient, hessian)
     gp = 0.0
     gq = 0.0
@@ -187,8 +161,8 @@ def _move(
     for _ in range(5):
         for k in range(3):
             moving[vertex, k] = old[k] + scale * (p * one[k] + q * two[k])
-        place = settle(moving[vertex], fresh, near[vertex], flat, planes, points, frames, coefficients, reach, ring)
-        value = _around(inner, outer, depth, vertex, mesh, judged, layers, delta, steep)
+        place = settle(moving[vertex], fresh, near[vertex], flat, planes, *surface)
+        value = _around(lines, vertex, measure)
         if value + pulled(moving, vertex, pulls) < now:
             near[vertex] = place
             for k in range(3):
@@ -202,9 +176,7 @@ def _move(
 
 @compiled(parallel=True)
 def slide(
-    inner: Any,
-    outer: Any,
-    depth: Any,
+    lines: Any,
     normals: Any,
     near: Any,
     flat: Any,
@@ -225,20 +197,17 @@ def slide(
 ) -> None:
     """One sweep over the vertices in ``order``, in place, colour by colour: vertices of one colour share no cell.
 
-    ``normals`` and ``near`` are pairs, of the inner and of the outer surface; ``mesh`` is the cells, and
-    those around each vertex as row starts and columns; ``judged`` is what Simplices holds, ``layers`` which of them
-    are looked at. Moves are written to ``moved``.
+    ``lines`` are the inner and the outer points and the depths of the layers; ``normals`` and ``near`` are pairs, of
+    the inner and of the outer surface; ``mesh`` is the cells, and those around each vertex as row starts and columns;
+    ``judged`` is what Simplices holds, ``layers`` which of them are looked at. Moves are written to ``moved``.
     """
     for c in range(len(colours) - 1):
         first = colours[c]
         for k in prange(colours[c + 1] - first):
             v = order[first + k]
-            a = _move(
-                inner, outer, depth, normals[0], near[0], v, True, flat[v], planes, inner_surface, mesh, judged,
-                inner_pulls, layers, delta, steep, edge,
-            )  # fmt: skip
-            b = _move(
-                inner, outer, depth, normals[1], near[1], v, False, flat[v], planes, outer_surface, mesh, judged,
-                outer_pulls, layers, delta, steep, edge,
-            )  # fmt: skip
+            measure = (mesh, judged, layers, delta, steep)
+            held = (flat[v], planes)
+            inside, outside = (normals[0], near[0]), (normals[1], near[1])
+            a = _move(lines, inside, v, True, held, inner_surface, inner_pulls, measure, edge)
+            b = _move(lines, outside, v, False, held, outer_surface, outer_pulls, measure, edge)
             moved[v] = max(a, b)

@@ -127,7 +127,7 @@ class Constraints:
             _flatten(basis, self.freedom, nodes[moved[nodes]], plane)
 
     def flatten(self, points: FloatArray, chosen: BoolArray | None = None) -> None:
-        """Project the points of each plane onto it, in place; twice, so that the rounding of the first step is gone.
+        """Put the points of each plane onto it, in place.
 
         Parameters
         ----------
@@ -137,9 +137,13 @@ class Constraints:
         """
         for name, plane in self.planes.items():
             nodes = self.plane_points[name]
-            nodes = nodes if chosen is None else nodes[chosen[nodes]]
-            for _ in range(2):
-                points[nodes] -= plane.signed_distance(points[nodes])[:, None] * plane.normal
+            flatten(points, nodes if chosen is None else nodes[chosen[nodes]], plane)
+
+
+def flatten(points: FloatArray, nodes: IntArray, plane: Plane) -> None:
+    """Put some points onto a plane, in place; twice, so that the rounding of the first step is gone."""
+    for _ in range(2):
+        points[nodes] = plane.feet(points[nodes])
 
 
 def constrain(count: int, facets: IntArray, tag: TagArray, wall: Wall) -> Constraints:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -47,6 +47,14 @@ class Optimised:
     poor_before: int
     poor_after: int
     off_wall: float
+
+    def record(self) -> dict[str, Any]:
+        """What was done, for the record of a run."""
+        return {
+            "sweeps": self.sweeps,
+            "poor_elements_before": self.poor_before,
+            "poor_elements_after": self.poor_after,
+        }
 
 
 def tet_quality(points: FloatArray, tets: IntArray) -> FloatArray:
@@ -124,6 +132,7 @@ class _Mesh:
         self._constraints = constraints
         constraints.flatten(self.points)
         self._star = stars(self.cells, len(self.points))
+        self._arrays = (self.points, self.cells, *self._star)
         self._held, self._places, self._basis = constraints.targets(self.points)
         self._looked_up = self.points.copy()
         self._home = self.points.copy()
@@ -151,14 +160,11 @@ class _Mesh:
 
     def relax(self, poor: float) -> None:
         """Move all points once for the mean quality."""
-        relax(
-            *(self.points, self.cells, *self._star, *self._colours),
-            *(self._constraints.freedom, self._basis, poor, self._fresh),
-        )
+        relax(self._arrays, self._colours, self._constraints.freedom, self._basis, poor, self._fresh)
 
     def search(self, nodes: IntArray, freedom: IntArray) -> None:
         """Move some points for the worst quality around each."""
-        search(self.points, self.cells, *self._star, *self._coloured(nodes), freedom, self._basis, self._fresh)
+        search(self._arrays, self._coloured(nodes), freedom, self._basis, self._fresh)
 
     def off_wall(self) -> float:
         """Greatest distance of a boundary point from the wall."""
@@ -181,10 +187,7 @@ class _Mesh:
 
     def _try(self, nodes: IntArray, places: FloatArray, sound: float) -> None:
         if len(nodes):
-            try_places(
-                *(self.points, self.cells, *self._star, *self._coloured(nodes)),
-                *(places, sound, self._fresh),
-            )
+            try_places(self._arrays, self._coloured(nodes), places, sound, self._fresh)
 
     def _coloured(self, nodes: IntArray) -> tuple[IntArray, IntArray]:
         order, first = coloured(self.cells, *self._star, nodes)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numba
 import numpy as np
@@ -69,8 +69,12 @@ def qualities(p: FloatArray, t: IntArray, moved: BoolArray, out: FloatArray) -> 
 
 
 @compiled()
-def worst_around(p: FloatArray, t: IntArray, start: IntArray, around: IntArray, v: int, enough: float) -> float:
-    """Worst quality of the elements around a point; any value not above ``enough`` as soon as it is certain."""
+def worst_around(mesh: Any, v: int, enough: float) -> float:
+    """Worst quality of the elements around a point; any value not above ``enough`` as soon as it is certain.
+
+    ``mesh`` is points, tetrahedra, and those around each point as row starts and columns.
+    """
+    p, t, start, around = mesh
     worst: float = np.inf
     for k in range(start[v], start[v + 1]):
         i = around[k]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numba
 import numpy as np
@@ -24,12 +24,13 @@ _CHUNK: Final = 32
 
 
 @compiled()
-def _gather(p: FloatArray, t: IntArray, start: IntArray, around: IntArray, v: int, star: FloatArray) -> float:
+def _gather(mesh: Any, v: int, star: FloatArray) -> float:
     """What the mean ratio of each element around a point depends on as the point moves; their mean edge length there.
 
     A column holds, with the point as origin, the other corners a, b, c; the vector N and the number k of six volumes
     ``k - N.x``; the vector m and the number q of the sum of squared edges ``3 x.x - 2 m.x + q``; and room.
     """
+    p, t, start, around = mesh
     count = start[v + 1] - start[v]
     for n in range(count):
         i = around[start[v] + n]
@@ -155,20 +156,12 @@ def _project(vector: FloatArray, freedom: int, basis: FloatArray) -> float:
 
 @compiled()
 def _ascend(
-    p: FloatArray,
-    t: IntArray,
-    start: IntArray,
-    around: IntArray,
-    v: int,
-    freedom: int,
-    basis: FloatArray,
-    poor: float,
-    star: FloatArray,
-    slope: FloatArray,
+    mesh: Any, v: int, freedom: int, basis: FloatArray, poor: float, star: FloatArray, slope: FloatArray
 ) -> bool:
     """Move one point along the gradient of the mean ratio around it, no element becoming poor, or poorer if it is."""
+    p, _, start, _ = mesh
     count = start[v + 1] - start[v]
-    size = (FIRST_STEP if freedom == 3 else SURFACE_STEP) * _gather(p, t, start, around, v, star)
+    size = (FIRST_STEP if freedom == 3 else SURFACE_STEP) * _gather(mesh, v, star)
     best = _mean_at(star, count, 0.0, 0.0, 0.0)
     if best == -np.inf:  # an inverted element has no gradient; the search for the worst element mends it
         return False
@@ -182,10 +175,10 @@ def _ascend(
             p[v, 0], p[v, 1], p[v, 2] = hx + x, hy + y, hz + z
             if _all_reach(star, count, x, y, z, poor):
                 return True
-            after = worst_around(p, t, start, around, v, -np.inf)
+            after = worst_around(mesh, v, -np.inf)
             p[v, 0], p[v, 1], p[v, 2] = hx, hy, hz
             if before == np.inf:
-                before = worst_around(p, t, start, around, v, -np.inf)
+                before = worst_around(mesh, v, -np.inf)
             if after >= min(poor, before):
                 p[v, 0], p[v, 1], p[v, 2] = hx + x, hy + y, hz + z
                 return True
@@ -194,19 +187,10 @@ def _ascend(
 
 
 @compiled(parallel=True)
-def relax(
-    p: FloatArray,
-    t: IntArray,
-    start: IntArray,
-    around: IntArray,
-    order: IntArray,
-    first: IntArray,
-    freedom: IntArray,
-    basis: FloatArray,
-    poor: float,
-    fresh: BoolArray,
-) -> None:
+def relax(mesh: Any, colours: Any, freedom: IntArray, basis: FloatArray, poor: float, fresh: BoolArray) -> None:
     """Move each point once to a better mean ratio around it, colour by colour."""
+    p, t, start, around = mesh
+    order, first = colours
     largest = 0
     for v in range(len(p)):
         largest = max(largest, start[v + 1] - start[v])
@@ -216,5 +200,5 @@ def relax(
             star, slope = np.empty((21, largest)), np.empty(3)
             for n in range(first[c] + chunk * _CHUNK, min(first[c] + (chunk + 1) * _CHUNK, first[c + 1])):
                 v = order[n]
-                if freedom[v] > 0 and _ascend(p, t, start, around, v, freedom[v], basis[v], poor, star, slope):
+                if freedom[v] > 0 and _ascend(mesh, v, freedom[v], basis[v], poor, star, slope):
                     mark_star(t, start, around, v, fresh)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numba
 import numpy as np
@@ -18,38 +18,29 @@ _HALVINGS: Final = 5
 
 
 @compiled(parallel=True)
-def try_places(
-    p: FloatArray,
-    t: IntArray,
-    start: IntArray,
-    around: IntArray,
-    order: IntArray,
-    first: IntArray,
-    places: FloatArray,
-    sound: float,
-    fresh: BoolArray,
-) -> None:
+def try_places(mesh: Any, colours: Any, places: FloatArray, sound: float, fresh: BoolArray) -> None:
     """Put coloured points at their rows of ``places`` where the worst element around stays sound or gets no worse."""
+    p, t, start, around = mesh
+    order, first = colours
     for c in range(len(first) - 1):
         for n in numba.prange(first[c], first[c + 1]):
             v = order[n]
             x, y, z = p[v, 0], p[v, 1], p[v, 2]
             p[v, 0], p[v, 1], p[v, 2] = places[v, 0], places[v, 1], places[v, 2]
-            after = worst_around(p, t, start, around, v, -np.inf)
+            after = worst_around(mesh, v, -np.inf)
             if after < sound:
                 p[v, 0], p[v, 1], p[v, 2] = x, y, z
-                if worst_around(p, t, start, around, v, -np.inf) <= after:
+                if worst_around(mesh, v, -np.inf) <= after:
                     p[v, 0], p[v, 1], p[v, 2] = places[v, 0], places[v, 1], places[v, 2]
             if p[v, 0] != x or p[v, 1] != y or p[v, 2] != z:
                 mark_star(t, start, around, v, fresh)
 
 
 @compiled()
-def _climb(
-    p: FloatArray, t: IntArray, start: IntArray, around: IntArray, v: int, freedom: int, basis: FloatArray
-) -> bool:
+def _climb(mesh: Any, v: int, freedom: int, basis: FloatArray) -> bool:
     """Move one point to where the worst element around it is best: compass search along its free directions."""
-    best = worst_around(p, t, start, around, v, -np.inf)
+    p, t, start, around = mesh
+    best = worst_around(mesh, v, -np.inf)
     length, count = 0.0, 0
     mx, my, mz = 0.0, 0.0, 0.0
     for k in range(start[v], start[v + 1]):
@@ -65,7 +56,7 @@ def _climb(
     if freedom == 3:  # first the middle of the neighbours
         x, y, z = p[v, 0], p[v, 1], p[v, 2]
         p[v, 0], p[v, 1], p[v, 2] = x + mx / count, y + my / count, z + mz / count
-        value = worst_around(p, t, start, around, v, best)
+        value = worst_around(mesh, v, best)
         if value > best:
             best, moved = value, True
         else:
@@ -78,7 +69,7 @@ def _climb(
                 for way in (-1.0, 1.0):
                     step = way * size
                     p[v, 0], p[v, 1], p[v, 2] = x + step * basis[k, 0], y + step * basis[k, 1], z + step * basis[k, 2]
-                    value = worst_around(p, t, start, around, v, best)
+                    value = worst_around(mesh, v, best)
                     if value > best:
                         best, chosen, sign = value, k, step
             if chosen < 0:
@@ -92,25 +83,17 @@ def _climb(
 
 
 @compiled(parallel=True)
-def search(
-    p: FloatArray,
-    t: IntArray,
-    start: IntArray,
-    around: IntArray,
-    order: IntArray,
-    first: IntArray,
-    freedom: IntArray,
-    basis: FloatArray,
-    fresh: BoolArray,
-) -> None:
+def search(mesh: Any, colours: Any, freedom: IntArray, basis: FloatArray, fresh: BoolArray) -> None:
     """Move each point that is fresh to where the worst element around it is best, colour by colour.
 
     A point is fresh while something in its star has moved since it was searched last: else it would find nothing.
     """
+    _, t, start, around = mesh
+    order, first = colours
     for c in range(len(first) - 1):
         for n in numba.prange(first[c], first[c + 1]):
             v = order[n]
             if freedom[v] > 0 and fresh[v]:
                 fresh[v] = False
-                if _climb(p, t, start, around, v, freedom[v], basis[v]):
+                if _climb(mesh, v, freedom[v], basis[v]):
                     mark_star(t, start, around, v, fresh)

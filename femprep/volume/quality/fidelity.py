@@ -18,6 +18,7 @@ from femprep.mesh.plane_sections import plane_sections
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import BoolArray, FloatArray, IntArray, Plane, Surface, VolumeMesh
 from femprep.model.facets import facet_triangles
+from femprep.model.notice import spot
 from femprep.model.shared_records.label_fidelity import FidelityRecord, SliceFidelity
 from femprep.options import CheckOptions
 from femprep.surface.measure.inslice import dense
@@ -136,10 +137,9 @@ def judge_fidelity(records: Iterable[FidelityRecord], options: CheckOptions) -> 
                 continue
             off = sorted((one for one in record.slices if one.greatest_pixels > limit), key=lambda s: -s.greatest_mm)
             worst, others = off[0], ", ".join(str(one.slice) for one in sorted(off[1:], key=lambda s: s.slice))
-            x, y, z = worst.at_mm
             held.failures.append(
                 f"{what}: {value:.1f} pixels ({worst.greatest_mm:.1f} mm) from the outline in slice {worst.slice} at "
-                f"({x:.1f}, {y:.1f}, {z:.1f})"
+                f"{spot(worst.at_mm)}"
                 + (f", beyond the limit also in slices {others}" if others else "")
                 + f"; asked for is at most {limit:g}"
             )
@@ -160,7 +160,7 @@ def _gather(
     records: list[FidelityRecord] = []
     off: dict[str, FloatArray] = {}
     for name, points, triangles, outline in jobs:
-        pixel = _pixel(outline.obj)
+        pixel = outline.obj.grid.pixel
         slices = _slices(points, triangles, outline, planes, grid)
         if not slices:
             continue
@@ -192,7 +192,7 @@ def _slices(
     points: FloatArray, triangles: IntArray, outline: Outline, planes: Sequence[Plane], grid: Grid
 ) -> list[_Slice]:
     """Every slice in which the object has an outline within the planes."""
-    margin = _WITHIN * _pixel(outline.obj)
+    margin = _WITHIN * outline.obj.grid.pixel
     middles, contours = label_contours(outline.obj)
     near = [ClosestFinder(surface.points, surface.triangles) for surface in outline.beside]
     finder = None
@@ -268,8 +268,3 @@ def _record(name: str, labels: str, pixel: float, slices: list[_Slice]) -> Fidel
         greatest_pixels=max(row.greatest_pixels for row in rows),
         slices=tuple(rows),
     )
-
-
-def _pixel(obj: LabelObject) -> float:
-    """Pixel size within a slice, mm: the smaller of the two."""
-    return min(float(size) for axis, size in enumerate(obj.grid.spacing) if axis != obj.stack_axis)

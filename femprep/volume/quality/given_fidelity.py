@@ -11,6 +11,7 @@ from femprep.mesh.sampling import sample_surface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import Surface, VolumeMesh
 from femprep.model.facets import facet_triangles
+from femprep.model.notice import spot
 from femprep.model.shared_records.surface_fidelity import SurfaceFidelity
 from femprep.volume.quality.report import QualityReport
 from femprep.volume.quality.verdicts import Verdicts
@@ -66,10 +67,9 @@ def with_given_fidelity(report: QualityReport, records: Iterable[SurfaceFidelity
     """The report with the distances, and a verdict on each that its options hold a limit for."""
     held, options, records = Verdicts(), report.options, tuple(records)
     for record in records:
-        x, y, z = record.at_mm
         for name, value, limit, words in (
             ("mean", record.mean_mm, options.mean_surface_distance, "in the mean"),
-            ("maximum", record.greatest_mm, options.maximum_surface_distance, f"at ({x:.1f}, {y:.1f}, {z:.1f})"),
+            ("maximum", record.greatest_mm, options.maximum_surface_distance, f"at {spot(record.at_mm)}"),
         ):
             if held.misses(f"{record.surface}_{name}_surface_distance", "at most", limit, value):
                 held.failures.append(

@@ -36,7 +36,8 @@ def elements_through_wall(mesh: VolumeMesh, edges: IntArray | None = None) -> In
     outer = _nodes(mesh, lambda name: name == "epi")
     if len(inner) == 0 or len(outer) == 0:
         return np.empty(0, dtype=np.int64)
-    edges = _wall_edges(mesh) if edges is None else edges
+    if edges is None:
+        edges = mesh_edges(chosen_rows(mesh.cells, ~is_blood(mesh.region)))
     distance = np.full(len(mesh.points), -1, dtype=np.int64)
     distance[outer] = 0
     _spread(edges, distance)
@@ -57,11 +58,6 @@ def _spread(edges: IntArray, distance: IntArray) -> None:
             elif distance[b] == step and distance[a] < 0:
                 distance[a], found = step + 1, True
         step += 1
-
-
-def _wall_edges(mesh: VolumeMesh) -> IntArray:
-    """The edges of all elements but those of blood."""
-    return mesh_edges(chosen_rows(mesh.cells, ~is_blood(mesh.region)))
 
 
 def mesh_edges(cells: Mapping[str, IntArray]) -> IntArray:

@@ -10,11 +10,11 @@ from scipy.spatial import cKDTree
 
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.least_corner import BlockParts, by_least_corner
-from femprep.mesh.numbering import row_numbers
-from femprep.mesh.topology import components
+from femprep.mesh.topology import edge_table, euler_characteristic, pieces, pinched_vertices
 from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh, is_blood
 from femprep.model.blocks import nodes_of
-from femprep.volume.quality.face_table import FaceTable, corner_rings, face_table
+from femprep.model.facets import split_facets
+from femprep.volume.quality.face_table import FaceTable, face_table
 from femprep.volume.quality.neighbours import Neighbours
 from femprep.volume.quality.report import Validity
 
@@ -33,8 +33,10 @@ def validity(mesh: VolumeMesh, relative_jacobian: FloatArray, faces: Neighbours)
     """
     table = face_table(mesh)
     count, facet = table.count, table.facet_number
-    boundary = corner_rings({kind: own.nodes for kind, own in faces.boundary.items()}, 4)
-    edges = _BoundaryEdges(boundary)
+    # Quadrilaterals split in two have the same rims, shells and points where sheets touch.
+    boundary = split_facets({kind: own.nodes for kind, own in faces.boundary.items()})
+    total = sum(len(own.nodes) for own in faces.boundary.values())
+    edges = edge_table(boundary)
     used = nodes_of(mesh.cells)
     outer = count[facet] == 1
     inward = ~_same_sense(_with_fourth(table.facets[outer]), _with_fourth(table.rings[table.first[facet[outer]]]))
@@ -44,14 +46,14 @@ def validity(mesh: VolumeMesh, relative_jacobian: FloatArray, faces: Neighbours)
         non_manifold_faces=faces.crowded,
         open_boundary_edges=int((edges.count == 1).sum()),
         non_manifold_boundary_edges=int((edges.count > 2).sum()),
-        non_manifold_boundary_points=edges.pinched,
+        non_manifold_boundary_points=len(pinched_vertices(boundary, edges)),
         duplicate_points=_duplicate_points(mesh.points[used]),
         orphan_points=len(mesh.points) - len(used),
         pieces=faces.pieces,
-        boundary_shells=edges.shells,
-        euler_characteristic=len(np.unique(boundary[boundary >= 0])) - len(edges.count) + len(boundary),
-        boundary_facets=len(boundary),
-        untagged_boundary_facets=None if mesh.n_facets == 0 else len(boundary) - len(np.unique(facet[outer])),
+        boundary_shells=int(pieces(boundary, edges).max(initial=-1)) + 1,
+        euler_characteristic=euler_characteristic(boundary, edges),
+        boundary_facets=total,
+        untagged_boundary_facets=None if mesh.n_facets == 0 else total - len(np.unique(facet[outer])),
         stray_facets=int((count[facet] == 0).sum()),
         inward_facets=int(inward.sum()),
         interface_facets=int((count[facet] == 2).sum()),
@@ -86,38 +88,6 @@ def _interface(mesh: VolumeMesh, table: FaceTable) -> dict[str, int]:
 def _with_fourth(rings: IntArray) -> IntArray:
     """Rings ``(f, 4)``: -1 after a triangle's third corner."""
     return np.pad(rings, ((0, 0), (0, 4 - rings.shape[1])), constant_values=-1)
-
-
-class _BoundaryEdges:
-    """Edges of boundary faces given as rings: how many faces at each, shells, points where sheets touch."""
-
-    def __init__(self, rings: IntArray) -> None:
-        quad = rings[:, 3] >= 0
-        after = np.roll(rings, -1, axis=1)
-        after[~quad, 2] = rings[~quad, 0]
-        real = rings >= 0
-        face = np.broadcast_to(np.arange(len(rings))[:, None], rings.shape)[real]
-        start, stop = rings[real], after[real]
-        size = int(rings.max(initial=0)) + 1
-        _, number, self.count = np.unique(
-            np.minimum(start, stop) * size + np.maximum(start, stop), return_inverse=True, return_counts=True
-        )
-        number = number.ravel()
-        size = len(rings) + len(self.count)
-        self.shells = int(components(face, len(rings) + number, size).max(initial=-1)) + 1
-        # A node per corner of a face. The corner starts one edge and ends the one before: link it to that end of each.
-        corner = np.arange(len(start))
-        index = np.full(rings.shape, -1, dtype=np.int64)
-        index[real] = corner
-        index_after = np.roll(index, -1, axis=1)
-        index_after[~quad, 2] = index[~quad, 0]
-        other = index_after[real]
-        hub = len(start) + 2 * number
-        rows = np.concatenate([corner, other])
-        hubs = np.concatenate([hub + (start > stop), hub + (stop > start)])
-        label = components(rows, hubs, len(start) + 2 * len(self.count))
-        _, one = np.unique(row_numbers(np.stack([start, label[: len(start)]], axis=1)), return_index=True)
-        self.pinched = int((np.bincount(start[one]) > 1).sum())
 
 
 def _duplicate_points(points: npt.NDArray[np.float64]) -> int:

@@ -8,10 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from femprep.mesh.elements import ELEMENTS, boundary_faces, element_faces
+from femprep.mesh.elements import ELEMENTS, boundary_faces, element_faces, near_others
 from femprep.mesh.measures.volume_elements import element_measures
-from femprep.mesh.numbering import set_numbers
-from femprep.mesh.patches import PatchSurface
+from femprep.mesh.numbering import none_of, twins
+from femprep.mesh.patches import PatchSurface, plane_table
 from femprep.model import FloatArray, IntArray, Plane, TagArray
 from femprep.volume.optimise import LEAST, tet_quality
 from femprep.volume.optimise.constraints import Constraints
@@ -123,8 +123,8 @@ class SmoothGroup:
         if self.plane is None:
             places, normal, _ = self.surface.settle(points)
             return places, normal
-        table = np.array([[*self.plane.normal, self.plane.offset]])
-        places, normal, _ = self.surface.settle(points, None, np.ones(len(points), dtype=np.int64), table)
+        flat = np.ones(len(points), dtype=np.int64)
+        places, normal, _ = self.surface.settle(points, None, flat, plane_table([self.plane]))
         along = np.cross(normal, self.plane.normal)
         size = np.linalg.norm(along, axis=1, keepdims=True)
         return places, np.divide(along, size, out=np.zeros_like(along), where=size > 0.0)
@@ -134,27 +134,15 @@ def untagged_faces(name: str, block: IntArray, region: TagArray, facets: Mapping
     """Boundary faces of tetrahedra, and faces between regions, that are no facets: all their nodes, ``(k, 3 or 6)``."""
     kind = "triangle6" if ELEMENTS[name].quadratic else "triangle"
     found = [boundary_faces({name: block})[kind].nodes]
-    regions = np.unique(region)
-    if len(regions) > 1:
-        corners = block[:, :4]
-        shared = np.zeros((int(corners.max()) + 1, len(regions)), dtype=np.bool_)
-        shared[corners, np.searchsorted(regions, region)[:, None]] = True
-        near = np.flatnonzero((shared.sum(axis=1) > 1)[corners].sum(axis=1) >= 3)
+    near = near_others(block[:, :4], region)
+    if len(near):
         faces = element_faces({name: block[near]})[kind]
-        number = set_numbers(faces.nodes[:, :3])
         own = region[near[faces.element]]
-        least = np.full(int(number.max(initial=-1)) + 1, np.iinfo(np.int32).max)
-        most = np.full(len(least), -1)
-        np.minimum.at(least, number, own)
-        np.maximum.at(most, number, own)
-        rows = np.flatnonzero((least < most)[number])
-        found.append(faces.nodes[rows[np.unique(number[rows], return_index=True)[1]]])
+        one, two = twins(faces.nodes[:, :3])
+        found.append(faces.nodes[one[own[one] != own[two]]])
     every = np.concatenate(found)
     tagged = np.concatenate([np.empty((0, 3), dtype=np.int64), *(nodes[:, :3] for nodes in facets.values())])
-    number = set_numbers(tagged, every[:, :3])
-    known = np.zeros(int(number.max(initial=-1)) + 1, dtype=np.bool_)
-    known[number[: len(tagged)]] = True
-    return np.asarray(every[~known[number[len(tagged) :]]])
+    return np.asarray(every[none_of(every[:, :3], tagged)])
 
 
 def _quality(points: FloatArray, block: IntArray, name: str) -> FloatArray:

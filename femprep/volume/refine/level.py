@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 
 from femprep.errors import InputError
+from femprep.mesh.compiled import compiled
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, facet_types
 from femprep.mesh.measures.sample_points import family, shape_values
 from femprep.mesh.numbering import set_numbers
 from femprep.model import FloatArray, IntArray, TagArray
-from femprep.volume.refine.kernels import cut_tetrahedra
 from femprep.volume.refine.templates import FACET_CHILDREN, cut_of
 
 
@@ -102,12 +103,37 @@ def cut_cells(points: FloatArray, lattice: Mapping[str, IntArray]) -> tuple[dict
         way = np.zeros(len(nodes), dtype=np.int32)
         cells = np.empty((8 * len(nodes), children.shape[2]), dtype=np.int64)
         if family(name) == "tetra":
-            cut_tetrahedra(np.ascontiguousarray(points), nodes, children, cells, way)
+            _cut_tetrahedra(np.ascontiguousarray(points), nodes, children, cells, way)
         else:
             for child, columns in enumerate(children[0]):
                 cells[child::8] = nodes[:, columns]
         out[family(name)], ways[name] = cells, way
     return out, ways
+
+
+@compiled(part=True)
+def _square(points: FloatArray, a: int, b: int) -> float:
+    x, y, z = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+    return float(x * x + y * y + z * z)
+
+
+@compiled(parallel=True)
+def _cut_tetrahedra(points: FloatArray, lattice: IntArray, table: IntArray, out: IntArray, diagonal: TagArray) -> None:
+    """Cut tetrahedra given by their ten nodes along the shortest diagonal; of equal ones along the first.
+
+    ``out`` ``(8 m, 4)`` takes the children, eight after eight, ``diagonal`` ``(m,)`` which of the three it was.
+    """
+    for i in numba.prange(len(lattice)):
+        chosen = 0
+        least = _square(points, lattice[i, 4], lattice[i, 9])
+        for d in range(1, 3):
+            far = _square(points, lattice[i, 4 + d], lattice[i, 6 + d])
+            if far < least:
+                chosen, least = d, far
+        diagonal[i] = chosen
+        for c in range(8):
+            for k in range(4):
+                out[8 * i + c, k] = lattice[i, table[chosen, c, k]]
 
 
 def cut_facets(rings: Mapping[str, IntArray]) -> dict[str, IntArray]:

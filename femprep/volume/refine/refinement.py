@@ -12,13 +12,13 @@ import scipy.sparse as sp
 from femprep.errors import InputError, OptionError
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.measures.sample_points import family
-from femprep.model import FloatArray, IntArray, Notice, Progress, TagArray, VolumeMesh, Wall, noted
+from femprep.model import FloatArray, IntArray, Notice, Progress, VolumeMesh, Wall, noted
 from femprep.volume.optimise import POOR
 from femprep.volume.refine.boundary import untagged_faces
 from femprep.volume.refine.origin import Origin
 from femprep.volume.refine.sheets import Sheets, find_sheets
 from femprep.volume.refine.step import State, step
-from femprep.volume.refine.transfer import prolongation, restriction
+from femprep.volume.refine.transfer import restriction
 
 #: More levels at once than this are a slip: eight times as many elements each.
 MOST_LEVELS: Final = 6
@@ -41,15 +41,12 @@ class Level:
 
     coarse: VolumeMesh
     fine: VolumeMesh
-    ways: dict[str, TagArray]
 
-    @cached_property
+    @property
     def down(self) -> sp.csr_array:
         """Values at the fine mesh's nodes from those of the coarse one, ``(fine, coarse)``."""
-        origin = self.fine.nested
-        if origin is not None:
-            return origin.down
-        return prolongation(self.coarse, self.fine.points, self.fine.cells, self.ways)
+        assert self.fine.nested is not None, "a refined mesh knows what it was cut from"
+        return self.fine.nested.down
 
     @cached_property
     def up(self) -> sp.csr_array:
@@ -231,7 +228,7 @@ def _refined(
         if number == levels - 1:
             state.mesh = _told(state.mesh, records, sheets, wall)
         state.mesh = replace(state.mesh, nested=Origin(coarse, state.mesh.points, state.mesh.cells, ways))
-        found.append(Level(coarse, state.mesh, ways))
+        found.append(Level(coarse, state.mesh))
         if progress is not None:
             progress("refine", float(work[number]))
     return found

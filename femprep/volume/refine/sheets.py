@@ -14,9 +14,10 @@ from typing import Final
 import numpy as np
 
 from femprep.mesh.elements import FACET_CORNERS
-from femprep.mesh.patches import PatchSurface
+from femprep.mesh.patches import PatchSurface, plane_table
 from femprep.mesh.topology import pieces
 from femprep.model import BoolArray, FloatArray, IntArray, Plane, TagArray, VolumeMesh, Wall, tag_name
+from femprep.volume.optimise.constraints import flatten
 
 #: Sheets whose names begin with these are smooth.
 _SMOOTH: Final = ("endo", "epi")
@@ -157,29 +158,17 @@ def placed(points: FloatArray, on: Membership, sheets: Sheets, rows: BoolArray) 
         own = np.flatnonzero(rows & (on.smooth == number) & (on.flat != -2))
         if len(own):
             columns = sorted(sheets.planes)
-            table = np.array([[*sheets.planes[c].normal, sheets.planes[c].offset] for c in columns]).reshape(-1, 4)
+            table = plane_table(sheets.planes[column] for column in columns)
             kind = np.where(on.flat[own] >= 0, np.searchsorted(columns, on.flat[own]) + 1, 0)
             places[own] = surface.settle(points[own], None, kind, table)[0]
     for number, plane in sheets.planes.items():
-        own = np.flatnonzero(rows & ((on.flat == number) | (on.second == number)))
-        flatten(places, own, plane)
+        flatten(places, np.flatnonzero(rows & ((on.flat == number) | (on.second == number))), plane)
     both = np.flatnonzero(rows & (on.second >= 0))
     if len(both):  # once more onto the first, for planes that are not at right angles
         for _ in range(20):
             for number, plane in sheets.planes.items():
-                flatten(places, both, plane, onto=_planes_of(on, both, number))
+                flatten(places, both[(on.flat[both] == number) | (on.second[both] == number)], plane)
     return places
-
-
-def flatten(points: FloatArray, rows: IntArray, plane: Plane, onto: BoolArray | None = None) -> None:
-    """Project points onto a plane in place; twice, so that the rounding of the first step is gone."""
-    rows = rows if onto is None else rows[onto]
-    for _ in range(2):
-        points[rows] -= plane.signed_distance(points[rows])[:, None] * plane.normal
-
-
-def _planes_of(on: Membership, rows: IntArray, number: int) -> BoolArray:
-    return np.asarray((on.flat[rows] == number) | (on.second[rows] == number))
 
 
 def _only(member: BoolArray, columns: list[int]) -> IntArray:

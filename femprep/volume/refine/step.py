@@ -9,13 +9,13 @@ import numpy as np
 
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.quadratic import add_middles, number_edges
-from femprep.model import FloatArray, IntArray, TagArray, VolumeMesh, frozen
+from femprep.model import IntArray, TagArray, VolumeMesh, frozen
 from femprep.volume.optimise import optimise
 from femprep.volume.pericardium import springs_renewed
 from femprep.volume.refine.boundary import constraints_of, moved_onto
 from femprep.volume.refine.fields import carried
 from femprep.volume.refine.level import cut_cells, cut_facets, number_nodes
-from femprep.volume.refine.sheets import Membership, Sheets, membership, placed
+from femprep.volume.refine.sheets import Sheets, membership, placed
 
 
 @dataclass
@@ -35,7 +35,7 @@ def step(
     facets = _with_held(mesh.facets, state.held)
     numbered = number_nodes(mesh.points, mesh.cells, facets)
     fine_facets, fine_held, of_facet = _cut_facets(numbered.facets, mesh, state)
-    on = membership(_with_held(fine_facets, fine_held), _with_held_sheets(of_facet, fine_held), sheets)
+    on = membership(_with_held(fine_facets, fine_held), np.concatenate([of_facet, np.full(len(fine_held), -1)]), sheets)
     first = 0 if corners else len(mesh.points)
     rows = on.nodes >= first
     places = placed(numbered.middles[on.nodes], on, sheets, rows)
@@ -46,8 +46,10 @@ def step(
     record: dict[str, Any] = {"elements": sum(map(len, cells.values())), "held_back": short}
     record["greatest_distance_from_surface_mm"] = gap
     if improve:
-        points, told = _improved(points, cells["tetra"], on, sheets, poor)
-        record.update(told)
+        bound = constraints_of(len(points), cells["tetra"], on, sheets)
+        outcome = optimise(points, cells["tetra"], bound, poor=poor)
+        points = outcome.points
+        record |= {**outcome.record(), "greatest_distance_from_surface_mm": outcome.off_wall}
     fine = VolumeMesh(
         frozen(points),
         {name: frozen(block) for name, block in cells.items()},
@@ -63,18 +65,6 @@ def step(
         fine, fine_held = _curved(fine, fine_held, sheets, of_facet)
     fine = springs_renewed(carried(mesh, fine, ways))
     return State(fine, of_facet, fine_held), ways, record
-
-
-def _improved(
-    points: FloatArray, tets: IntArray, on: Membership, sheets: Sheets, poor: float
-) -> tuple[FloatArray, dict[str, Any]]:
-    outcome = optimise(points, tets, constraints_of(len(points), tets, on, sheets), poor=poor)
-    return outcome.points, {
-        "sweeps": outcome.sweeps,
-        "poor_elements_before": outcome.poor_before,
-        "poor_elements_after": outcome.poor_after,
-        "greatest_distance_from_surface_mm": outcome.off_wall,
-    }
 
 
 def _curved(mesh: VolumeMesh, held: IntArray, sheets: Sheets, of_facet: IntArray) -> tuple[VolumeMesh, IntArray]:
@@ -97,10 +87,6 @@ def _with_held(facets: Any, held: IntArray) -> dict[str, IntArray]:
         tagged = out.get(kind, np.empty((0, held.shape[1]), dtype=np.int64))
         out[kind] = np.concatenate([tagged, held])
     return out
-
-
-def _with_held_sheets(of_facet: IntArray, held: IntArray) -> IntArray:
-    return np.concatenate([of_facet, np.full(len(held), -1)])
 
 
 def _cut_facets(

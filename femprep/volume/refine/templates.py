@@ -13,12 +13,10 @@ from typing import Final
 
 import numpy as np
 
-from femprep.mesh.elements import ELEMENTS
+from femprep.mesh.elements import ELEMENTS, QUADRATIC
 from femprep.mesh.measures.sample_points import family, reference_nodes
 from femprep.model import FloatArray, IntArray
 
-#: Quadratic type by the linear one of the same shape.
-QUADRATIC: Final = {"tetra": "tetra10", "wedge": "wedge15", "hexahedron": "hexahedron20"}
 #: Children of a facet over its corners, the middles of its sides, and the centre of a quadrilateral.
 FACET_CHILDREN: Final = {
     "triangle": np.array([(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]),

@@ -13,10 +13,10 @@ from typing import Final
 import numpy as np
 import scipy.sparse as sp
 
-from femprep.mesh.elements import ELEMENTS
+from femprep.mesh.elements import ELEMENTS, QUADRATIC
 from femprep.mesh.measures.sample_points import family, reference_nodes, shape_gradients, shape_values
 from femprep.model import FloatArray, IntArray, TagArray, VolumeMesh
-from femprep.volume.refine.templates import QUADRATIC, cut_of
+from femprep.volume.refine.templates import cut_of
 
 #: Weights of shape functions at the nodes of a child are multiples of one over this.
 _GRAIN: Final = 4096.0

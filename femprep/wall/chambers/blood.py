@@ -7,6 +7,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.mesh.topology import border_loops
 from femprep.model import FACET_TAGS, BloodPools, IntArray, Plane, Wall, endo_tags, tag_name
+from femprep.model.notice import spot
 from femprep.wall.joining.planar import flat_cap
 
 #: How far a rim may lie off the plane its cap is in, mm.
@@ -67,8 +68,7 @@ def _plane_of(wall: Wall, loop: IntArray, cavity: str) -> tuple[str, Plane]:
     for name, plane in wall.planes.items():
         if np.abs(plane.signed_distance(wall.points[loop])).max() <= _FLAT:
             return name, plane
-    x, y, z = wall.points[loop].mean(axis=0)
     raise InputError(
-        f"the opening of cavity {cavity!r} near ({x:.1f}, {y:.1f}, {z:.1f}) lies in no plane of the wall, so no flat "
-        "cap closes it; cut the wall by a plane, or leave blood_pool out"
+        f"the opening of cavity {cavity!r} near {spot(wall.points[loop].mean(axis=0))} lies in no plane of the wall, "
+        "so no flat cap closes it; cut the wall by a plane, or leave blood_pool out"
     )

@@ -70,30 +70,13 @@ def cavity_surface(mesh: VolumeMesh, name: str = "lv", *, centre: bool = False) 
         raise InputError(f"the mesh has no facets tagged 'endo_{name}' or 'endo'; its facets: {have}")
     if f"cap_{name}" not in mesh.facet_names and not _in_rings(wall):
         raise InputError(f"the rim of the cavity {name!r} touches itself at a node, so that no cap closes it")
-    wall = wall[:, ::-1]  # they look into the cavity
+    points, wall = mesh.points, wall[:, ::-1]  # they look into the cavity
     if f"cap_{name}" in mesh.facet_names:  # meshed together with the blood
-        caps = [facet_triangles(mesh, f"cap_{name}")]
+        triangles = np.concatenate([wall, facet_triangles(mesh, f"cap_{name}")])
     elif centre:
-        return _with_fans(mesh, wall, name)
+        points, triangles = closed_by_fans(points, wall)
     else:
-        caps = [_cap(mesh.points, loop) for loop in border_loops(wall)]
-    triangles = np.concatenate([wall, *caps])
-    used, number = np.unique(triangles, return_inverse=True)
-    return Surface(
-        mesh.points[used],
-        number.reshape(-1, 3),
-        name=f"{name} cavity",
-        point_data={"GlobalNodeID": used + 1},
-        info={"cap_triangles": sum(map(len, caps))},
-    )
-
-
-def _endocardium(mesh: VolumeMesh, name: str) -> str:
-    return f"endo_{name}" if f"endo_{name}" in mesh.facet_names else "endo"
-
-
-def _with_fans(mesh: VolumeMesh, wall: IntArray, name: str) -> Surface:
-    points, triangles = closed_by_fans(mesh.points, wall)
+        triangles = np.concatenate([wall, *(_cap(points, loop) for loop in border_loops(wall))])
     used, number = np.unique(triangles, return_inverse=True)
     return Surface(
         points[used],
@@ -102,6 +85,10 @@ def _with_fans(mesh: VolumeMesh, wall: IntArray, name: str) -> Surface:
         point_data={"GlobalNodeID": np.where(used < len(mesh.points), used + 1, 0)},
         info={"cap_triangles": len(triangles) - len(wall)},
     )
+
+
+def _endocardium(mesh: VolumeMesh, name: str) -> str:
+    return f"endo_{name}" if f"endo_{name}" in mesh.facet_names else "endo"
 
 
 def _cap(points: FloatArray, loop: IntArray) -> IntArray:

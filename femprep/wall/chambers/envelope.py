@@ -231,9 +231,8 @@ class Envelope:
         if off.max() > 0.1:
             worst = points[int(off.argmax())]
             raise StageError(
-                f"the surface of {surface.name!r} does not follow the body it encloses near "
-                "({:.1f}, {:.1f}, {:.1f})".format(*worst)
-                + f": {off.max():.1f} mm off; use more vertices"
+                f"the surface of {surface.name!r} does not follow the body it encloses near {spot(worst)}: "
+                f"{off.max():.1f} mm off; use more vertices"
             )
         moved = np.linalg.norm(points - surface.points, axis=1)
         info = {**surface.info, "settled": {"mean_mm": float(moved.mean()), "farthest_mm": float(moved.max())}}

@@ -138,13 +138,10 @@ def _split(sheet: Sheet, number: int, plane: Plane, away: FloatArray) -> FloatAr
     chord = (1.0 - share) * sheet.points[crossing[:, 0]] + share * sheet.points[crossing[:, 1]]
     length = np.linalg.norm(sheet.points[crossing[:, 0]] - sheet.points[crossing[:, 1]], axis=1)
     found &= np.linalg.norm(points - chord, axis=1) < 0.3 * length
-    points[~found] = chord[~found] - plane.signed_distance(chord[~found])[:, None] * plane.normal
+    points[~found] = plane.feet(chord[~found])
     directions[~found] = start[~found]
     middle = {(int(a), int(b)): len(sheet.points) + i for i, (a, b) in enumerate(crossing)}
-    sheet.points = np.concatenate([sheet.points, points])
-    sheet.directions = np.concatenate([sheet.directions, directions])
-    sheet.template = np.concatenate([sheet.template, np.full(len(points), -1)])
-    sheet.on_plane = np.concatenate([sheet.on_plane, np.full(len(points), number)])
+    sheet.add(points, directions, number)
     away = np.concatenate([away, np.zeros(len(points))])
     sign = np.sign(away)[sheet.triangles]
     cut = (sign.min(axis=1) < 0) & (sign.max(axis=1) > 0)

@@ -55,6 +55,13 @@ class Sheet:
         """The plane rim vertices of that number lie in."""
         return list(self.planes.values())[number]
 
+    def add(self, points: FloatArray, directions: FloatArray, number: int) -> None:
+        """Add vertices ``(k, 3)`` that lie in the plane of that number, and are none of the template's."""
+        self.points = np.concatenate([self.points, points])
+        self.directions = np.concatenate([self.directions, directions])
+        self.template = np.concatenate([self.template, np.full(len(points), -1)])
+        self.on_plane = np.concatenate([self.on_plane, np.full(len(points), number)])
+
     def slide(self, which: IntArray, displacement: FloatArray) -> None:
         """Move vertices by vectors ``(k, 3)`` mm along the smooth surface; rim vertices stay in their plane."""
         directions = self.smooth.step(self.directions[which], displacement)
@@ -105,5 +112,4 @@ def reach(
         square = np.maximum((steepest**2).sum(axis=1), _STEEP**2)
         directions[active] = smooth.step(directions[active], -(away[active] / square)[:, None] * steepest)
         points[active] = at(directions[active])
-    away = plane.signed_distance(points)
-    return np.abs(away) < _NEAR, points - away[:, None] * plane.normal, directions
+    return np.abs(plane.signed_distance(points)) < _NEAR, plane.feet(points), directions

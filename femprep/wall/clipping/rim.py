@@ -67,15 +67,9 @@ def _split(sheet: Sheet, number: int, edges: IntArray, others: cKDTree) -> int:
     edges = edges[(length > _LONG * gap) & (_halves(sheet, edges) > LEAST_QUALITY)]
     if not len(edges):
         return 0
-    plane = sheet.plane_of(number)
-    middle = sheet.points[edges].mean(axis=1)
-    middle -= plane.signed_distance(middle)[:, None] * plane.normal
-    direction = unit_vectors(sheet.directions[edges].mean(axis=1))
+    middle = sheet.plane_of(number).feet(sheet.points[edges].mean(axis=1))
     first = len(sheet.points)
-    sheet.points = np.concatenate([sheet.points, middle])
-    sheet.directions = np.concatenate([sheet.directions, direction])
-    sheet.template = np.concatenate([sheet.template, np.full(len(edges), -1)])
-    sheet.on_plane = np.concatenate([sheet.on_plane, np.full(len(edges), number)])
+    sheet.add(middle, unit_vectors(sheet.directions[edges].mean(axis=1)), number)
     new = {(int(a), int(b)): first + i for i, (a, b) in enumerate(edges)}
     rows: list[tuple[int, int, int]] = []
     for row in sheet.triangles.tolist():

@@ -12,6 +12,7 @@ from femprep.errors import InputError, OptionError, StageError
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import enclosed_volume
 from femprep.model import FACET_TAGS, IntArray, Plane, Progress, Surface, TagArray, Wall
+from femprep.model.notice import spot
 from femprep.options import WallOptions, choose, takes
 from femprep.surface.fit import fit_surface
 from femprep.surface.given.mend import mended
@@ -179,10 +180,10 @@ def _thicken(epi: Sheet, endo: Sheet, options: WallOptions) -> list[dict[str, An
     if options.policy == "strict":
         found = summary(epi, [endo])
         if found["minimum_mm"] < options.minimum_thickness:
-            x, y, z = found["minimum_at_mm"]
             raise InputError(
-                f"the wall is {found['minimum_mm']:.2f} mm thick at ({x:.1f}, {y:.1f}, {z:.1f}), beside {endo.name!r}, "
-                f"below minimum_thickness = {options.minimum_thickness:g} mm; mend the labels or use policy 'repair'"
+                f"the wall is {found['minimum_mm']:.2f} mm thick at {spot(found['minimum_at_mm'])}, beside "
+                f"{endo.name!r}, below minimum_thickness = {options.minimum_thickness:g} mm; mend the labels or use "
+                "policy 'repair'"
             )
         return []
     step = push_apart(epi, endo, options.minimum_thickness, options.maximum_push)

@@ -67,7 +67,7 @@ def flat_cap(rings: Sequence[FloatArray], plane: Plane) -> tuple[FloatArray, Int
     frame = plane_frame(plane)[:2]
     at, cap = fill_rings([product(ring - plane.point, frame.T) for ring in rings])
     added = product(at[sum(map(len, rings)) :], frame) + plane.point
-    return added - plane.signed_distance(added)[:, None] * plane.normal, cap
+    return plane.feet(added), cap
 
 
 def _area(ring: FloatArray) -> float:

@@ -14,8 +14,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from femprep.errors import InputError, StageError
+from femprep.mesh.numbering import none_of
 from femprep.mesh.tangents import tangents
 from femprep.model import FACET_TAGS, FloatArray, IntArray, Plane, Wall
+from femprep.model.notice import spot
 from femprep.model.products import product
 from femprep.wall.clipping.clip import rim_loops
 from femprep.wall.clipping.clipped_surface import Sheet
@@ -145,27 +147,21 @@ def _sheet_facets(
             others = ", ".join(repr(other.name) for other in sheets if other is not sheet)
             raise InputError(
                 f"surface {sheet.name!r} meets {others}: {len(strange)} crossings, the first near "
-                "({:.1f}, {:.1f}, {:.1f}); the endocardium must lie inside the epicardium".format(*points[strange[0]])
+                f"{spot(points[strange[0]])}; the endocardium must lie inside the epicardium"
             )
         mapped = number[own]
         sides = mapped != np.roll(mapped, 1, axis=1)
         mapped = mapped[sides.all(axis=1)]
         if len(mapped) != len(sheet.triangles):
-            lost = _lost(sheet.triangles + int(starts[k]), mapped)
-            at = all_points[lost].mean(axis=(0, 1))
+            own = sheet.triangles + int(starts[k])
+            lost = own[none_of(own, mapped)]
             raise InputError(
                 f"{len(lost)} of {len(sheet.triangles)} facets of surface {sheet.name!r} do not bound the wall, one "
-                f"near ({at[0]:.1f}, {at[1]:.1f}, {at[2]:.1f}); the endocardium must lie inside the epicardium"
+                f"near {spot(all_points[lost].mean(axis=(0, 1)))}; the endocardium must lie inside the epicardium"
             )
         found.append(mapped)
         source.append(np.full(len(mapped), k))
     return np.concatenate(found), np.concatenate(source)
-
-
-def _lost(wanted: IntArray, found: IntArray) -> IntArray:
-    """Triangles of the first list that are not in the second, whatever their winding."""
-    there = {tuple(row) for row in np.sort(found, axis=1).tolist()}
-    return np.array([row for row in np.sort(wanted, axis=1).tolist() if tuple(row) not in there]).reshape(-1, 3)
 
 
 def drill(wall: Wall, holes: Sequence[tuple[str, FloatArray]]) -> Wall:

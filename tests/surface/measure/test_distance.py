@@ -9,7 +9,7 @@ from surface_shapes import box, moved, sphere
 from femprep.errors import InputError
 from femprep.mesh.sampling import sample_surface
 from femprep.model import Plane, Surface
-from femprep.surface.measure.distance import surface_distance, weighted_quantile
+from femprep.surface.measure.distance import surface_distance
 
 
 def test_concentric_spheres_lie_the_difference_of_their_radii_apart():
@@ -102,10 +102,3 @@ def test_samples_share_the_surface_by_area_and_repeat_exactly():
     assert inside.all()
     with pytest.raises(InputError, match="no area"):
         sample_surface(np.zeros((3, 3)), [[0, 1, 2]], 10)
-
-
-def test_weighted_quantile():
-    values, weight = np.array([3.0, 1.0, 2.0]), np.array([1.0, 2.0, 1.0])
-    assert weighted_quantile(values, 0.5, weight) == 1.0
-    assert weighted_quantile(values, 0.75, weight) == 2.0
-    assert weighted_quantile(values, 1.0, weight) == 3.0

@@ -7,9 +7,9 @@ import pytest
 
 from femprep.model import Plane, Surface
 from femprep.sweeping import sweep
+from femprep.sweeping.elements.build import least_corner
 from femprep.sweeping.elements.mend import mend
 from femprep.sweeping.elements.split import prisms
-from femprep.sweeping.elements.upright import least_corner
 from femprep.sweeping.matching.match import match_surfaces
 from femprep.template import charge_template
 
