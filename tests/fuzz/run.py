@@ -26,7 +26,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parent.parent)]
 # Each case is run in a fork, which GNU OpenMP does not survive.
 os.environ["NUMBA_THREADING_LAYER"] = "workqueue"
 
-from fuzz.cases import KINDS, REAL, make_case  # noqa: E402
+from fuzz.cases import KINDS, ODD, REAL, make_case  # noqa: E402
 from fuzz.judge import Outcome, fresh, run  # noqa: E402
 from fuzz.sources import Sources  # noqa: E402
 
@@ -52,6 +52,7 @@ SHARES = {
     "second images": 3,
     "table": 4,
     REAL: 1,
+    ODD: 3,
 }
 _STATUS = {0: "made, passed", 1: "made, a check failed", 2: "refused", 3: "a stage failed"}
 
