@@ -283,7 +283,8 @@ def displaced_rings(end: str) -> fp.Segmentation:
     slices = [np.where(sector & (ring == 2), 0, ring)] * 8
     slices[:0] = [np.roll(ring, (28, 28), (0, 1))] * 2
     labels = np.stack(slices if end == "first" else slices[::-1], axis=2).astype(np.uint8)
-    return fp.Segmentation(labels, fp.Grid(labels.shape, np.array([2.0, 2.0, 8.0]), np.zeros(3), np.eye(3)), {"lv": (3,), "myo": (2,)})
+    grid = fp.Grid(labels.shape, np.array([2.0, 2.0, 8.0]), np.zeros(3), np.eye(3))
+    return fp.Segmentation(labels, grid, {"lv": (3,), "myo": (2,)})
 
 
 @pytest.mark.parametrize("end", ["first", "last"])
