@@ -6,9 +6,10 @@ follows what is one pixel wide; one that tries bends about it.
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
 from femprep.image.topology import label_pieces
 from femprep.model import BoolArray, IntArray
@@ -20,8 +21,10 @@ _FEWEST: Final = 9
 _AROUND: Final = np.ones((3, 3), dtype=np.bool_)
 _SQUARE: Final = np.ones((2, 2), dtype=np.bool_)
 
+_Numbers = npt.NDArray[np.integer[Any]]
 
-def _sides(thin: IntArray, pieces: int, parts: IntArray) -> IntArray:
+
+def _sides(thin: _Numbers, pieces: int, parts: _Numbers) -> IntArray:
     """To how many parts each thin piece of a slice is next, ``(pieces,)``: of all at once, a map of noise has many."""
     beside = np.pad(parts, 1)
     pairs = []
