@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fuzz import odd_files, odd_images, odd_meshes, odd_paths
+from fuzz import odd_files, odd_images, odd_meshes, odd_options, odd_paths
 from fuzz.common import Made
 from fuzz.damage import Random
 from fuzz.sources import Sources
@@ -12,7 +12,8 @@ from fuzz.sources import Sources
 ODD = {
     **odd_images.FILES,
     **odd_paths.PATHS,
-    **odd_paths.VALUES,
+    **odd_options.CONFIGURATIONS,
+    **odd_options.VALUES,
     **odd_meshes.MESHES,
     **odd_files.FILES,
     **odd_images.MAPS,
