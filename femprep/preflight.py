@@ -228,7 +228,8 @@ def _check_planes(seg: Segmentation, layout: Layout, options: Options) -> None:
     away = {name: plane.signed_distance(points) for name, plane in planes.items()}
     for name, distance in away.items():
         # Beyond the centres of its outermost voxels the cavity goes on for no more than a voxel.
-        if distance.min() >= 0.0 or distance.max() <= -voxel_extent(cavity, planes[name]):
+        reach = voxel_extent(cavity, planes[name])
+        if distance.min() >= 0.0 or distance.max() <= -reach:
             side = "cuts all of it away" if distance.min() >= 0.0 else "cuts nothing away"
             advice = "change --base-offset"
             if taken := re.search("(first|last) end basal", planes[name].source):
