@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib.util import find_spec
 from typing import Final
 
@@ -31,6 +32,7 @@ from femprep.volume.refine.plan import levels_for
 from femprep.volume.sizing import lengths_at
 from femprep.volume.validate import check_amount, check_sizing
 from femprep.wall.anatomies import Layout
+from femprep.wall.planes.landmarks import find_base
 
 #: How far volume and thickness of a wall by its voxels may be off: what is refused is certain. The base cuts away up
 #: to a fifth, voxel faces along the stack tell areas within a quarter.
@@ -151,7 +153,7 @@ def check_labels(seg: Segmentation, layout: Layout, options: Options) -> Ventric
     _check_gaps(seg)
     for obj in layout.objects.values():
         check_fit(obj, options.surface)
-    _check_planes(layout)
+    _check_planes(seg, layout, options)
     if options.volume.mesher == "tetwild":
         _check_amount(seg, layout, options)
     if options.fibres is None:
@@ -216,7 +218,7 @@ def _check_gaps(seg: Segmentation) -> None:
             )
 
 
-def _check_planes(layout: Layout) -> None:
+def _check_planes(seg: Segmentation, layout: Layout, options: Options) -> None:
     """Base and apex plane cut the heart, and leave some of the cavity between them."""
     planes = {name: plane for name, plane in (("base", layout.base), ("apex", layout.apex)) if plane is not None}
     if not planes:
@@ -226,16 +228,27 @@ def _check_planes(layout: Layout) -> None:
     away = {name: plane.signed_distance(points) for name, plane in planes.items()}
     for name, distance in away.items():
         # Beyond the centres of its outermost voxels the cavity goes on for no more than a voxel.
-        if distance.min() >= 0.0 or distance.max() <= -voxel_extent(cavity, planes[name]):
+        reach = voxel_extent(cavity, planes[name])
+        if distance.min() >= 0.0 or distance.max() <= -reach:
             side = "cuts all of it away" if distance.min() >= 0.0 else "cuts nothing away"
-            taken = re.search("(first|last) end basal", planes[name].source)
-            other = f"give --basal-end {'first' if taken[1] == 'last' else 'last'} or another" if taken else "change"
+            advice = "change --base-offset"
+            if taken := re.search("(first|last) end basal", planes[name].source):
+                advice = _other_end(seg, options, "first" if taken[1] == "last" else "last", points, reach)
             raise InputError(
                 f"the {name} plane misses the cavity and {side} (its voxels lie {distance.min():.1f} to "
-                f"{distance.max():.1f} mm from it along its normal); {other} --base-offset"
+                f"{distance.max():.1f} mm from it along its normal); {advice}"
             )
     if not np.all([distance < 0.0 for distance in away.values()], axis=0).any():
         raise InputError("nothing of the cavity lies between base and apex plane; change base_offset")
+
+
+def _other_end(seg: Segmentation, options: Options, end: str, points: FloatArray, reach: float) -> str:
+    """The other end of the stack as advice, where a base there cuts the cavity; else what is left to do."""
+    with suppress(InputError):
+        away = find_base(seg, options=options.wall, basal_end=end).signed_distance(points)
+        if away.min() < 0.0 and away.max() > -reach:
+            return f"give --basal-end {end} or another --base-offset"
+    return "a base at the other end misses it, too: mend the labels, or give another --base-offset or --base"
 
 
 def _check_amount(seg: Segmentation, layout: Layout, options: Options) -> None:

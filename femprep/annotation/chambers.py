@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
-from scipy.spatial import ConvexHull, cKDTree
+from scipy.spatial import cKDTree
 
+from femprep.annotation.hull import hull_of
 from femprep.annotation.reading import SURE, Name, NoReading, Question
 from femprep.annotation.shell import Shell
 from femprep.model import BoolArray, FloatArray, IntArray
@@ -60,7 +61,7 @@ def _sample(own: BoolArray) -> IntArray:
 def _measure(shell: Shell, own: BoolArray, epi: BoolArray) -> Cavity:
     rows, thickness = _sample(own), wall_thickness(shell, own, epi)
     enclosed = abs(shell.enclosed(own))
-    hull = ConvexHull(shell.centre[rows]).volume
+    hull = hull_of(shell.centre[rows]).volume
     return Cavity(thickness, enclosed / max(hull, 1e-9), enclosed / 1e3, shell.centre[rows].mean(axis=0))
 
 

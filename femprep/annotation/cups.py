@@ -11,11 +11,11 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from femprep.annotation.cavities import looks_at, smoothed
 from femprep.annotation.chambers import name_cavities, wall_thickness
 from femprep.annotation.flat import spread
+from femprep.annotation.hull import hull_of
 from femprep.annotation.parting import part_cavities
 from femprep.annotation.reading import Name, NoReading, Reading
 from femprep.annotation.shell import Shell
@@ -67,7 +67,7 @@ def by_hull(shell: Shell) -> Reading:
 
 def _within_hull(shell: Shell, space: Space) -> Space:
     """The same space, outside being what lies beyond the convex hull."""
-    hull = ConvexHull(shell.points[np.unique(shell.triangles)])
+    hull = hull_of(shell.points[np.unique(shell.triangles)])
     corners, points = hull.simplices.astype(np.int64), (hull.points - space.origin) / space.step
     inward = np.einsum("ij,ij->i", area_vectors(hull.points, corners), hull.equations[:, :3]) < 0.0
     corners[inward] = corners[inward, ::-1]

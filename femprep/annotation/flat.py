@@ -7,9 +7,9 @@ that encloses tissue is the epicardium, those that enclose none are endocardia.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from femprep.annotation.chambers import name_cavities
+from femprep.annotation.hull import hull_of
 from femprep.annotation.reading import Name, NoReading, Question, Reading
 from femprep.annotation.shell import Shell
 from femprep.model import FACET_TAGS, BoolArray, FloatArray, Plane
@@ -70,7 +70,7 @@ def _outline(shell: Shell, own: BoolArray) -> float:
     """Area within the outline of a flat piece, its hole included, mm2."""
     middle = shell.centre[own].mean(axis=0)
     frame = np.linalg.svd(shell.centre[own] - middle, full_matrices=False)[2][:2]
-    return float(ConvexHull((shell.centre[own] - middle) @ frame.T).volume)
+    return float(hull_of((shell.centre[own] - middle) @ frame.T).volume)
 
 
 def _grown(shell: Shell, own: BoolArray, up: FloatArray) -> BoolArray:

@@ -110,14 +110,14 @@ class Shell:
         triangles = self.triangles[chosen[self.facet_of]]
         try:
             return enclosed_volume(self.points, triangles)
-        except KeyError:  # rims that touch themselves: seen from their middle they still tell inside from outside
+        except InputError:  # rims that touch themselves: seen from their middle they still tell inside from outside
             return volume(self.points, triangles)
 
     def rims(self, chosen: BoolArray) -> int:
         """Number of rims of the surface made of some facets."""
         try:
             return len(border_loops(self.triangles[chosen[self.facet_of]]))
-        except KeyError:
+        except InputError:
             return -1
 
 

@@ -58,7 +58,7 @@ def _read_toml(path: Path) -> dict[str, Any]:
             return tomllib.load(stream)
     except OSError as error:
         raise FileError(f"configuration {str(path)!r} cannot be read: {error.strerror}; check --config") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:  # of the grammar, of bytes that are no text, of numbers of thousands of digits
         raise FileError(f"configuration {str(path)!r} is not valid TOML: {error}") from None
     except RecursionError:  # tables within tables, by the thousand
         raise FileError(f"configuration {str(path)!r} is not valid TOML: it is nested too deeply") from None

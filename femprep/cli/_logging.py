@@ -7,7 +7,7 @@ import platform
 import sys
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -29,6 +29,21 @@ class _Screen(logging.Handler):
         typer.echo(self.format(record), err=True)
 
 
+class _LogFile(logging.FileHandler):
+    """A file of messages; one that cannot be written ends the command, as any other output does."""
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        error = sys.exc_info()[1]
+        if isinstance(error, OSError):
+            _log.removeHandler(self)  # which what is said of it would meet again
+            raise cannot_write(f"log {self.baseFilename!r}", error, "choose another --log") from None
+        super().handleError(record)
+
+    def close(self) -> None:
+        with suppress(OSError):  # has been said
+            super().close()
+
+
 def _verbose(count: int) -> int:
     """Show messages: once what is done, twice all the library says."""
     if count:
@@ -43,7 +58,7 @@ def _file(path: Path | None) -> Path | None:
     if path is None:
         return None
     try:
-        file = logging.FileHandler(path, mode="w", encoding="utf-8")
+        file = _LogFile(path, mode="w", encoding="utf-8")
     except OSError as error:
         raise cannot_write(f"log {str(path)!r}", error, "choose another --log") from None
     file.setLevel(logging.DEBUG)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import typer
 from rich.console import Console
 from rich.markup import escape
 
 from femprep.cli._tables import print_table
+from femprep.model import VolumeMesh
 
 
 def _number(value: float | None, digits: int = 3) -> str:
@@ -244,6 +246,14 @@ def _print_given(console: Console, records: Any) -> None:
 def _print_stages(console: Console, manifest: Any) -> None:
     console.print("seconds: " + ", ".join(f"{stage.name} {stage.seconds:.1f}" for stage in manifest.stages))
     _print_notices(console, manifest)
+
+
+def print_left_out(mesh: VolumeMesh) -> None:
+    """What was not read of anyone else's file."""
+    from femprep.report.notices import lines
+
+    for line in lines(mesh.info) if "source" in mesh.info else []:
+        typer.echo(f"note: {line}")
 
 
 def _print_notices(console: Console, manifest: Any) -> None:

@@ -40,7 +40,8 @@ def check(
     from femprep.export import read_mesh
     from femprep.volume import check as judge
 
-    report = judge(read_mesh(mesh), options=options)
+    found = read_mesh(mesh)
+    report = judge(found, options=options)
     if html is not None:
         from femprep.report.page.quality import write_quality_page
 
@@ -48,7 +49,8 @@ def check(
     if json:
         typer.echo(report.model_dump_json(indent=2))
     elif not quiet:
-        from femprep.cli._summary import print_quality
+        from femprep.cli._summary import print_left_out, print_quality
 
+        print_left_out(found)
         print_quality(report, worst=3 if worst is None else worst)
     return 0 if report.passed else 1

@@ -45,5 +45,8 @@ def convert(
         found = add_pericardium(found, stiffness=pericardium)
     paths = write_mesh(found, out, format=format, options=options)
     if not quiet:
+        from femprep.cli._summary import print_left_out
+
+        print_left_out(found)
         for path in paths:
             typer.echo(path)

@@ -27,6 +27,7 @@ def refine(
     tell the element that each is a part of.
     """
     from femprep.cli._progress import bars
+    from femprep.cli._summary import print_left_out
     from femprep.export import read_mesh, write_mesh
     from femprep.report.notices import lines
     from femprep.volume.refine import refine as cut
@@ -37,6 +38,7 @@ def refine(
     paths = write_mesh(fine, out, format=format)
     if quiet:
         return
+    print_left_out(coarse)
     typer.echo(f"{coarse.n_cells} elements -> {fine.n_cells}")
     for line in lines({"notices": fine.info.get("notices", ())[len(coarse.info.get("notices", ())) :]}):
         typer.echo(f"note: {line}")

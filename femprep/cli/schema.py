@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from femprep.errors import FileError
+from femprep.errors import FileError, cannot_write
 
 #: What a schema is known by, whatever folder it lies in.
 _NAME = "urn:femprep:schema:"
@@ -74,7 +74,10 @@ def schema(
         typer.echo(schema_folder())
         return
     folder = folder or Path("schemas")
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in schema_texts().items():
-        (folder / name).write_text(text, encoding="utf-8")
-        typer.echo(folder / name)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in schema_texts().items():
+            (folder / name).write_text(text, encoding="utf-8")
+            typer.echo(folder / name)
+    except OSError as error:
+        raise cannot_write(f"folder {str(folder)!r}", error, "choose another") from None

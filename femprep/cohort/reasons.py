@@ -101,7 +101,7 @@ REASONS: Final[tuple[Reason, ...]] = (
     ),
     Reason(
         *("rings-open", "refused", "Too few slices have a closed ring of myocardium, so that no base can be found."),
-        "Close the rings in the labels, or give the plane by `--base`: the line names one where a slice comes near.",
+        "Close the rings in the labels, from the base down: no option stands in for them.",
         ("InputError wall.planes.landmarks:_rings", "InputError wall.planes.landmarks:find_apex"),
     ),
     Reason(

@@ -22,7 +22,8 @@ def whole_files(parent: Path) -> Iterator[tuple[Path, list[Path]]]:
     Raises
     ------
     FileError
-        The folder does not exist or cannot be written, or a folder is where a file should go, or a file where a folder.
+        The folder does not exist or cannot be written, or a folder, a device or a pipe is where a file should go, or a
+        file where a folder.
     DiskFullError
         There is no room.
     """
@@ -61,6 +62,8 @@ def _require_room(path: Path, target: Path) -> None:
             raise FileError(f"{str(target)!r} is a file, not a folder; choose another name")
     elif folder:
         raise FileError(f"{str(target)!r} is a folder, not a file; choose another name")
+    elif target.exists() and not target.is_file():  # a device or a pipe would be a file afterwards
+        raise FileError(f"{str(target)!r} is no regular file; choose another name")
 
 
 def _replace(path: Path, target: Path) -> None:

@@ -122,7 +122,7 @@ def _tags(
         if array not in mesh.cell_data:
             continue
         values = [np.asarray(mesh.cell_data[array][i]) for i in blocks]
-        if all(v.ndim == 1 and (v.dtype.kind in "iu" or np.array_equal(v, np.round(v))) for v in values):
+        if all(_are_tags(v) for v in values):
             tags = np.concatenate(values).astype(np.int64)
             # MED's names are those of families, which meshio keeps beside the tags.
             families = {tag: own[0] for tag, own in getattr(mesh, "cell_tags", {}).items() if own}
@@ -141,6 +141,14 @@ def _tags(
                 named = True
             first += len(mesh.cells[i].data)
     return out.astype(np.int32), "sets" if named else "none"
+
+
+def _are_tags(values: np.ndarray) -> bool:
+    """Whether values are whole numbers that a tag can have; others would be cut to them."""
+    most = np.iinfo(np.int32).max
+    if values.ndim != 1 or not (values.dtype.kind in "iu" or np.array_equal(values, np.round(values))):
+        return False
+    return bool(np.all((values >= -most) & (values <= most)))
 
 
 def _data(cell_data: Mapping[str, list[Any]], blocks: list[int], taken: set[str]) -> dict[str, np.ndarray]:

@@ -18,8 +18,10 @@ from femprep.export.ending import ending_files
 from femprep.export.foreign import from_meshio
 from femprep.export.hdf5 import require_hdf5
 from femprep.export.verdict import verdict_in
+from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.mesh.vtk.entities import refuse_entities
 from femprep.model import VolumeMesh
+from femprep.model.notice import Notice, noted
 from femprep.model.verdict import VERDICT
 
 
@@ -65,6 +67,8 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         require_hdf5(path)
         mesh = import_module(f"femprep.export.{reader}.read").read(path) if isinstance(reader, str) else reader(path)
         _require_finite(mesh)
+        _require_nodes(mesh)
+        mesh = _with_notice(mesh)
         if path.suffix.lower() in _COMMENTED and (verdict := verdict_in(path)):
             mesh = replace(mesh, info={**mesh.info, VERDICT: verdict})
     except MissingDependencyError:
@@ -84,6 +88,23 @@ def _require_finite(mesh: VolumeMesh) -> None:
         raise InputError(
             f"point {wrong[0]} is {mesh.points[wrong[0]].tolist()} ({wrong.size} such); give finite numbers"
         )
+
+
+def _require_nodes(mesh: VolumeMesh) -> None:
+    """Every element and facet has as many nodes as its type."""
+    for kind, block in [*mesh.cells.items(), *mesh.facets.items()]:
+        count = ELEMENTS[kind].nodes if kind in ELEMENTS else _FACET_NODES[kind]
+        if block.shape[1] != count:
+            raise InputError(f"a {kind} has {block.shape[1]} nodes, expected {count}")
+
+
+def _with_notice(mesh: VolumeMesh) -> VolumeMesh:
+    """The mesh with a notice of the elements that are not read; lines and points are none of a volume mesh."""
+    left_out = [kind for kind in mesh.info.get("source", {}).get("left_out", ()) if kind not in _LESS]
+    if not left_out:
+        return mesh
+    words = f"elements of types {', '.join(left_out)} of the file are left out"
+    return replace(mesh, info=noted(mesh.info, Notice.of("left out", words)))
 
 
 def _vtk(path: Path) -> VolumeMesh:
@@ -161,6 +182,12 @@ def meshio_mesh(path: Path) -> Any:
         reason = " ".join(reason.split()) or type(error).__name__
         raise FileError(f"{str(path)!r} is damaged or of an unknown format: {reason}") from error
 
+
+#: Nodes of each facet type.
+_FACET_NODES: Final = {name: count for count, name in FACET_TYPES.items()}
+
+#: What files list beside volume elements and facets.
+_LESS: Final = frozenset({"vertex", "poly_vertex", "line", "line3", "poly_line", "quadratic_edge"})
 
 #: Coordinates from here on, 1000 km in micrometres, are no numbers of a heart: their squares may overflow.
 _FARTHEST: Final = 1e12

@@ -96,8 +96,16 @@ def border_loops(cells: npt.ArrayLike) -> list[IntArray]:
 
 
 def loops_of(edges: IntArray) -> list[IntArray]:
-    """Directed edges ``(e, 2)``, at most one from each node, as closed loops of nodes in their order."""
+    """Directed edges ``(e, 2)``, at most one from each node, as closed loops of nodes in their order.
+
+    Raises
+    ------
+    InputError
+        More than one leaves a node, or they do not close: cells that are not wound alike have such rims.
+    """
     following = {int(a): int(b) for a, b in edges}
+    if set(following) != set(following.values()) or len(following) < len(edges):
+        raise InputError("a rim touches itself at a node, or the cells along it are not wound alike")
     loops = []
     while following:
         start, vertex = next(iter(following.items()))

@@ -11,6 +11,8 @@ from femprep.errors import InputError
 
 #: Diagonal of the box around a heart, from a small animal's ventricle to a dilated human heart, mm.
 SMALLEST, LARGEST = 8.0, 400.0
+#: Diagonal of what may be meshed in a unit that was given, mm: as wide as labels may be, whose unit is given too.
+LEAST, MOST = 1.0, 1700.0
 #: Diagonals of human hearts and ventricles: of two units that are possible the one that gives such a heart is taken.
 _USUAL: Final = (45.0, 300.0)
 #: Millimetres in one of each unit.

@@ -233,3 +233,26 @@ def test_wrong_options_are_told_in_one_line(
     assert words in error
     assert error.strip().count("\n") == 0
     assert not (tmp_path / "out").exists()
+
+
+def test_a_mesh_in_a_plane_is_refused() -> None:
+    mesh = truncated_ellipsoid("tetra", heights=3, around=8, layers=1)
+    with pytest.raises(fp.InputError, match="read in none of the ways"):
+        fp.annotate(bare(replace(mesh, points=mesh.points * [1.0, 1.0, 0.0])))
+
+
+def test_elements_without_volume_are_named_and_fail_the_check() -> None:
+    """A piece of two facets on a line has no hull: another way reads the boundary."""
+    mesh = truncated_ellipsoid("tetra", heights=3, around=8, layers=1)
+    cells = np.array(mesh.cells["tetra"])
+    cells[:5, 3] = cells[:5, 2]
+    found = fp.annotate(bare(replace(mesh, cells={"tetra": cells})))
+    assert not found.quality.passed
+
+
+def test_a_cavity_whose_rims_are_no_rings_is_left_out_and_told(tmp_path: Path) -> None:
+    """Every second element: the facets that look inward hang together by nodes alone."""
+    mesh = truncated_ellipsoid("tetra", heights=3, around=8, layers=1)
+    found = fp.annotate(bare(VolumeMesh(mesh.points, {"tetra": mesh.cells["tetra"][::2]}, np.ones(mesh.n_cells // 2))))
+    manifest = fp.write_annotation(found, tmp_path / "out")
+    assert any("cavity lv is left out" in line and "touches itself" in line for line in manifest.notices)

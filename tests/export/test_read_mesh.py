@@ -177,3 +177,21 @@ def test_coordinates_that_are_no_numbers_are_refused(tmp_path: Path) -> None:
     (tmp_path / "deck.inp").write_text(FOREIGN_DECK.replace("40,           0.", "40,           nan"))
     with pytest.raises(FileError, match=r"point 3 is \[nan, 0.0, 1.0\] \(1 such\)"):
         read_mesh(tmp_path / "deck.inp")
+
+
+def test_an_element_of_too_few_nodes(tmp_path: Path) -> None:
+    grid = pyvista.UnstructuredGrid(np.array([3, 0, 1, 2]), np.array([10]), np.eye(4, 3))
+    grid.save(tmp_path / "mesh.vtu")
+    with pytest.raises(FileError, match="a tetra has 3 nodes, expected 4"):
+        read_mesh(tmp_path / "mesh.vtu")
+
+
+@pytest.mark.parametrize("tag", [2**62, -(2**63), 2**31])
+def test_numbers_that_no_tag_can_be_are_not_cut_to_one(tag: int, tmp_path: Path) -> None:
+    mesh = truncated_ellipsoid("tetra", heights=2, around=6, layers=1)
+    tags = np.full(mesh.n_cells, tag, dtype=np.int64)
+    blocks = [("tetra", np.array(mesh.cells["tetra"]))]
+    meshio.write(tmp_path / "mesh.vtu", meshio.Mesh(mesh.points, blocks, cell_data={"material": [tags]}))
+    found = read_mesh(tmp_path / "mesh.vtu")
+    assert found.info["source"]["region"] == "none"
+    assert np.array_equal(found.cell_data["material"], tags)

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from fuzz import image_cases, mesh_cases, option_cases, several_images_cases, surface_cases
 from fuzz.common import Case, Made
 from fuzz.damage import Random
+from fuzz.odd_cases import odd
 from fuzz.sources import Sources
 
-__all__ = ["KINDS", "REAL", "Case", "make_case"]
+__all__ = ["KINDS", "ODD", "REAL", "Case", "make_case"]
 
 #: The kind that needs real label maps, from the folder ``FEMPREP_DATA``.
 REAL = "real labels"
+#: The kind whose cases have names: its numbers go through them, whatever the seed.
+ODD = "odd"
 
 #: What makes the cases of each kind. A case follows from the place of its kind: new ones come last.
 KINDS: dict[str, Callable[[Random, Sources, Path], Made]] = {
@@ -38,10 +42,12 @@ KINDS: dict[str, Callable[[Random, Sources, Path], Made]] = {
     "second images": several_images_cases.second_images,
     "table": option_cases.table,
     REAL: image_cases.real_labels,
+    ODD: partial(odd, 0),
 }
 
 
 def make_case(kind: str, seed: int, number: int, sources: Sources, folder: Path) -> Case:
     """The case of a kind with a number, its files written into a folder."""
     random = np.random.default_rng([seed, list(KINDS).index(kind), number])
-    return Case(kind, number, *KINDS[kind](random, sources, folder))
+    made = partial(odd, number) if kind == ODD else KINDS[kind]
+    return Case(kind, number, *made(random, sources, folder))

@@ -38,6 +38,8 @@ class Outcome:
         Last line of standard error.
     fault : str
         How it fell short of the contract; empty where it did not.
+    meshes : bool
+        Of the case: whether it may come to meshing.
     """
 
     kind: str
@@ -47,6 +49,7 @@ class Outcome:
     seconds: float
     line: str
     fault: str
+    meshes: bool = False
 
     def record(self) -> dict[str, object]:
         """As JSON has it."""
@@ -73,7 +76,8 @@ def run(case: Case, folder: Path) -> Outcome:
         left = [name for name in left if not name.startswith(("out.", "out_"))]
     made = not there and _exists(folder, case.out)
     fault = _fault(case, folder, status, lines, left, late, alive, made)
-    return Outcome(case.kind, case.number, case.what, status, round(seconds, 2), lines[-1] if lines else "", fault)
+    said_last = lines[-1] if lines else ""
+    return Outcome(case.kind, case.number, case.what, status, round(seconds, 2), said_last, fault, case.meshes)
 
 
 def _exists(folder: Path, out: str) -> bool:

@@ -71,7 +71,8 @@ def _mirrored(random: Random, labels: Labels) -> Labels:
 
 def _speckled(random: Random, labels: Labels) -> Labels:
     share = float(choose(random, (0.001, 0.01, 0.1, 0.5)))  # type: ignore[arg-type]
-    noise = random.integers(0, int(labels.max()) + 2, labels.shape)
+    largest = float(labels.max())  # of an image to sample it may be no number
+    noise = random.integers(0, (int(largest) if abs(largest) < 1e6 else 3) + 2, labels.shape)
     return np.where(random.random(labels.shape) < share, noise, labels).astype(labels.dtype)
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from fuzz.cases import KINDS, REAL, make_case
 from fuzz.instants import try_instants
+from fuzz.odd_cases import NAMES
 from fuzz.sources import Sources
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="each case is run in a fork")
@@ -45,6 +46,15 @@ def test_many_of_every_kind(tmp_path: Path) -> None:
     assert len(found) == 300
     assert {one["kind"] for one in found} == set(kinds)
     assert [one for one in found if one["fault"]] == []
+
+
+@pytest.mark.slow
+def test_every_odd_case_that_is_read(tmp_path: Path) -> None:
+    numbers = map(str, range(len(NAMES)))
+    found = outcomes(tmp_path, "--kinds", "odd", "--read-only", "--only", *numbers)
+    assert len(found) > 500
+    assert [one for one in found if one["fault"]] == []
+    assert sum(one["status"] == 2 for one in found) > 350
 
 
 def test_cases_are_the_same_for_a_seed(tmp_path: Path) -> None:

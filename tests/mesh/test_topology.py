@@ -14,6 +14,7 @@ from femprep.mesh.topology import (
     is_closed,
     is_consistently_wound,
     is_manifold,
+    loops_of,
     pieces,
     pinched_vertices,
     volume,
@@ -112,3 +113,16 @@ def test_fold_angles():
     assert fold_angles(hinge, np.array([[0, 1, 2], [1, 0, 3]]))[1][0] == pytest.approx(180.0, abs=1e-6)
     with pytest.raises(InputError, match="not consistently wound"):
         fold_angles(hinge, np.array([[0, 1, 2], [0, 1, 3]]))
+
+
+@pytest.mark.parametrize(
+    "edges",
+    [
+        [[0, 1], [1, 2], [2, 0], [0, 3], [3, 4], [4, 0]],  # two rims through a node
+        [[0, 1], [2, 1], [2, 0]],  # cells that are not wound alike
+        [[0, 1], [1, 2]],
+    ],
+)
+def test_rims_that_are_no_rings_are_refused(edges: list[list[int]]) -> None:
+    with pytest.raises(InputError, match="touches itself at a node, or the cells along it are not wound alike"):
+        loops_of(np.array(edges))

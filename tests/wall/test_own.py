@@ -79,6 +79,16 @@ def test_surfaces_of_no_hearts_size_or_of_different_units_are_refused() -> None:
         prepare_surfaces(mixed)
 
 
+@pytest.mark.parametrize("unit", ["m", "um"])
+def test_a_unit_given_in_which_no_heart_has_this_size_is_refused(unit: str) -> None:
+    """A heart of 120 m asked the sweep for 27 million columns, and all memory."""
+    with pytest.raises(
+        InputError, match=rf"surface 'epi' measures .* mm in the unit '{unit}' given, which is no heart"
+    ):
+        prepare_surfaces(shapes.heart(), base=TOP, unit=unit)
+    assert prepare_surfaces(shapes.heart(), base=TOP, unit="cm").unit == "cm"  # a heart of 1.3 m may be an elephant's
+
+
 def test_an_endocardium_outside_is_refused_with_how_far_and_where() -> None:
     surfaces = shapes.heart()
     moved = replace(surfaces["lv"], points=surfaces["lv"].points + np.array([20.0, 0.0, 0.0]))

@@ -93,8 +93,9 @@ def read_foreign(path: Path) -> ForeignMesh:
         if number in names:
             cells.append((names[number], nodes[offsets[chosen][:, None] + np.arange(size)]))
             rows.append(chosen)
-        else:
-            log.warning("cells of VTK type %d are left out", number)
+        else:  # named alone, for what is left out to be told
+            cells.append((_name_of(int(number)), np.empty((len(chosen), 0), dtype=np.int64)))
+            rows.append(chosen)
     data = arrays_of(grid.GetCellData())
     points = vtk_to_numpy(grid.GetPoints().GetData()) if grid.GetPoints() else np.empty((0, 3))
     cells = [(kind, _turned(nodes, points) if kind == "wedge" else nodes) for kind, nodes in cells]
@@ -105,6 +106,16 @@ def read_foreign(path: Path) -> ForeignMesh:
         cell_data={name: [values[chosen] for chosen in rows] for name, values in data.items()},
         field_data=arrays_of(grid.GetFieldData()),
     )
+
+
+def _name_of(number: int) -> str:
+    """VTK's name of a cell type that femprep does not have."""
+    import pyvista
+
+    try:
+        return str(pyvista.CellType(number).name).lower()
+    except ValueError:
+        return f"VTK type {number}"
 
 
 def _turned(wedges: IntArray, points: FloatArray) -> IntArray:

@@ -1,4 +1,4 @@
-"""A file of VTK's in, its data set out, or one line that says what is wrong with it. The only file with VTK's readers.
+"""A file of VTK's in, its data set out, or one line that says what is wrong with it.
 
 VTK reports a damaged file to its output window alone, and returns what it has read so far, or nothing. It believes
 what a file says of the numbers of points and ends the process where a filter meets one that is not there.
@@ -14,7 +14,7 @@ import numpy as np
 from femprep.errors import FileError
 from femprep.mesh.vtk.entities import refuse_entities
 from femprep.mesh.vtk.sizes import require_sizes
-from femprep.mesh.vtk.trial import legacy_reader, require_readable
+from femprep.mesh.vtk.trial import may_end_the_process, reader_of, require_readable
 
 #: Where the cells of the two kinds of data sets are.
 _CELLS: Final = {"vtkPolyData": ("GetVerts", "GetLines", "GetPolys", "GetStrips"), "vtkUnstructuredGrid": ("GetCells",)}
@@ -30,23 +30,13 @@ def load(path: Path) -> Any:
         that it does not hold, or VTK's reader breaks down on it.
     """
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
-    from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
-    kinds: dict[str, Any] = {
-        ".vtu": vtkXMLUnstructuredGridReader,
-        ".vtp": vtkXMLPolyDataReader,
-        ".vti": vtkXMLImageDataReader,
-    }
-    ending = path.suffix.lower()
-    if ending != ".vtk":
+    if path.suffix.lower() != ".vtk":
         refuse_entities(path)
     require_sizes(path)
-    if ending == ".vtk":
+    if may_end_the_process(path):
         require_readable(path)
-        reader = legacy_reader(path)
-    else:
-        reader = kinds[ending]()
-        reader.SetFileName(str(path))
+    reader = reader_of(path)
     window, before = vtkStringOutputWindow(), vtkOutputWindow.GetInstance()
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkOutputWindow.SetInstance(window)

@@ -1,10 +1,15 @@
-"""A legacy file of VTK's read once in a process of its own: its reader ends the process on some damaged files.
+"""A file of VTK's read once in a process of its own: its readers end the process on some damaged files.
+
+Those are legacy files, and XML files that are not compressed: VTK asks for as many corners as the last of a list of
+cells says. Compressed ones have a check sum, which random damage does not pass.
 
 Run as a script it is that process; from the package, :func:`require_readable` starts it.
 """
 
 from __future__ import annotations
 
+import mmap
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +17,12 @@ from typing import Any
 
 from femprep.errors import FileError
 
+#: How XML says that arrays are compressed, within so many bytes; and that one is text all the same.
+_COMPRESSED, _HEAD = b"compressor=", 4096
+_TEXT = re.compile(rb"""format\s*=\s*["']ascii""")
+#: Address space of the trial, bytes: of the libraries, and for each byte of the file, in which a number of eight bytes
+#: takes two at least and is copied.
+_LIBRARIES, _FOR_EACH_BYTE = 2 << 30, 32
 #: Seconds the trial may take, and for each megabyte.
 _SECONDS, _SECONDS_PER_MEGABYTE = 30.0, 1.0
 
@@ -28,8 +39,30 @@ def legacy_reader(path: Path) -> Any:
     return reader
 
 
+def reader_of(path: Path) -> Any:
+    """VTK's reader of a file, by its ending."""
+    from vtkmodules import vtkIOXML
+
+    ending = path.suffix.lower()
+    if ending == ".vtk":
+        return legacy_reader(path)
+    kinds = {".vtu": "UnstructuredGrid", ".vtp": "PolyData", ".vti": "ImageData"}
+    reader = getattr(vtkIOXML, f"vtkXML{kinds[ending]}Reader")()
+    reader.SetFileName(str(path))
+    return reader
+
+
+def may_end_the_process(path: Path) -> bool:
+    """Whether VTK believes numbers of a file that no check sum goes with."""
+    ending = path.suffix.lower()
+    if ending in (".vtk", ".vti") or not path.stat().st_size:
+        return ending == ".vtk"
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        return data.find(_COMPRESSED, 0, _HEAD) < 0 or _TEXT.search(data) is not None
+
+
 def require_readable(path: Path) -> None:
-    """Make sure that a legacy file does not end the process that reads it.
+    """Make sure that a file does not end the process that reads it.
 
     Raises
     ------
@@ -48,5 +81,17 @@ def require_readable(path: Path) -> None:
         raise FileError(f"{str(path)!r} is damaged: VTK's reader breaks down on it (status {done.returncode})")
 
 
+def _limit_memory(path: Path) -> None:
+    """Have this process end where VTK asks for far more than the file can hold, though a machine may lend it."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    most = _LIBRARIES + _FOR_EACH_BYTE * path.stat().st_size
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    resource.setrlimit(resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+
+
 if __name__ == "__main__":
-    legacy_reader(Path(sys.argv[1])).Update()
+    _limit_memory(Path(sys.argv[1]))
+    reader_of(Path(sys.argv[1])).Update()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import tempfile
 from pathlib import Path
@@ -28,5 +29,6 @@ def write_page(path: Path, text: str, remedy: str) -> None:
             made = Path(folder) / path.name
             made.write_text(text, encoding="utf-8")
             os.replace(made, path)
-    except OSError as error:
+    except (OSError, RuntimeError) as error:  # RuntimeError: links that lead to each other (Python 3.11, 3.12)
+        error = error if isinstance(error, OSError) else OSError(errno.ELOOP, os.strerror(errno.ELOOP))
         raise cannot_write(f"{str(path)!r}", error, remedy) from None

@@ -86,7 +86,10 @@ def _ball(even: LabelObject) -> tuple[FloatArray, IntArray]:
             break
     else:
         widest = _OFFSETS[-1] * float(even.grid.spacing[0])
-        raise StageError(f"object {even.name!r} has tunnels too wide to be closed by {widest:.1f} mm around its voxels")
+        raise StageError(
+            f"object {even.name!r} has tunnels too wide to be closed by {widest:.1f} mm around its voxels; fill them "
+            "in the labels"
+        )
     used, cells = np.unique(cells, return_inverse=True)
     return index[used], cells.reshape(-1, 3)
 

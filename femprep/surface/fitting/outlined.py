@@ -44,7 +44,10 @@ def outline_surface(obj: LabelObject, vertices: int) -> Surface:
     rough = PatchSurface(*outlines(rest.obj, _OUTLINE)[1])
     placed = placed_or_flipped(directions, template.cells, rough, ACCEPTANCE.outline)
     if placed.folded:
-        raise StageError(f"the template folds on the outline of {obj.name!r}")
+        raise StageError(
+            f"the template folds on the outline of {obj.name!r}; look for slices that lie beside each other, holes and "
+            "slivers in its labels and mend them, or give more vertices (--vertices)"
+        )
     points = product(placed.points, rest.axes.T) + obj.barycentre
     return Surface(
         points, placed.cells, obj.name, directions=product(placed.directions, rest.axes.T), info={"flips": placed.flips}

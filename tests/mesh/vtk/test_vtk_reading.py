@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import pyvista
 from meshes import truncated_ellipsoid
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 import femprep as fp
 from femprep.mesh.vtk.reading import load
@@ -109,3 +110,25 @@ def test_a_document_type_without_entities_is_read(tmp_path: Path) -> None:
         path.write_text(text.replace("<Xdmf", '<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>\n<Xdmf', 1))
     assert "<!DOCTYPE" in path.read_text()
     assert np.array_equal(fp.read_mesh(path).points, mesh.points)
+
+
+@pytest.mark.parametrize("last", ["999999999999", "9000000000000000000"])
+def test_a_list_of_cells_that_says_it_is_huge(last: str, tmp_path: Path) -> None:
+    """VTK asks for as much memory, and ends the process where there is none."""
+    grid = pyvista.UnstructuredGrid(np.array([4, 0, 1, 2, 3]), np.array([10]), np.eye(4, 3))
+    writer = vtkXMLUnstructuredGridWriter()
+    path = tmp_path / "mesh.vtu"
+    writer.SetFileName(str(path))
+    writer.SetInputData(grid)
+    writer.SetDataModeToAscii()
+    writer.Write()
+    text = path.read_text()
+    first = text.index('Name="offsets"')
+    place = text.index("4", text.index(">", first))
+    path.write_text(text[:place] + last + text[place + 1 :])
+    done = subprocess.run(
+        [sys.executable, "-c", f"import femprep as fp; fp.read_mesh({str(path)!r})"], capture_output=True, text=True
+    )
+    assert done.returncode == 1  # an exception, not a signal
+    assert "FileError" in done.stderr
+    assert "is damaged" in done.stderr.splitlines()[-1]
