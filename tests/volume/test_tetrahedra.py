@@ -197,9 +197,11 @@ def test_the_time_of_a_run_follows_from_its_estimate():
 
 
 def test_a_run_that_takes_too_long_is_followed_by_another_one(mesher, coarse_wall, coarse_mesh):
-    used = mesher(TooLongError("the mesher did not finish within 40 s"), result(coarse_mesh))
+    used = mesher(TooLongError("the mesher did not finish within 40 s").after(55.0, 40.1), result(coarse_mesh))
     mesh = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82)
     assert [item["status"] for item in mesh.info["attempts"]] == ["too long", "reached"]
+    assert [item["processor_seconds"] for item in mesh.info["attempts"]] == [40.1, 1.0]
+    assert mesh.info["attempts"][0]["seconds"] == 55.0
     assert [asked["time_limit"] for asked in used.asked] == [40.0, 40.0]
     assert used.asked[1]["stop_energy"] > used.asked[0]["stop_energy"]
     assert used.asked[0]["arrays"]["bg_values"].min() == used.asked[1]["arrays"]["bg_values"].min() == 6.0
