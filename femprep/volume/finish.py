@@ -39,8 +39,8 @@ class Candidate:
     Attributes
     ----------
     mesh : VolumeMesh
-    smallest_dihedral : float
-        Degrees.
+    share : float
+        Of smallest dihedral angle and mean of the mean ratio the one that is less of what was asked for, over that.
     failures : tuple of str
         What it misses of the quality asked for and of the limits on the shapes of elements.
     undone : tuple of str
@@ -50,7 +50,7 @@ class Candidate:
     """
 
     mesh: VolumeMesh
-    smallest_dihedral: float
+    share: float
     failures: tuple[str, ...] = ()
     undone: tuple[str, ...] = ()
     fine: bool = True
@@ -116,7 +116,14 @@ def finish(
         words = f"smallest dihedral angle {smallest:.1f} degrees, mean of the mean ratio {mean:.3f}"
         held.failures.append(f"{words}: below what was asked")
     judge_shapes({"tetra": measures}, limits, held)
-    return Candidate(mesh, smallest, tuple(held.failures), undone, fine)
+    return Candidate(mesh, _share(smallest, mean, options), tuple(held.failures), undone, fine)
+
+
+def _share(dihedral: float, mean_ratio: float, options: VolumeOptions) -> float:
+    """Of smallest dihedral angle and mean of the mean ratio the one that is less of what was asked for, over that."""
+    asked = options.targets
+    pairs = ((dihedral, asked.minimum_dihedral), (mean_ratio, asked.mean_ratio))
+    return min((found / wanted for found, wanted in pairs if wanted > 0.0), default=1.0)
 
 
 def _asked_dihedral(options: VolumeOptions, parameters: RunParameters) -> float:

@@ -155,7 +155,7 @@ def best_of_runs(
 
 
 def _rank(candidate: Candidate) -> tuple[bool, int, float]:
-    return candidate.fine, -len(candidate.failures), candidate.smallest_dihedral
+    return candidate.fine, -len(candidate.failures), candidate.share
 
 
 def _one(

@@ -74,7 +74,7 @@ def test_a_direct_run_when_asked(wall, monkeypatch):
         raise runs.StageError("enough")
 
     monkeypatch.setattr(runs, "run_tetwild", stop)
-    for refinement, expected in (("auto", [6.4, 6.4, 3.2]), ("none", [3.2, 3.2, 3.2])):
+    for refinement, expected in (("auto", [6.4, 6.4, 3.2, 3.2]), ("none", [3.2, 3.2, 3.2])):
         asked.clear()
         with pytest.raises(runs.StageError):
             tetrahedralize(wall, edge_length=3.2, refinement=refinement)

@@ -187,6 +187,37 @@ def test_attempts_follow_the_outcome():
     assert [a.stop_energy for a in planned_runs(given, lambda: "crashed")] == [5.0, 5.0, 5.0]
 
 
+def test_the_best_of_runs_is_the_one_nearest_to_what_was_asked(mesher, coarse_wall, coarse_mesh):
+    """Not the one whose smallest angle is larger, where that is enough and it is the mean ratio that both miss."""
+    outside = np.unique(coarse_mesh.facets["triangle"])
+    inner = np.setdiff1d(np.arange(len(coarse_mesh.points)), outside)
+    cells = coarse_mesh.cells["tetra"]
+
+    def moved(points: np.ndarray) -> tuple[TetwildRun, float, float]:
+        found = element_measures(points, cells, "tetra")
+        return (
+            TetwildRun(points, cells.copy(), 1.0, None, 1.0),
+            found["minimum_dihedral"].min(),
+            found["mean_ratio"].mean(),
+        )
+
+    one, all_of_them = coarse_mesh.points.copy(), coarse_mesh.points.copy()
+    element = int(np.argmax(np.isin(cells, inner).sum(axis=1)))
+    top = cells[element][np.isin(cells[element], inner)][0]
+    one[top] += 0.7 * (one[np.setdiff1d(cells[element], top)].mean(axis=0) - one[top])
+    all_of_them[inner] += np.random.default_rng(3).uniform(-0.4, 0.4, (len(inner), 3))
+    (good, *sharp), (poor, *blunt) = moved(one), moved(all_of_them)
+    assert sharp[0] < blunt[0]
+    assert sharp[1] > blunt[1]
+    for answers in ((good, poor), (poor, good)):
+        mesher(*answers)
+        options = {"optimise": False, "minimum_dihedral": 0.5 * sharp[0], "mean_ratio": 0.99, "retries": 1}
+        mesh = tetrahedralize(coarse_wall, edge_length=6.0, **options)
+        assert [item["status"] for item in mesh.info["attempts"]] == ["missed", "missed"]
+        mean = element_measures(mesh.points, mesh.cells["tetra"], "tetra")["mean_ratio"].mean()
+        assert mean == pytest.approx(sharp[1], abs=0.3 * (sharp[1] - blunt[1]))
+
+
 def test_the_time_of_a_run_follows_from_its_estimate():
     attempt = next(planned_runs(VolumeOptions(), str))
     assert attempt.time_limit(30.0, 6000, longest=600.0) == 120.0

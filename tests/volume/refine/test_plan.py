@@ -45,14 +45,17 @@ def test_thickness_that_most_of_a_wall_has():
     assert is_thin(thin, 7.0, 0)
 
 
-def test_a_refined_mesh_is_tried_twice_then_the_mesher_makes_it_itself():
+def test_a_refined_mesh_is_tried_twice_then_the_mesher_makes_it_itself_twice():
     outcomes = []
     options = VolumeOptions(edge_length=2.0)
     found = []
     for attempt in planned_runs(options, lambda: outcomes[-1], levels=1):
         found.append((attempt.levels, attempt.envelope, attempt.stop_energy))
         outcomes.append("missed")
-    assert found == [(1, 0.4, 50.0), (1, pytest.approx(0.2), 10.0), (0, pytest.approx(0.1), 10.0)]
+    # With its own stop energy the mesher alone misses the mean ratio of a small heart in systole (36 cm3, 7.6 mm thick,
+    # edges of 3.5 mm: 0.830); with the lowest one it reaches it (0.876).
+    direct = [(0, pytest.approx(0.1), 10.0), (0, pytest.approx(0.1), 6.0)]
+    assert found == [(1, 0.4, 50.0), (1, pytest.approx(0.2), 10.0), *direct]
     given = VolumeOptions(edge_length=2.0, envelope=0.3, stop_energy=8.0, retries=0)
     first = next(planned_runs(given, lambda: "missed", levels=2))
     assert (first.levels, first.envelope, first.stop_energy) == (2, 0.3, 8.0)
@@ -65,6 +68,7 @@ def test_what_the_coarsest_mesh_misses_is_tried_from_a_finer_one_before_the_mesh
         ("refined", 2),
         ("refined, along all of the wall", 2),
         ("refined from a finer mesh", 1),
+        ("direct", 0),
         ("direct", 0),
     ]
     once = VolumeOptions(edge_length=1.5, retries=1)
