@@ -71,7 +71,7 @@ class Sizes:
         ``follows`` where the wall is thin anywhere; otherwise where much of it is.
         """
         if self._given is not None:
-            return self._given
+            return self._given.coarser(levels)
         key = levels, follows
         if key not in self._found:
             edge = self._options.edge_length * 2.0**levels
