@@ -40,9 +40,12 @@ NO_ROOM: Final = 75
 
 #: Seconds between two looks at the child.
 PULSE: Final = 0.2
-#: The time limit is of processor time, so that other work on the machine fails no run; in seconds by the clock it is so
-#: many times as long, for a child that hangs without working.
+#: The time limit is of processor time, so that other work on the machine fails no run. A child that hangs uses next to
+#: none: it is ended after so many times as long by the clock, where it used less than that share of it, and by its own
+#: timer, whatever it used, much later.
 _PATIENCE: Final = 5.0
+_IDLE: Final = 0.02
+_LATEST: Final = 100.0
 
 #: Reads the child's number from a pipe until the pipe ends, which is when the process that holds it does.
 _WATCHDOG = """
@@ -132,7 +135,7 @@ def run_tetwild(
     arrays : mapping of str to array, optional
         Those of its arguments that are arrays.
     time_limit : float
-        Processor time, s, where the system tells (Linux); five times as much by the clock.
+        Processor time, s, where the system tells (Linux); by the clock five times as much for a child that does no work.
     memory_limit : float
         GB; watched while it runs on Linux.
     least_room : float
@@ -168,7 +171,7 @@ def run_tetwild(
         with log:
             # -P keeps the script's own folder off the import path; this process' path goes to the child as it is.
             child = subprocess.Popen(
-                [os.fsdecode(get_executable()), "-P", str(WORKER), name, str(os.getpid()), str(_PATIENCE * time_limit)],
+                [os.fsdecode(get_executable()), "-P", str(WORKER), name, str(os.getpid()), str(_LATEST * time_limit)],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
@@ -251,7 +254,8 @@ def _wait(
         except subprocess.TimeoutExpired:
             pass
         gone, used = time.perf_counter() - start, _processor_seconds(child.pid) or used
-        if used > time_limit or gone > _PATIENCE * time_limit:
+        hangs = gone > _PATIENCE * time_limit and used < _IDLE * gone
+        if used > time_limit or hangs:
             raise TooLongError(
                 f"the mesher did not finish within {time_limit:g} s; "
                 "choose a larger edge_length, a larger stop_energy or a longer time_limit"

@@ -174,6 +174,26 @@ def test_time_limit_ends_the_child(monkeypatch, tmp_path, temporary, worker):
     assert not list(temporary.iterdir())
 
 
+SLOW = """
+    import os, time
+    open({pid!r}, "w").write(str(os.getpid()))
+    while True:
+        end = time.process_time() + 0.02
+        while time.process_time() < end:
+            pass
+        time.sleep(0.18)
+"""
+
+
+@linux
+def test_a_child_that_gets_little_of_a_busy_machine_may_use_all_of_its_time(monkeypatch, tmp_path, temporary):
+    fake_worker(monkeypatch, tmp_path, SLOW.format(pid=str(tmp_path / "pid")))
+    with pytest.raises(guard.TooLongError) as error:
+        run(time_limit=0.4)
+    assert error.value.processor_seconds > 0.4
+    assert error.value.seconds > 5.0 * 0.4
+
+
 @linux
 def test_what_progress_raises_cancels_the_run(monkeypatch, tmp_path):
     fake_worker(monkeypatch, tmp_path, HANG.format(pid=str(tmp_path / "pid")))
