@@ -135,7 +135,7 @@ def run_tetwild(
     arrays : mapping of str to array, optional
         Those of its arguments that are arrays.
     time_limit : float
-        Processor time, s, where the system tells (Linux); by the clock five times as much for a child that does no work.
+        Processor time, s, where the system tells (Linux); five times as much by the clock for a child that is idle.
     memory_limit : float
         GB; watched while it runs on Linux.
     least_room : float
