@@ -270,7 +270,9 @@ def _check_amount(seg: Segmentation, layout: Layout, options: Options) -> None:
         return
     inside = np.argwhere(seg.mask("myo"))
     where = seg.grid.to_world(inside[:: max(1, len(inside) // _MOST_VOXELS)])
-    check_sizing(lengths_at(where, thickness, options.volume, volume), options.volume, slack=_SLACK)
+    field = lengths_at(where, thickness, options.volume, volume)
+    levels = levels_for(options.volume, thickness, field.values)
+    check_sizing(field, options.volume, slack=_SLACK, levels=levels)
 
 
 def _side(mask: np.ndarray, spacing: FloatArray, stack: int) -> float:

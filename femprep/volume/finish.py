@@ -11,13 +11,14 @@ import numpy as np
 from femprep.errors import StageError
 from femprep.mesh.measures.volume_elements import element_measures, element_volumes
 from femprep.mesh.search.tree import curve_order
-from femprep.model import FloatArray, IntArray, Progress, TagArray, VolumeMesh, endo_tags, tag_name
+from femprep.model import FloatArray, IntArray, Progress, TagArray, VolumeMesh, endo_tags, noted, tag_name
 from femprep.model.blocks import nodes_of, numbers_among
 from femprep.options import CheckOptions, VolumeOptions
 from femprep.volume.blood import Filling, TaggedFacets, check_cavities, find_facets
 from femprep.volume.optimise import optimise
 from femprep.volume.optimise.constraints import Constraints, constrain
 from femprep.volume.optimise.poor import poor_quality
+from femprep.volume.pits import pit_notice, without_pits
 from femprep.volume.quality.limits import judge_shapes
 from femprep.volume.quality.verdicts import Verdicts
 from femprep.volume.refine import PARENT, refine
@@ -39,8 +40,8 @@ class Candidate:
     Attributes
     ----------
     mesh : VolumeMesh
-    smallest_dihedral : float
-        Degrees.
+    share : float
+        Of smallest dihedral angle and mean of the mean ratio the one that is less of what was asked for, over that.
     failures : tuple of str
         What it misses of the quality asked for and of the limits on the shapes of elements.
     undone : tuple of str
@@ -50,7 +51,7 @@ class Candidate:
     """
 
     mesh: VolumeMesh
-    smallest_dihedral: float
+    share: float
     failures: tuple[str, ...] = ()
     undone: tuple[str, ...] = ()
     fine: bool = True
@@ -87,6 +88,7 @@ def finish(
     """
     kept = filling.regions(run.points, run.cells) > 0 if filling.cavities else slice(None)
     given, cells = _used(run.points, run.cells[kept])
+    given, cells, pits = without_pits(given, cells, filling.outer)
     region = filling.regions(given, cells)
     check_volumes(given, cells, filling.outer)
     facets = find_facets(cells, region)
@@ -102,8 +104,10 @@ def finish(
         "stop_energy": parameters.stop_energy,
         "moved_points": int((step > 0).sum()),
         "greatest_move_mm": float(step.max()),
+        "pits_filled": pits,
         **record,
     }
+    info = noted(info, pit_notice(given, pits)) if pits else info
     tag = filling.tags(merged, facets, region)
     planes = {**filling.wall.planes, **filling.caps}
     mesh = VolumeMesh(points, {"tetra": cells}, region, {"triangle": facets.nodes}, tag, planes=planes, info=info)
@@ -116,7 +120,14 @@ def finish(
         words = f"smallest dihedral angle {smallest:.1f} degrees, mean of the mean ratio {mean:.3f}"
         held.failures.append(f"{words}: below what was asked")
     judge_shapes({"tetra": measures}, limits, held)
-    return Candidate(mesh, smallest, tuple(held.failures), undone, fine)
+    return Candidate(mesh, _share(smallest, mean, options), tuple(held.failures), undone, fine)
+
+
+def _share(dihedral: float, mean_ratio: float, options: VolumeOptions) -> float:
+    """Of smallest dihedral angle and mean of the mean ratio the one that is less of what was asked for, over that."""
+    asked = options.targets
+    pairs = ((dihedral, asked.minimum_dihedral), (mean_ratio, asked.mean_ratio))
+    return min((found / wanted for found, wanted in pairs if wanted > 0.0), default=1.0)
 
 
 def _asked_dihedral(options: VolumeOptions, parameters: RunParameters) -> float:

@@ -17,7 +17,7 @@ from femprep.volume.blood import Filling
 from femprep.volume.finish import Candidate, finish
 from femprep.volume.refine.plan import WallThickness, is_thin
 from femprep.volume.sizing import SizingField
-from femprep.volume.tetwild.guard import TetwildRun, TooLongError, run_tetwild
+from femprep.volume.tetwild.guard import RunError, TetwildRun, TooLongError, run_tetwild
 from femprep.volume.tetwild.ways import RunParameters, RunRecord, Status, planned_runs
 from femprep.volume.validate import SECONDS_PER_TET, TETS_PER_CUBE, Estimate, estimate
 
@@ -71,7 +71,7 @@ class Sizes:
         ``follows`` where the wall is thin anywhere; otherwise where much of it is.
         """
         if self._given is not None:
-            return self._given
+            return self._given.coarser(levels)
         key = levels, follows
         if key not in self._found:
             edge = self._options.edge_length * 2.0**levels
@@ -155,7 +155,7 @@ def best_of_runs(
 
 
 def _rank(candidate: Candidate) -> tuple[bool, int, float]:
-    return candidate.fine, -len(candidate.failures), candidate.smallest_dihedral
+    return candidate.fine, -len(candidate.failures), candidate.share
 
 
 def _one(
@@ -197,6 +197,8 @@ def _one(
         candidate = finish(run, filling, options, parameters, limits, refining)
     except StageError as error:
         status = "too long" if isinstance(error, TooLongError) else status
+        if isinstance(error, RunError):
+            told.update(seconds=error.seconds, processor_seconds=error.processor_seconds)
         return None, RunRecord(**told, status=status, outcome=str(error))
     finest, coarsest = (edge / 2.0**parameters.levels for edge in sizes.range(parameters.levels, parameters.follows))
     edges = finest if finest == coarsest else [finest, coarsest]

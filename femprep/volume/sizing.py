@@ -67,6 +67,12 @@ class SizingField:
     coarsest: float
     elements: float
 
+    def coarser(self, levels: int) -> SizingField:
+        """Lengths of the elements that become these when they are halved so often."""
+        times = 2.0**levels
+        lengths = times * self.values, times * self.finest, times * self.coarsest
+        return SizingField(self.points, self.tets, *lengths, self.elements / times**3)
+
 
 def grown(values: FloatArray, far: FloatArray, longest: float = LONGEST) -> FloatArray:
     """Edge lengths so far outside of a body, where elements are dropped in the end, by those next to it, mm."""

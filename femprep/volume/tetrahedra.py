@@ -103,8 +103,11 @@ def tetrahedralize(
     field = sizing_field(wall, settings, sizing, filling.outer)
     size = filling.outer.volume / wall.volume
     thickness = measured_thickness(wall)
-    levels = levels_of(settings, thickness) if field is None else 0
-    need = check_edge_length(wall, settings, size, levels) if field is None else check_sizing(field, settings, size)
+    levels = levels_of(settings, thickness, field)
+    if field is None:
+        need = check_edge_length(wall, settings, size, levels)
+    else:
+        need = check_sizing(field, settings, size, levels=levels)
     sizes = Sizes(filling, settings, thickness, field)
     if need.seconds > settings.time_limit:
         _log.warning(

@@ -155,17 +155,19 @@ def _rounded_down(value: float) -> float:
     return float(f"{math.floor(value / step) * step:.2g}")
 
 
-def check_sizing(field: SizingField, options: VolumeOptions, size: float = 1.0, slack: float = 1.0) -> Estimate:
+def check_sizing(
+    field: SizingField, options: VolumeOptions, size: float = 1.0, slack: float = 1.0, levels: int = 0
+) -> Estimate:
     """Check that elements of edge lengths that vary fit into memory.
 
-    ``size`` is as for :func:`check_edge_length`, ``slack`` as for :func:`check_amount`.
+    ``size`` is as for :func:`check_edge_length`, ``slack`` and ``levels`` as for :func:`check_amount`.
 
     Raises
     ------
     ResourceError
         The mesh would need more memory than the limit.
     """
-    need = estimate(TETS_PER_CUBE * size * field.elements)
+    need = estimate(TETS_PER_CUBE * size * field.elements, levels)
     if need.gigabytes > slack * options.memory_limit:
         raise ResourceError(
             f"edge lengths from {field.finest:.3g} to {field.coarsest:.3g} mm make about {need.elements:.2g} elements "

@@ -74,11 +74,30 @@ def test_a_direct_run_when_asked(wall, monkeypatch):
         raise runs.StageError("enough")
 
     monkeypatch.setattr(runs, "run_tetwild", stop)
-    for refinement, expected in (("auto", [6.4, 6.4, 3.2]), ("none", [3.2, 3.2, 3.2])):
+    for refinement, expected in (("auto", [6.4, 6.4, 3.2, 3.2]), ("none", [3.2, 3.2, 3.2])):
         asked.clear()
         with pytest.raises(runs.StageError):
             tetrahedralize(wall, edge_length=3.2, refinement=refinement)
         assert asked == expected
+
+
+def test_edges_that_vary_are_asked_for_twice_as_long(wall, monkeypatch):
+    from femprep.volume import runs
+
+    asked = []
+
+    def stop(points, triangles, parameters, arrays, **_):
+        inside = np.abs(arrays["bg_vertices"] - wall.points[0]).max(axis=1) < 5.0
+        asked.append(arrays["bg_values"][inside].min())
+        raise runs.StageError("enough")
+
+    monkeypatch.setattr(runs, "run_tetwild", stop)
+    for options in ({"elements_through_wall": 4}, {"sizing": lambda x: np.where(x[:, 0] < 0.0, 1.0, 3.0)}):
+        asked.clear()
+        for refinement in ("auto", "none"):
+            with pytest.raises(runs.StageError):
+                tetrahedralize(wall, refinement=refinement, retries=0, **options)
+        assert asked[0] == pytest.approx(2.0 * asked[-1])
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ import numba
 import numpy as np
 import pytest
 from analytic_walls import cut_ellipsoid_volume, ellipsoid_wall
+from meshes import truncated_ellipsoid
 from scipy.spatial import cKDTree
 
 from femprep.errors import StageError
@@ -187,6 +188,39 @@ def test_attempts_follow_the_outcome():
     assert [a.stop_energy for a in planned_runs(given, lambda: "crashed")] == [5.0, 5.0, 5.0]
 
 
+def test_the_best_of_runs_is_the_one_nearest_to_what_was_asked(mesher):
+    """Not the one whose smallest angle is larger, where that is enough and it is the mean ratio that both miss."""
+    given = truncated_ellipsoid("tetra", heights=6, around=24, layers=3, lean=0.0)
+    facets, cells = given.facets["triangle"], given.cells["tetra"]
+    inner = np.setdiff1d(np.arange(len(given.points)), facets)
+    wall = Wall(given.points, facets, given.facet_tag, np.full(len(given.points), -1), given.planes)
+
+    def moved(points: np.ndarray) -> tuple[TetwildRun, float, float]:
+        found = element_measures(points, cells, "tetra")
+        return (
+            TetwildRun(points, cells.copy(), 1.0, None, 1.0),
+            found["minimum_dihedral"].min(),
+            found["mean_ratio"].mean(),
+        )
+
+    one, all_of_them = given.points.copy(), given.points.copy()
+    element = int(np.argmax(np.isin(cells, inner).sum(axis=1)))
+    top = cells[element][np.isin(cells[element], inner)][0]
+    one[top] += 0.25 * (one[np.setdiff1d(cells[element], top)].mean(axis=0) - one[top])
+    all_of_them[inner] += np.random.default_rng(3).uniform(-0.4, 0.4, (len(inner), 3))
+    (good, *sharp), (poor, *blunt) = moved(one), moved(all_of_them)
+    assert sharp[0] < blunt[0]
+    assert sharp[1] > blunt[1]
+    for answers in ((good, poor), (poor, good)):
+        mesher(*answers)
+        options = {"optimise": False, "minimum_dihedral": 0.5 * sharp[0], "mean_ratio": 0.99, "retries": 1}
+        mesh = tetrahedralize(wall, edge_length=3.0, refinement="none", **options)
+        assert [item["status"] for item in mesh.info["attempts"]] == ["missed", "missed"]
+        assert len({item["outcome"].count(";") for item in mesh.info["attempts"]}) == 1
+        mean = element_measures(mesh.points, mesh.cells["tetra"], "tetra")["mean_ratio"].mean()
+        assert mean == pytest.approx(sharp[1], abs=0.3 * (sharp[1] - blunt[1]))
+
+
 def test_the_time_of_a_run_follows_from_its_estimate():
     attempt = next(planned_runs(VolumeOptions(), str))
     assert attempt.time_limit(30.0, 6000, longest=600.0) == 120.0
@@ -197,9 +231,11 @@ def test_the_time_of_a_run_follows_from_its_estimate():
 
 
 def test_a_run_that_takes_too_long_is_followed_by_another_one(mesher, coarse_wall, coarse_mesh):
-    used = mesher(TooLongError("the mesher did not finish within 40 s"), result(coarse_mesh))
+    used = mesher(TooLongError("the mesher did not finish within 40 s").after(55.0, 40.1), result(coarse_mesh))
     mesh = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82)
     assert [item["status"] for item in mesh.info["attempts"]] == ["too long", "reached"]
+    assert [item["processor_seconds"] for item in mesh.info["attempts"]] == [40.1, 1.0]
+    assert mesh.info["attempts"][0]["seconds"] == 55.0
     assert [asked["time_limit"] for asked in used.asked] == [40.0, 40.0]
     assert used.asked[1]["stop_energy"] > used.asked[0]["stop_energy"]
     assert used.asked[0]["arrays"]["bg_values"].min() == used.asked[1]["arrays"]["bg_values"].min() == 6.0

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, Wall, tag_name
 from femprep.options import VolumeOptions
+from femprep.volume.sizing import SizingField
 
 #: Edges of a coarse mesh by the thickness that most of the wall has: below it, more than half of an element's corners
 #: lie on surfaces, and its children inherit a poor shape.
@@ -64,23 +66,26 @@ def measured_thickness(wall: Wall) -> WallThickness:
     return WallThickness(np.concatenate(points), np.concatenate(found))
 
 
-def refines(options: VolumeOptions) -> bool:
-    """Whether coarser meshes are refined at all: by one edge length, where that is not asked to vary."""
-    return options.refinement == "auto" and options.sizing is None and options.elements_through_wall is None
-
-
-def levels_of(options: VolumeOptions, thickness: WallThickness) -> int:
-    """How often a coarser mesh of a wall is refined to the edge length asked for; 0 for never."""
-    return levels_for(options, thickness.of_all_but(_THIN))
-
-
-def levels_for(options: VolumeOptions, thickness: float) -> int:
-    """The same by the thickness that most of the wall has, mm."""
-    if not refines(options):
+def levels_of(options: VolumeOptions, thickness: WallThickness, field: SizingField | None = None) -> int:
+    """How often a coarser mesh of a wall is refined to the edge lengths asked for, of a field or one; 0 for never."""
+    if field is None:
+        return levels_for(options, thickness.of_all_but(_THIN))
+    if not len(thickness.points):
         return 0
-    limit = min(LONGEST, THROUGH * thickness)
+    lengths = field.values[cKDTree(field.points).query(thickness.points)[1]]
+    return levels_for(options, thickness.values, lengths)
+
+
+def levels_for(options: VolumeOptions, thickness: float | FloatArray, lengths: FloatArray | None = None) -> int:
+    """The same by the thickness that most of the wall has, or that and the edge lengths at places all over it, mm."""
+    if options.refinement == "none":
+        return 0
+    longest = np.minimum(LONGEST, THROUGH * np.asarray(thickness))
+    room = float(np.percentile(longest / (options.edge_length if lengths is None else lengths), _THIN))
+    # Each element through the wall becomes two: an odd number of them comes of no smaller one.
+    through = options.elements_through_wall or 0
     levels = 0
-    while options.edge_length * 2.0 ** (levels + 1) <= limit:
+    while 2.0 ** (levels + 1) <= room and through % 2 ** (levels + 1) == 0:
         levels += 1
     return levels
 

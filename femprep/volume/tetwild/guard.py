@@ -23,7 +23,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.spawn import get_executable
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -40,9 +40,12 @@ NO_ROOM: Final = 75
 
 #: Seconds between two looks at the child.
 PULSE: Final = 0.2
-#: The time limit is of processor time, so that other work on the machine fails no run; in seconds by the clock it is so
-#: many times as long, for a child that hangs without working.
+#: The time limit is of processor time, so that other work on the machine fails no run. A child that hangs uses next to
+#: none: it is ended after so many times as long by the clock, where it used less than that share of it, and by its own
+#: timer, whatever it used, much later.
 _PATIENCE: Final = 5.0
+_IDLE: Final = 0.02
+_LATEST: Final = 100.0
 
 #: Reads the child's number from a pipe until the pipe ends, which is when the process that holds it does.
 _WATCHDOG = """
@@ -62,7 +65,25 @@ for _ in range(100):
 """
 
 
-class TooLongError(StageError):
+class RunError(StageError):
+    """The mesher gave nothing.
+
+    Attributes
+    ----------
+    seconds, processor_seconds : float or None
+        What the run took all the same, where that is known: by the clock, and of the processor.
+    """
+
+    seconds: float | None = None
+    processor_seconds: float | None = None
+
+    def after(self, seconds: float, processor_seconds: float) -> Self:
+        """The same error, with what the run took."""
+        self.seconds, self.processor_seconds = seconds, processor_seconds
+        return self
+
+
+class TooLongError(RunError):
     """The mesher was ended by its time limit."""
 
 
@@ -114,7 +135,7 @@ def run_tetwild(
     arrays : mapping of str to array, optional
         Those of its arguments that are arrays.
     time_limit : float
-        Processor time, s, where the system tells (Linux); five times as much by the clock.
+        Processor time, s, where the system tells (Linux); five times as much by the clock for a child that is idle.
     memory_limit : float
         GB; watched while it runs on Linux.
     least_room : float
@@ -126,7 +147,7 @@ def run_tetwild(
     ------
     TooLongError
         The mesher ran into the time limit.
-    StageError
+    RunError
         It crashed, or failed.
     ResourceError
         It took more memory than the limit.
@@ -150,7 +171,7 @@ def run_tetwild(
         with log:
             # -P keeps the script's own folder off the import path; this process' path goes to the child as it is.
             child = subprocess.Popen(
-                [os.fsdecode(get_executable()), "-P", str(WORKER), name, str(os.getpid()), str(_PATIENCE * time_limit)],
+                [os.fsdecode(get_executable()), "-P", str(WORKER), name, str(os.getpid()), str(_LATEST * time_limit)],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
@@ -159,14 +180,14 @@ def run_tetwild(
             )
             try:
                 watch(watchdog, child.pid)
-                _wait(child, start, time_limit, memory_limit, pulse)
+                used = _wait(child, start, time_limit, memory_limit, pulse)
             finally:
                 child.kill()
                 child.wait()
         seconds = time.perf_counter() - start
         if child.returncode == NO_ROOM or (child.returncode != 0 and is_full(folder)):
             raise DiskFullError(f"{temporary(folder)} became full while the mesher ran; free some space, or {REMEDY}")
-        _judge_exit(child.returncode, seconds, _last_line(folder / "log.txt"))
+        _judge_exit(child.returncode, seconds, used, _last_line(folder / "log.txt"))
         with np.load(folder / "output.npz") as data:
             record = json.loads(str(data["record"]))
             return TetwildRun(
@@ -223,24 +244,26 @@ def _wait(
     time_limit: float,
     memory_limit: float,
     pulse: Callable[[float], None] | None,
-) -> None:
-    """Wait for the child, watching its time and memory."""
+) -> float:
+    """Wait for the child, watching its time and memory; the processor time it had used when last looked at, s."""
+    used = 0.0
     while True:
         try:
             child.wait(timeout=PULSE)
-            return
+            return used
         except subprocess.TimeoutExpired:
             pass
-        gone = time.perf_counter() - start
-        if (_processor_seconds(child.pid) or 0.0) > time_limit or gone > _PATIENCE * time_limit:
+        gone, used = time.perf_counter() - start, _processor_seconds(child.pid) or used
+        hangs = gone > _PATIENCE * time_limit and used < _IDLE * gone
+        if used > time_limit or hangs:
             raise TooLongError(
                 f"the mesher did not finish within {time_limit:g} s; "
                 "choose a larger edge_length, a larger stop_energy or a longer time_limit"
-            )
-        used = _resident_gigabytes(child.pid)
-        if used is not None and used > memory_limit:
+            ).after(gone, used)
+        held = _resident_gigabytes(child.pid)
+        if held is not None and held > memory_limit:
             raise ResourceError(
-                f"the mesher took {used:.1f} GB, more than {memory_limit:g} GB (option memory_limit); "
+                f"the mesher took {held:.1f} GB, more than {memory_limit:g} GB (option memory_limit); "
                 "choose a larger edge_length or a larger memory_limit"
             )
         if pulse is not None:
@@ -266,7 +289,7 @@ def _processor_seconds(pid: int) -> float | None:
         return None
 
 
-def _judge_exit(status: int, seconds: float, last: str) -> None:
+def _judge_exit(status: int, seconds: float, used: float, last: str) -> None:
     """Turn the child's exit status into an error, if it is one."""
     if status == 0:
         return
@@ -282,9 +305,9 @@ def _judge_exit(status: int, seconds: float, last: str) -> None:
     else:
         cause = f"failed with status {status}"
     detail = f": {last}" if last else ""
-    raise StageError(
+    raise RunError(
         f"the mesher {cause} after {seconds:.1f} s{detail}; choose another edge_length or envelope, or remesh the wall"
-    )
+    ).after(seconds, used)
 
 
 def _last_line(path: Path) -> str:

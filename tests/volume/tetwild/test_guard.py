@@ -164,10 +164,34 @@ WORK = """
 @pytest.mark.parametrize("worker", [HANG, WORK])
 def test_time_limit_ends_the_child(monkeypatch, tmp_path, temporary, worker):
     fake_worker(monkeypatch, tmp_path, worker.format(pid=str(tmp_path / "pid")))
-    with pytest.raises(guard.TooLongError, match="did not finish within 1 s; choose a larger edge_length"):
+    with pytest.raises(guard.TooLongError, match="did not finish within 1 s; choose a larger edge_length") as error:
         run(time_limit=1.0)
+    # What it took all the same is known: a run that gave nothing counts among the seconds.
+    assert error.value.seconds >= 1.0
+    least = 0.1 if worker == WORK else 0.0
+    assert least <= error.value.processor_seconds < error.value.seconds + 1.0
     assert not alive(int((tmp_path / "pid").read_text()))
     assert not list(temporary.iterdir())
+
+
+SLOW = """
+    import os, time
+    open({pid!r}, "w").write(str(os.getpid()))
+    while True:
+        end = time.process_time() + 0.02
+        while time.process_time() < end:
+            pass
+        time.sleep(0.18)
+"""
+
+
+@linux
+def test_a_child_that_gets_little_of_a_busy_machine_may_use_all_of_its_time(monkeypatch, tmp_path, temporary):
+    fake_worker(monkeypatch, tmp_path, SLOW.format(pid=str(tmp_path / "pid")))
+    with pytest.raises(guard.TooLongError) as error:
+        run(time_limit=0.4)
+    assert error.value.processor_seconds > 0.4
+    assert error.value.seconds > 5.0 * 0.4
 
 
 @linux
