@@ -23,7 +23,7 @@ _FLAT, _SHEET = 0.004, 0.004
 #: A step between two cuts of one base counts from this share.
 _STEP = 0.0005
 #: Neighbours that fold by less than this, degrees, do so by the rounding of a file alone.
-_DIGITS = 0.1
+_DIGITS = 0.3
 #: What goes on from a flat end folds by less than this, and leans by less than that, degrees.
 _BEND, _LEVEL = 15.0, 30.0
 #: A base of creases lies in a plane to within this share of its size.
@@ -44,22 +44,30 @@ def by_closed_sheets(shell: Shell) -> Reading:
 
 def by_flat_pieces(shell: Shell) -> Reading:
     """Flat pieces are the base, or base and apex plane; a base may be of several pieces that border on each other."""
-    pieces = flat_pieces(shell)
     # A cut has a hole, where it opens the cavity; coarse elements at a round apex may lie in a plane, too.
-    flat = [own for own in pieces if shell.rims(own) != 1]
-    try:
-        return _by_ends(shell, flat)
-    except NoReading:
-        # Each ventricle may be cut by a plane of its own, with a step between them: no piece goes round its cavity.
-        joined = [own for own in _joined(shell) if shell.rims(own) not in (0, 1)]
-        if not joined:
-            raise
-        return _by_ends(shell, joined)
+    flat = [own for own in flat_pieces(shell) if shell.rims(own) != 1]
+    if flat:
+        try:
+            return _by_ends(shell, flat)
+        except NoReading as error:
+            first = error
+    else:
+        first = NoReading("no flat piece with a hole in it")
+    # Bricks end in terraces, which go round a cavity as the cut does, and within narrower outlines.
+    widest = sorted(flat, key=lambda own: -_outline(shell, own))[:1] if len(flat) > 1 else []
+    # Each ventricle may be cut by a plane of its own, with a step between them: no piece goes round its cavity.
+    for ends in (widest, [own for own in _joined(shell) if shell.rims(own) not in (0, 1)]):
+        if ends:
+            try:
+                return _by_ends(shell, ends)
+            except NoReading:
+                continue
+    raise first
 
 
 def _joined(shell: Shell) -> list[BoolArray]:
-    """Flat pieces, small ones too where they are flat to the file's digits, with those that they border on."""
-    flat = [*flat_pieces(shell), *flat_pieces(shell, _STEP, _DIGITS)]
+    """Pieces that are flat to the file's digits, small ones too, with those that they border on."""
+    flat = flat_pieces(shell, _STEP, _DIGITS)
     number = shell.pieces(np.any([np.zeros(len(shell), dtype=bool), *flat], axis=0))
     size = np.bincount(number + 1, weights=shell.area)[1:]
     return [number == k for k in np.flatnonzero(size >= _FLAT * shell.area.sum())]
@@ -67,8 +75,6 @@ def _joined(shell: Shell) -> list[BoolArray]:
 
 def _by_ends(shell: Shell, flat: list[BoolArray]) -> Reading:
     """Names of a wall whose flat ends are known."""
-    if not flat:
-        raise NoReading("no flat piece with a hole in it")
     areas = [float(shell.area[own].sum()) for own in flat]
     ends = _ends(shell, flat, areas)
     taken = np.zeros(len(shell), dtype=bool)
