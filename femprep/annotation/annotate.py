@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any, Final
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from femprep.annotation.flat import by_plane, spread
 from femprep.annotation.given import given_facets, given_regions, with_places
@@ -201,6 +202,12 @@ def _named(mesh: VolumeMesh, shell: Shell, reading: Reading) -> VolumeMesh:
     """The mesh with all of its boundary facets, named, and no others."""
     tag = spread(shell, reading.tag)
     info = {key: value for key, value in mesh.info.items() if key != FOREIGN}
+    loose = tag == 0
+    if loose.any():
+        # A boundary of its own that no way has a name for: a bit of tissue that hangs on nothing, or a small void.
+        tag[loose] = tag[~loose][cKDTree(shell.centre[~loose]).query(shell.centre[loose])[1]]
+        words = f"{loose.sum()} facets that border on nothing named were named as the nearest"
+        info = noted(info, Notice.of("assumed", words))
     # No planes: a base of theirs is flat to its file's digits alone, which the check of ours would refuse.
     return replace(mesh, facets=shell.facets, facet_tag=tag, facet_data={}, planes={}, info=info)
 
