@@ -230,9 +230,10 @@ def _check_planes(layout: Layout) -> None:
             side = "cuts all of it away" if distance.min() >= 0.0 else "cuts nothing away"
             taken = re.search("(first|last) end basal", planes[name].source)
             other = f"give --basal-end {'first' if taken[1] == 'last' else 'last'} or another" if taken else "change"
+            option = "--base" if planes[name].source == "given" else "--base-offset"
             raise InputError(
                 f"the {name} plane misses the cavity and {side} (its voxels lie {distance.min():.1f} to "
-                f"{distance.max():.1f} mm from it along its normal); {other} --base-offset"
+                f"{distance.max():.1f} mm from it along its normal); {other} {option}"
             )
     if not np.all([distance < 0.0 for distance in away.values()], axis=0).any():
         raise InputError("nothing of the cavity lies between base and apex plane; change base_offset")
