@@ -82,12 +82,14 @@ def annotate(
         mesh = _used(_positive(mesh))
         shell = shell_of(mesh)
     with stages("facets"):
-        reading, attempts = _read(mesh, shell, options, scale)
+        given = given_facets(mesh, shell, options.names)
+        reading, attempts = _read(mesh, shell, given, options, scale)
         theirs, known = mesh.region, given_regions(mesh, options.names)
         mesh = _named(mesh, shell, reading)
     with stages("regions"):
         mesh, names, questions = _regions(mesh, theirs, known)
         mesh = facets_of_regions(mesh, shell, names)
+        mesh = replace(mesh, facet_tag=np.where(given > 0, reading.tag, mesh.facet_tag).astype(np.int32))
     _ask([*reading.questions, *questions])
     if options.fibres is not None:
         with stages("anatomy"):
@@ -149,10 +151,9 @@ def _used(mesh: VolumeMesh) -> VolumeMesh:
 
 
 def _read(
-    mesh: VolumeMesh, shell: Shell, options: AnnotateOptions, scale: float
+    mesh: VolumeMesh, shell: Shell, given: TagArray, options: AnnotateOptions, scale: float
 ) -> tuple[Reading, tuple[ReadingAttempt, ...]]:
     """The first reading of the boundary that fits, with given names over it; and what was tried."""
-    given = given_facets(mesh, shell, options.names)
     attempts: list[ReadingAttempt] = []
     reading: Reading | None = None
     if (given > 0).all():
