@@ -6,8 +6,8 @@ The heart is that of the wheel ``ansys-health-heart`` (MIT; mesh after Rodero et
     pip download ansys-health-heart --no-deps && unzip ansys_health_heart-*.whl
     python tests/benchmarks/bench_annotate.py ansys/health/heart/data_examples/rodero_01_fullheart_1.5mm.vtu
 
-Once with the bare points and tetrahedra, once with the numbers of its seven volumes, shuffled, once as its makers give it,
-with the names in the file beside it (``--named-by-makers`` runs this alone).
+Once with the bare points and tetrahedra, once with the numbers of its seven volumes, shuffled, once as its makers
+give it, with the names in the file beside it (``--named-by-makers`` runs this alone).
 
 ``--examples`` takes instead the left ventricles that svMultiPhysics is shown with, against their own surfaces, and the
 fibres of the one that has some (helix angle 90 to -90 degrees). Its repository keeps pointers to large files alone; the
