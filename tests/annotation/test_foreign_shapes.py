@@ -13,7 +13,7 @@ import pytest
 import femprep as fp
 from femprep.annotation.given import given_facets
 from femprep.annotation.shell import shell_of
-from femprep.model import VolumeMesh
+from femprep.model import FACET_TAGS, VolumeMesh
 
 gmsh = pytest.importorskip("gmsh")
 
@@ -153,3 +153,30 @@ def test_holes_through_a_closed_top_are_valves_and_no_vessels(cad: None, tmp_pat
     for surface in ("endo", "epi"):
         own = tag == truth.facet_names[surface]
         assert shell.area[own & (found.mesh.facet_tag == tag)].sum() > 0.9 * shell.area[own].sum()
+
+
+def test_one_atrium_alone_is_no_ventricle(cad: None, tmp_path: Path) -> None:
+    middle = (0.0, 0.0, 0.0)
+    ways = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)]
+    veins = [[(3, gmsh.model.occ.addCylinder(*middle, *(60 * x for x in way), 7.0))] for way in ways]
+    without(ball((30.0, 30.0, 30.0)), ball((26.0, 26.0, 26.0)), *veins)
+    theirs = meshed(tmp_path / "theirs.msh", 5.0, lambda points: "wall")
+    with pytest.raises(fp.InputError, match="5 mouths: an atrium, and no ventricle"):
+        fp.annotate(bare(theirs))
+
+
+def test_bricks_that_end_in_terraces_are_named() -> None:
+    step = 3.0
+    grid = np.stack(np.meshgrid(*[np.arange(-n, m) for n, m in ((12, 12), (12, 12), (25, 2))], indexing="ij"), axis=-1)
+    at = (grid.reshape(-1, 3) + 0.5) * step
+    inner, outer = (within(at, radii) < 1.0 for radii in (LEFT_INNER, LEFT))
+    low = grid.reshape(-1, 3)[outer & ~inner]
+    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
+    points, cells = np.unique((low[:, None] + corners).reshape(-1, 3), axis=0, return_inverse=True)
+    found = fp.annotate(VolumeMesh(points * step, {"hexahedron": cells.reshape(-1, 8)}, np.ones(len(low))), fibres=None)
+    shell = shell_of(found.mesh)
+    ahead = shell.centre + 0.5 * step * shell.normal
+    cavity = (within(ahead, LEFT_INNER) < 1.0) & (ahead[:, 2] < points[:, 2].max() * step)
+    want = np.where(cavity, FACET_TAGS["endo"], FACET_TAGS["epi"])
+    want[ahead[:, 2] > points[:, 2].max() * step] = FACET_TAGS["base"]
+    np.testing.assert_array_equal(found.mesh.facet_tag, want)
