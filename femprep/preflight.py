@@ -231,7 +231,7 @@ def _check_planes(seg: Segmentation, layout: Layout, options: Options) -> None:
         reach = voxel_extent(cavity, planes[name])
         if distance.min() >= 0.0 or distance.max() <= -reach:
             side = "cuts all of it away" if distance.min() >= 0.0 else "cuts nothing away"
-            advice = "change --base-offset"
+            advice = "change --base" if planes[name].source == "given" else "change --base-offset"
             if taken := re.search("(first|last) end basal", planes[name].source):
                 advice = _other_end(seg, options, "first" if taken[1] == "last" else "last", points, reach)
             raise InputError(

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import femprep as fp
+from femprep.annotation.given import given_facets
+from femprep.annotation.shell import shell_of
 from femprep.cli import main
 from femprep.errors import OptionError
 from femprep.mesh.measures.triangles import triangle_quality
@@ -125,6 +127,15 @@ def test_a_whole_heart_has_its_chambers(spacing):
         assert cavity_volume(run.mesh, f"endo_{name}") == pytest.approx(phantom.volume(name), rel=0.05)
     assert found["lv"] + found["septum"] == pytest.approx(phantom.volume("epi") - phantom.volume("lv"), rel=0.08)
     assert run.wall.info["thickness"]["minimum_mm"] > 1.0
+    if spacing[2] == 2.0:
+        assert named_right(run.mesh) == 1.0
+
+
+def named_right(mesh: fp.VolumeMesh) -> float:
+    """Share of the boundary that is named again as it was, every name taken away."""
+    found = fp.annotate(fp.VolumeMesh(mesh.points, mesh.cells, np.ones(mesh.n_cells)), fibres=None).mesh
+    shell = shell_of(found)
+    return float(shell.area[given_facets(mesh, shell, {}) == found.facet_tag].sum() / shell.area.sum())
 
 
 def test_a_whole_heart_with_its_blood():

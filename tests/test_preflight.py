@@ -194,7 +194,11 @@ def test_sizing_fields(refusal: Refusal, ventricle, tmp_path: Path) -> None:
 
 def test_planes_beside_the_heart(refusal: Refusal, ventricle) -> None:
     assert "cuts all of it away" in refusal(ventricle, InputError, wall={"base_offset": 200.0})
-    assert "cuts nothing away" in refusal(ventricle, InputError, wall={"base_offset": -200.0})
+    line = refusal(ventricle, InputError, wall={"base_offset": -200.0})
+    assert "cuts nothing away" in line
+    assert line.endswith("--base-offset")
+    given = refusal(ventricle, InputError, wall={"base": (0.0, 0.0, 900.0, 0.0, 0.0, 1.0)})
+    assert given.endswith("change --base")
     line = refusal(ventricle, InputError, wall={"base_offset": 70.0, "apex": "clipped"})
     assert "between base and apex plane" in line
 

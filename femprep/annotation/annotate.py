@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any, Final
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from femprep.annotation.flat import by_plane, spread
 from femprep.annotation.given import given_facets, given_regions, with_places
@@ -81,12 +82,14 @@ def annotate(
         mesh = _used(_positive(mesh))
         shell = shell_of(mesh)
     with stages("facets"):
-        reading, attempts = _read(mesh, shell, options, scale)
+        given = given_facets(mesh, shell, options.names)
+        reading, attempts = _read(mesh, shell, given, options, scale)
         theirs, known = mesh.region, given_regions(mesh, options.names)
         mesh = _named(mesh, shell, reading)
     with stages("regions"):
         mesh, names, questions = _regions(mesh, theirs, known)
         mesh = facets_of_regions(mesh, shell, names)
+        mesh = replace(mesh, facet_tag=np.where(given > 0, reading.tag, mesh.facet_tag).astype(np.int32))
     _ask([*reading.questions, *questions])
     if options.fibres is not None:
         with stages("anatomy"):
@@ -148,10 +151,9 @@ def _used(mesh: VolumeMesh) -> VolumeMesh:
 
 
 def _read(
-    mesh: VolumeMesh, shell: Shell, options: AnnotateOptions, scale: float
+    mesh: VolumeMesh, shell: Shell, given: TagArray, options: AnnotateOptions, scale: float
 ) -> tuple[Reading, tuple[ReadingAttempt, ...]]:
     """The first reading of the boundary that fits, with given names over it; and what was tried."""
-    given = given_facets(mesh, shell, options.names)
     attempts: list[ReadingAttempt] = []
     reading: Reading | None = None
     if (given > 0).all():
@@ -201,6 +203,12 @@ def _named(mesh: VolumeMesh, shell: Shell, reading: Reading) -> VolumeMesh:
     """The mesh with all of its boundary facets, named, and no others."""
     tag = spread(shell, reading.tag)
     info = {key: value for key, value in mesh.info.items() if key != FOREIGN}
+    loose = tag == 0
+    if loose.any():
+        # A boundary of its own that no way has a name for: a bit of tissue that hangs on nothing, or a small void.
+        tag[loose] = tag[~loose][cKDTree(shell.centre[~loose]).query(shell.centre[loose])[1]]
+        words = f"{loose.sum()} facets that border on nothing named were named as the nearest"
+        info = noted(info, Notice.of("assumed", words))
     # No planes: a base of theirs is flat to its file's digits alone, which the check of ours would refuse.
     return replace(mesh, facets=shell.facets, facet_tag=tag, facet_data={}, planes={}, info=info)
 

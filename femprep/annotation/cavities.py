@@ -7,7 +7,6 @@ both of its faces is that of a vessel.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -16,28 +15,14 @@ from scipy.spatial import cKDTree
 
 from femprep.annotation.chambers import name_cavities
 from femprep.annotation.flat import spread
+from femprep.annotation.openings import VESSELS, Patch, openings_of, without_atria
 from femprep.annotation.parting import part_cavities
 from femprep.annotation.reading import CavityOpening, Name, NoReading, Reading
 from femprep.annotation.shell import Shell
 from femprep.annotation.space import Space, flood, reached_far, space_of
 from femprep.annotation.vein_ends import vein_rim
-from femprep.model import FACET_TAGS, BoolArray, FloatArray, IntArray
+from femprep.model import FACET_TAGS, BoolArray, IntArray
 
-#: Openings by what they lie between; None is the outside.
-OPENINGS: Final = {
-    ("lv", "la"): "mitral",
-    ("rv", "ra"): "tricuspid",
-    ("lv", None): "aortic",
-    ("rv", None): "pulmonary",
-    ("lv", "aorta_wall"): "aortic",
-    ("rv", "pulmonary_artery_wall"): "pulmonary",
-    ("la", None): "veins",
-    ("ra", None): "veins",
-}
-#: Walls of vessels, by the opening they begin at.
-VESSELS: Final = {"aortic": "aorta_wall", "pulmonary": "pulmonary_artery_wall"}
-#: An opening has this area at least, mm2.
-_AREA: Final = 20.0
 #: Walls of vessels are thinner than this, mm; their insides narrower than a ball of this radius, mm.
 _THIN, VESSEL_BALL = 5.0, 40.0
 #: The core of a vessel is as wide as this share of its opening.
@@ -55,16 +40,6 @@ RINGS: Final = {
 }
 #: Where the space is parted this near to an opening belongs to it, mm.
 _BESIDE: Final = 8.0
-
-
-@dataclass(frozen=True, eq=False)
-class _Patch:
-    """Where two seeds of the flood meet: centre, normal from the first to the second, area (mm2), voxels (mm)."""
-
-    centre: FloatArray
-    normal: FloatArray
-    area: float
-    points: FloatArray
 
 
 def by_cavities(shell: Shell) -> Reading:
@@ -85,18 +60,27 @@ def by_cavities(shell: Shell) -> Reading:
     looks = looks_at(shell, space, basin)
     names, sure, questions = name_cavities(shell, [looks == k + 1 for k in range(count)], looks == outside)
     parts: list[str | None] = [*names, None]
-    openings = _openings(space, basin, parts)
+    openings = openings_of(space, basin, parts)
     far = reached_far(space, VESSEL_BALL)
     vessels = _lumens(space, (basin == outside) & ~far, openings)
-    if vessels:
+    alone = basin, looks, parts, openings
+    while vessels:
         # Vessels take part in the flood, so that their valves lie where the way through is narrowest.
-        seeds = np.where(space.outside, np.where(far, outside, 0), seeds)
-        for name, own in vessels.items():
-            parts.append(name)
-            seeds[own] = len(parts)
-        basin = flood(space, seeds)
+        found = np.where(space.outside, np.where(far, outside, 0), seeds)
+        for k, own in enumerate(vessels.values(), outside + 1):
+            found[own] = k
+        parts = [*alone[2], *vessels]
+        basin = flood(space, found)
         looks = looks_at(shell, space, basin)
-        openings = _openings(space, basin, parts)
+        openings = openings_of(space, basin, parts)
+        thin = {name: _is_thin(shell, space, basin, looks == k) for k, name in enumerate(vessels, outside + 1)}
+        if all(thin.values()):
+            break
+        # A hole through the wall of a chamber, or a chamber that the ball reached, is the inside of no vessel.
+        vessels = {name: own for name, own in vessels.items() if thin[name]}
+        basin, looks, parts, openings = alone
+    if count < 4:
+        openings = without_atria(shell, openings, count, len(vessels))
     tag = np.full(len(shell), FACET_TAGS["epi"], dtype=np.int32)
     given = {"epi": Name(0.95, "looks outside")}
     for k, name in enumerate(names):
@@ -141,19 +125,7 @@ def smoothed(shell: Shell, looks: IntArray) -> IntArray:
     return looks
 
 
-def _openings(space: Space, basin: IntArray, parts: list[str | None]) -> list[tuple[CavityOpening, _Patch]]:
-    """Where parts of the space meet; normals out of the ventricle, or out of the atrium to the outside."""
-    found = []
-    for (inner, beyond), name in OPENINGS.items():
-        if inner not in parts or (beyond is not None and beyond not in parts):
-            continue
-        one, other = parts.index(inner) + 1, parts.index(beyond) + 1
-        patches = _patches(space, basin, one, other)
-        found += [(CavityOpening(name, inner, each.centre, each.normal, each.area), each) for each in patches]
-    return found
-
-
-def _lumens(space: Space, sheltered: BoolArray, openings: list[tuple[CavityOpening, _Patch]]) -> dict[str, BoolArray]:
+def _lumens(space: Space, sheltered: BoolArray, openings: list[tuple[CavityOpening, Patch]]) -> dict[str, BoolArray]:
     """Where the inside of a vessel begins, beyond a ventricle's opening to the outside."""
     found: dict[str, BoolArray] = {}
     for opening, patch in openings:
@@ -182,6 +154,12 @@ def _behind(shell: Shell, space: Space, basin: IntArray, outer: BoolArray) -> In
     return behind
 
 
+def _is_thin(shell: Shell, space: Space, basin: IntArray, inner: BoolArray) -> bool:
+    """Whether the wall of what some facets look into is that of a vessel: open on its other face, nearly everywhere."""
+    area = shell.area[inner]
+    return bool(area[_behind(shell, space, basin, inner)[inner] > 0].sum() > 0.5 * area.sum())
+
+
 def _ends(shell: Shell, tag: np.ndarray, bare: BoolArray, vessels: list[int]) -> None:
     """Walls with the outside on both of their faces, as where a vessel is cut off, join the vessel beside them."""
     pairs = shell.pairs[bare[shell.pairs].any(axis=1)]
@@ -193,45 +171,12 @@ def _ends(shell: Shell, tag: np.ndarray, bare: BoolArray, vessels: list[int]) ->
         tag[own[:, 1]] = tag[own[:, 0]]
 
 
-def _patches(space: Space, basin: IntArray, one: int, other: int) -> list[_Patch]:
-    """Where two basins meet in open space, as patches of voxel faces."""
-    wide = space.width > 1.0 * space.step
-    at, way = [], []
-    for axis in range(3):
-        low, high = [slice(None)] * 3, [slice(None)] * 3
-        low[axis], high[axis] = slice(None, -1), slice(1, None)
-        a, b = basin[tuple(low)], basin[tuple(high)]
-        clear = wide[tuple(low)] & wide[tuple(high)]
-        for sign, first, second in ((1.0, one, other), (-1.0, other, one)):
-            here = np.argwhere((a == first) & (b == second) & clear)
-            step = np.zeros(3)
-            step[axis] = 0.5
-            at.append(here + step)
-            way.append(np.tile(2.0 * sign * step, (len(here), 1)))
-    index, normal = np.concatenate(at), np.concatenate(way)
-    if not len(index):
-        return []
-    mask = np.zeros(np.array(basin.shape) + 1, dtype=bool)
-    cell = np.floor(index).astype(np.int64)
-    mask[tuple(cell.T)] = True
-    number = label(mask, np.ones((3, 3, 3)))[0][tuple(cell.T)]
-    found = []
-    for k in np.unique(number):
-        own = number == k
-        flow = normal[own].sum(axis=0) * space.step**2
-        area = float(np.linalg.norm(flow))
-        if area >= _AREA:
-            points = space.world(index[own])
-            found.append(_Patch(points.mean(axis=0), flow / area, area, points))
-    return sorted(found, key=lambda patch: -patch.area)
-
-
 def _rings(
     shell: Shell,
     tag: np.ndarray,
     looks: IntArray,
     parts: list[str | None],
-    openings: list[tuple[CavityOpening, _Patch]],
+    openings: list[tuple[CavityOpening, Patch]],
     given: dict[str, Name],
 ) -> None:
     """Name the ring of tissue around each opening."""

@@ -7,26 +7,25 @@ each facet takes the name of what it looks at, and the base is the strip of them
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from femprep.annotation.cavities import looks_at, smoothed
 from femprep.annotation.chambers import name_cavities, wall_thickness
 from femprep.annotation.flat import spread
-from femprep.annotation.hull import hull_of
-from femprep.annotation.parting import part_cavities
+from femprep.annotation.hollows import hollows
 from femprep.annotation.reading import Name, NoReading, Reading
 from femprep.annotation.shell import Shell
-from femprep.annotation.space import Space, filled, flood, space_of
-from femprep.mesh.measures.triangles import area_vectors
+from femprep.annotation.space import flood
+from femprep.mesh.topology import components
 from femprep.model import FACET_TAGS, BoolArray
 
 #: A base leans less than this against the mouth's plane, degrees, as creases of a base do.
 _LEVEL: Final = 45.0
-#: A cavity holds this share of the largest one at least; grooves between ventricles hold less.
-_SHARE: Final = 0.1
+#: Mouths of a ventricle at most, and how wide one is at least, mm; atria have four or more.
+_MOUTHS, _LEAST = 3, 5.0
 
 
 def by_hull(shell: Shell) -> Reading:
@@ -37,10 +36,7 @@ def by_hull(shell: Shell) -> Reading:
     NoReading
         The hull holds no cavity, or more than two, or one without a mouth.
     """
-    space = _within_hull(shell, space_of(shell))
-    seeds = part_cavities(space)
-    size = np.bincount(seeds.ravel())[1:]
-    count = int(np.count_nonzero(size >= _SHARE * size.max(initial=0)))
+    space, seeds, count = hollows(shell)
     if count not in (1, 2):
         raise NoReading(f"the convex hull holds {count} cavities; ventricles have 1 or 2")
     outside = count + 1
@@ -49,8 +45,12 @@ def by_hull(shell: Shell) -> Reading:
     looks = looks_at(shell, space, basin)
     endo = [looks == k + 1 for k in range(count)]
     base = np.zeros(len(shell), dtype=bool)
+    doubt = 2.0 * max(space.step, shell.edge)
     for own in endo:
-        base |= _rim(shell, own, looks == outside, 2.0 * max(space.step, shell.edge))
+        mouths = _mouths(shell, own, looks == outside, doubt)
+        if mouths > _MOUTHS:
+            raise NoReading(f"a cavity of the convex hull has {mouths} mouths: an atrium, and no ventricle")
+        base |= _rim(shell, own, looks == outside, doubt)
     # A mouth's rim stands out of the hull's voxels in places: what the base parts from the epicardium is none.
     outer = shell.pieces((looks == outside) & ~base) == 0
     names, sure, questions = name_cavities(shell, [own & ~base for own in endo], outer)
@@ -65,13 +65,15 @@ def by_hull(shell: Shell) -> Reading:
     return Reading("convex hull", smoothed(shell, tag.astype(np.int64)).astype(np.int32), given, tuple(questions))
 
 
-def _within_hull(shell: Shell, space: Space) -> Space:
-    """The same space, outside being what lies beyond the convex hull."""
-    hull = hull_of(shell.points[np.unique(shell.triangles)])
-    corners, points = hull.simplices.astype(np.int64), (hull.points - space.origin) / space.step
-    inward = np.einsum("ij,ij->i", area_vectors(hull.points, corners), hull.equations[:, :3]) < 0.0
-    corners[inward] = corners[inward, ::-1]
-    return replace(space, outside=~filled(points, corners, np.array(space.tissue.shape)) & ~space.tissue)
+def _mouths(shell: Shell, endo: BoolArray, outer: BoolArray, doubt: float) -> int:
+    """How many lines, wider than a mouth is at least, part a cavity from the outside."""
+    apart = shell.pairs[(endo[shell.pairs].sum(axis=1) == 1) & (outer[shell.pairs].sum(axis=1) == 1)]
+    at = shell.centre[apart].mean(axis=1)
+    if not len(at):
+        return 0
+    near = cKDTree(at).query_pairs(doubt, output_type="ndarray")
+    line = components(near[:, 0], near[:, 1], len(at))
+    return sum(bool(np.ptp(at[line == k], axis=0).max() > _LEAST) for k in np.unique(line))
 
 
 def _rim(shell: Shell, endo: BoolArray, outer: BoolArray, doubt: float) -> BoolArray:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from femprep.annotation.chambers import name_cavities
+from femprep.annotation.hollows import hollows
 from femprep.annotation.hull import hull_of
 from femprep.annotation.reading import Name, NoReading, Question, Reading
 from femprep.annotation.shell import Shell
@@ -19,12 +20,18 @@ from femprep.model.notice import spot
 _FOLD, _OFF = 2.0, 0.05
 #: A flat piece counts from this share of the boundary's area; a sheet that is smaller joins its neighbour.
 _FLAT, _SHEET = 0.004, 0.004
+#: A step between two cuts of one base counts from this share.
+_STEP = 0.0005
+#: Neighbours that fold by less than this, degrees, do so by the rounding of a file alone.
+_DIGITS = 0.3
 #: What goes on from a flat end folds by less than this, and leans by less than that, degrees.
 _BEND, _LEVEL = 15.0, 30.0
 #: A base of creases lies in a plane to within this share of its size.
 _BENT = 0.15
 #: Two flat ends are base and apex plane where the areas within their outlines differ at least by this factor.
 _LARGER = 1.3
+#: An epicardium that fills more of its convex hull than this goes into no cavity.
+_FULL = 0.9
 
 
 def by_closed_sheets(shell: Shell) -> Reading:
@@ -36,11 +43,38 @@ def by_closed_sheets(shell: Shell) -> Reading:
 
 
 def by_flat_pieces(shell: Shell) -> Reading:
-    """Flat pieces are the base, or base and apex plane."""
+    """Flat pieces are the base, or base and apex plane; a base may be of several pieces that border on each other."""
     # A cut has a hole, where it opens the cavity; coarse elements at a round apex may lie in a plane, too.
     flat = [own for own in flat_pieces(shell) if shell.rims(own) != 1]
-    if not flat:
-        raise NoReading("no flat piece with a hole in it")
+    if flat:
+        try:
+            return _by_ends(shell, flat)
+        except NoReading as error:
+            first = error
+    else:
+        first = NoReading("no flat piece with a hole in it")
+    # Bricks end in terraces, which go round a cavity as the cut does, and within narrower outlines.
+    widest = sorted(flat, key=lambda own: -_outline(shell, own))[:1] if len(flat) > 1 else []
+    # Each ventricle may be cut by a plane of its own, with a step between them: no piece goes round its cavity.
+    for ends in (widest, [own for own in _joined(shell) if shell.rims(own) not in (0, 1)]):
+        if ends:
+            try:
+                return _by_ends(shell, ends)
+            except NoReading:
+                continue
+    raise first
+
+
+def _joined(shell: Shell) -> list[BoolArray]:
+    """Pieces that are flat to the file's digits, small ones too, with those that they border on."""
+    flat = flat_pieces(shell, _STEP, _DIGITS)
+    number = shell.pieces(np.any([np.zeros(len(shell), dtype=bool), *flat], axis=0))
+    size = np.bincount(number + 1, weights=shell.area)[1:]
+    return [number == k for k in np.flatnonzero(size >= _FLAT * shell.area.sum())]
+
+
+def _by_ends(shell: Shell, flat: list[BoolArray]) -> Reading:
+    """Names of a wall whose flat ends are known."""
     areas = [float(shell.area[own].sum()) for own in flat]
     ends = _ends(shell, flat, areas)
     taken = np.zeros(len(shell), dtype=bool)
@@ -141,13 +175,13 @@ def by_plane(shell: Shell, base: Plane) -> Reading:
     return _read(shell, "base plane given", own, {"base": own})
 
 
-def flat_pieces(shell: Shell) -> list[BoolArray]:
-    """Connected pieces of the boundary that lie in a plane, the largest first."""
+def flat_pieces(shell: Shell, share: float = _FLAT, degrees: float = _FOLD) -> list[BoolArray]:
+    """Connected pieces of the boundary that lie in a plane and take a share of its area, the largest first."""
     fold = np.einsum("ij,ij->i", *(shell.normal[shell.pairs[:, k]] for k in range(2)))
-    piece = shell.pieces(across=fold > np.cos(np.radians(_FOLD)))
+    piece = shell.pieces(across=fold > np.cos(np.radians(degrees)))
     size = np.bincount(piece, weights=shell.area)
     found = []
-    for k in np.flatnonzero(size >= _FLAT * shell.area.sum()):
+    for k in np.flatnonzero(size >= share * shell.area.sum()):
         own = piece == k
         middle = np.average(shell.centre[own], axis=0, weights=shell.area[own])
         if own.sum() >= 3 and np.abs((shell.centre[own] - middle) @ _direction(shell, own)).max() < _OFF * shell.edge:
@@ -179,6 +213,7 @@ def _read(shell: Shell, way: str, taken: BoolArray, ends: dict[str, BoolArray]) 
     tissue = sum(enclosed.values())
     if tissue <= 0:
         raise NoReading("the cavities are larger than what encloses them")
+    _none_left(shell, epi, enclosed[outer[0]], len(inner))
     names, sure, questions = name_cavities(shell, [piece == k for k in inner], epi)
     tag = np.zeros(len(shell), dtype=np.int32)
     tag[epi] = FACET_TAGS["epi"]
@@ -205,6 +240,22 @@ def _read(shell: Shell, way: str, taken: BoolArray, ends: dict[str, BoolArray]) 
                 )
             )
     return Reading(way, spread(shell, tag), given, tuple(questions))
+
+
+def _none_left(shell: Shell, epi: BoolArray, enclosed: float, count: int) -> None:
+    """What is named epicardium goes into no cavity: a right ventricle may be open where the left one is closed.
+
+    Raises
+    ------
+    NoReading
+        The convex hull holds more cavities than were found.
+    """
+    hull = hull_of(shell.points[np.unique(shell.triangles[epi[shell.facet_of]])]).volume
+    if count > 2 or enclosed > _FULL * hull:
+        return
+    held = hollows(shell)[2]
+    if held > count:
+        raise NoReading(f"{count} of the {held} cavities that the convex hull holds is found")
 
 
 def spread(shell: Shell, tag: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
@@ -38,9 +39,23 @@ SYNONYMS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("leftatrium",), "la"),
     **dict.fromkeys(("rightatrium",), "ra"),
     **dict.fromkeys(("pulmonaryartery",), "pulmonary_artery"),
+    **dict.fromkeys(("aortawall",), "aorta_wall"),
+    **dict.fromkeys(("pulmonaryarterywall",), "pulmonary_artery_wall"),
+    **dict.fromkeys(("mv", "mitralvalve"), "mitral"),
+    **dict.fromkeys(("av", "aorticvalve"), "aortic"),
+    **dict.fromkeys(("tv", "tricuspidvalve"), "tricuspid"),
+    **dict.fromkeys(("pv", "pulmonaryvalve"), "pulmonary"),
 }
 
 
+#: Words in longer names, in the same writing; the first that fits. Rims of vessels have no name of their own.
+WORDS: Final = (
+    (r"interface.*mitralvalve", "mitral"),
+    (r"interface.*tricuspidvalve", "tricuspid"),
+    (r"interface.*aorticvalve", "aortic"),
+    (r"interface.*pulmonaryvalve", "pulmonary"),
+    (r"interface.*(inlet|border)|.*(vein|cava|appendage)border", "veins"),
+)
 #: Names that are taken for each other.
 _ALIKE: Final = (("base", "apex"), ("endo", "endo_lv", "endo_rv", "endo_la", "endo_ra"))
 
@@ -82,7 +97,8 @@ def _numbers(mesh: VolumeMesh, tags: list[int], names: Mapping[str, str], table:
         label = foreign.get(tag)
         chosen = names.get(str(tag)) or (names.get(label) if label else None)
         if chosen is None and label is not None:
-            chosen = SYNONYMS.get("".join(c for c in label.lower() if c.isalnum()))
+            plain = "".join(c for c in label.lower() if c.isalnum())
+            chosen = SYNONYMS.get(plain) or next((own for words, own in WORDS if re.match(words, plain)), None)
         if chosen is None and label is None and _is_ours(mesh):
             chosen = known.get(tag)
         if chosen is None and table is FACET_TAGS and label is None and _named_by_chamber(mesh):

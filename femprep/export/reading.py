@@ -17,6 +17,7 @@ from femprep.export.deck.units import units_of
 from femprep.export.ending import ending_files
 from femprep.export.foreign import from_meshio
 from femprep.export.hdf5 import require_hdf5
+from femprep.export.namemap import with_namemap
 from femprep.export.verdict import verdict_in
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.mesh.vtk.entities import refuse_entities
@@ -31,9 +32,10 @@ def read_mesh(path: str | Path) -> VolumeMesh:
     Parameters
     ----------
     path : path
-        ``.vtu``, ``.vtk``, ``.inp`` (Abaqus, CalculiX), ``.feb`` (FEBio), ``.k`` (LS-DYNA), ``.pts`` or ``.elem``
-        (openCARP), ``.xdmf``, ``.msh`` (Gmsh), ``.med``, ``.mesh`` (Medit, its ``.sol`` files beside it), a
-        ``mesh-complete`` folder (svMultiPhysics), and everything else that meshio reads (``.exo``...).
+        ``.vtu`` (of PyAnsys Heart, too, with its ``.namemap.json`` beside it), ``.vtk``, ``.inp`` (Abaqus, CalculiX),
+        ``.feb`` (FEBio), ``.k`` (LS-DYNA), ``.pts`` or ``.elem`` (openCARP), ``.xdmf``, ``.msh`` (Gmsh), ``.med``,
+        ``.mesh`` (Medit, its ``.sol`` files beside it), a ``mesh-complete`` folder (svMultiPhysics), and everything
+        else that meshio reads (``.exo``...).
 
     Returns
     -------
@@ -111,7 +113,7 @@ def _vtk(path: Path) -> VolumeMesh:
     from femprep.export.vtu.read import read_foreign, read_own
 
     own = read_own(path)
-    return own if own is not None else from_meshio(read_foreign(path))
+    return own if own is not None else from_meshio(with_namemap(read_foreign(path), path))
 
 
 def _legacy_vtk(path: Path) -> VolumeMesh:

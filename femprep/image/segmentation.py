@@ -118,12 +118,12 @@ class Segmentation:
                 if number not in self.present:
                     raise InputError(
                         f"label {number} of structure {name!r} does not occur in {self._source}; "
-                        f"labels there: {self._table() or 'none'}"
+                        f"labels there: {self.label_table() or 'none'}"
                     )
                 found.append(number)
         return tuple(dict.fromkeys(found))
 
-    def _table(self) -> str:
+    def label_table(self) -> str:
         """Labels that occur, each with its name in the file, where it has one, and its volume."""
         names, voxel = self.info.get("segments", {}), float(np.prod(self.grid.spacing)) / 1e3
         count = count_labels(self.labels)

@@ -187,6 +187,17 @@ def test_regions_of_the_file_are_named_by_where_they_lie() -> None:
     np.testing.assert_array_equal(found.mesh.region, named.region)
 
 
+def test_a_bit_that_hangs_on_nothing_is_named_as_what_is_nearest() -> None:
+    truth = biventricular()
+    loose = truth.points.max(axis=0) + np.array([[2.0, 0, 0], [6.0, 0, 0], [2.0, 4.0, 0], [2.0, 0, 4.0]])
+    last = len(truth.points) + np.arange(4)[None]
+    cells = {"tetra": np.concatenate([truth.cells["tetra"], last])}
+    points = np.concatenate([truth.points, loose])
+    found = fp.annotate(VolumeMesh(points, cells, np.ones(truth.n_cells + 1)), fibres=None)
+    assert set(found.mesh.facet_names) == {"endo_lv", "endo_rv", "epi", "base"}
+    assert any(notice["what"].startswith("4 facets that border on nothing") for notice in found.mesh.info["notices"])
+
+
 def test_a_solid_block_is_refused_with_every_way_that_was_tried() -> None:
     from anatomy_meshes import slab
 

@@ -6,7 +6,8 @@ The heart is that of the wheel ``ansys-health-heart`` (MIT; mesh after Rodero et
     pip download ansys-health-heart --no-deps && unzip ansys_health_heart-*.whl
     python tests/benchmarks/bench_annotate.py ansys/health/heart/data_examples/rodero_01_fullheart_1.5mm.vtu
 
-Once with the bare points and tetrahedra, once with the numbers of its seven volumes, shuffled.
+Once with the bare points and tetrahedra, once with the numbers of its seven volumes, shuffled, once as its makers
+give it, with the names in the file beside it (``--named-by-makers`` runs this alone).
 
 ``--examples`` takes instead the left ventricles that svMultiPhysics is shown with, against their own surfaces, and the
 fibres of the one that has some (helix angle 90 to -90 degrees). Its repository keeps pointers to large files alone; the
@@ -84,6 +85,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("mesh", type=Path, help="the published heart, or the folder of the examples")
     parser.add_argument("--numbers", action="store_true", help="only with the numbers of the volumes")
+    parser.add_argument("--named-by-makers", action="store_true", help="only with the names beside the file")
     parser.add_argument("--examples", action="store_true", help="the left ventricles of svMultiPhysics's examples")
     parser.add_argument("--named", type=Path, help="a surface with the array class")
     arguments = parser.parse_args()
@@ -105,9 +107,13 @@ def main() -> None:
     chosen = surface > 10_000
     truth = np.array([FACET_TAGS[ours(names[str(i)]) or "epi"] for i in surface[chosen]])
     shuffled = np.random.default_rng(0).permutation(90)[volume] + 10
-    cases = (("points and tetrahedra alone", np.ones(len(tetra))), ("numbers of volumes kept", shuffled))
-    for title, region in cases[1:] if arguments.numbers else cases:
-        mesh = VolumeMesh(points, {"tetra": tetra}, region)
+    cases = (
+        ("points and tetrahedra alone", VolumeMesh(points, {"tetra": tetra}, np.ones(len(tetra)))),
+        ("numbers of volumes kept", VolumeMesh(points, {"tetra": tetra}, shuffled)),
+        ("as its makers give it", fp.read_mesh(arguments.mesh)),
+    )
+    first, last = (2, 3) if arguments.named_by_makers else (1, 2) if arguments.numbers else (0, 3)
+    for title, mesh in cases[first:last]:
         start, busy = time.perf_counter(), time.process_time()
         found = fp.annotate(mesh)
         with tempfile.TemporaryDirectory() as folder:

@@ -65,15 +65,18 @@ class Numbers:
         if name not in self.foreign:
             used = set(self.foreign.values()) | set(REGION_TAGS.values()) | set(FACET_TAGS.values())
             free = next(n for n in range(201 if facet else 51, 100_000) if n not in used)
-            self.foreign[name] = own if own is not None else free
+            # Numbers of volumes and of surfaces may be the same in a file; each name has one of its own here.
+            self.foreign[name] = free if own is None or own in self.foreign.values() else own
         return self.foreign[name]
 
     def of_tags(self, tags: IntArray, names: Mapping[int, str], *, facet: bool = False) -> IntArray:
         """The numbers of elements or facets to which the file itself gave numbers, and names to some of these."""
-        out = tags.copy()
-        for own in np.unique(tags).tolist():
+        out, present = tags.copy(), np.unique(tags).tolist()
+        # A number of the file's that is ours of another name in it would make one of two.
+        ours = {tag_number(names[own]) for own in present if own in names}
+        for own in present:
             if own in names:
-                out[tags == own] = self.of(names[own], own, facet=facet)
+                out[tags == own] = self.of(names[own], None if own in ours else own, facet=facet)
         return out
 
     @property

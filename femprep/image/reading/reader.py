@@ -132,7 +132,14 @@ def read_segmentation(
         "right_handed": grid.right_handed,
         "notices": records(*(Notice.of("assumed", line) for line in notes + doubts)),
     }
-    return Segmentation(labels, grid, names, info)
+    seg = Segmentation(labels, grid, names, info)
+    if not names:
+        why = f"preset {preset!r} takes segments by their names, and {file} has none" if preset else "no structures"
+        raise OptionError(
+            f"{why}: give a preset ({', '.join(sorted(set(PRESETS) - {preset}))}) or labels by name, as in lv=3 and "
+            f"myo=2; labels there: {seg.label_table()}"
+        )
+    return seg
 
 
 def read_frames(
@@ -229,10 +236,6 @@ def _names(
                 "label's number"
             )
         names[name] = tuple(n if isinstance(n, str) else int(n) for n in own)
-    if not names and not by_name:
-        raise OptionError(
-            f"no structures: give a preset ({', '.join(sorted(PRESETS))}) or labels by name, as in lv=3 and myo=2"
-        )
     return names
 
 

@@ -349,8 +349,10 @@ def test_structures_that_cannot_be(tmp_path):
     write_segmentation(heart(), path)
     with pytest.raises(OptionError, match="unknown preset 'acd'; expected one of acdc"):
         read_segmentation(path, preset="acd")
-    with pytest.raises(OptionError, match="no structures: give a preset"):
+    with pytest.raises(OptionError, match=r"no structures: give a preset .*; labels there: 1.*, of .* mL"):
         read_segmentation(path)
+    with pytest.raises(OptionError, match=r"preset 'slicer' takes segments by their names.*heart.nii.gz has none"):
+        read_segmentation(path, preset="slicer")
     with pytest.raises(InputError, match="0 is background"):
         read_segmentation(path, {"lv": 0})
     with pytest.raises(OptionError, match="spacing"):
