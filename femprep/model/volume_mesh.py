@@ -11,7 +11,7 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly, readonly_table
-from femprep.model.convert import Convertible
+from femprep.model.convert import Convertible, maker
 from femprep.model.plane import Plane
 from femprep.model.purkinje import PurkinjeNet
 from femprep.model.tags import tag_name
@@ -110,9 +110,7 @@ class VolumeMesh(Convertible):
         >>> list(mesh.to_skfem().boundaries)
         ['endo', 'epi', 'base']
         """
-        from femprep.export import objects
-
-        return objects.to_skfem(self)
+        return maker("to_skfem")(self)
 
     @property
     def n_cells(self) -> int:
