@@ -197,7 +197,13 @@ class Options(StageOptions):
 
     @property
     def limits(self) -> CheckOptions:
-        """Limits of the check: those given, else those of the purpose, of the mesher, the defaults."""
+        """Limits of the check: those given, else those of the purpose, of the mesher, the defaults.
+
+        Examples
+        --------
+        >>> fp.Options(check={"purpose": "explicit"}).limits.purpose
+        'explicit'
+        """
         return self.check.resolved(self.volume.mesher)
 
     @property
@@ -209,7 +215,13 @@ class Options(StageOptions):
 
     @property
     def layers(self) -> SweepOptions:
-        """Options of the sweep, with what it was not given itself from the volume mesh's and the wall's."""
+        """Options of the sweep, with what it was not given itself from the volume mesh's and the wall's.
+
+        Examples
+        --------
+        >>> fp.Options(volume={"edge_length": 3.0}).layers.edge_length
+        3.0
+        """
         asked = {
             "edge_length": self.volume.edge_length,
             "order": self.volume.order,
@@ -222,11 +234,23 @@ class Options(StageOptions):
 
     @property
     def objects(self) -> dict[str, tuple[str, ...]]:
-        """What surfaces alone are fitted to: each structure that is no wall, and the left ventricle with its wall."""
+        """What surfaces alone are fitted to: each structure that is no wall, and the left ventricle with its wall.
+
+        Examples
+        --------
+        >>> fp.Options(preset="acdc").objects
+        {'rv': ('rv',), 'lv': ('lv',), 'epi': ('lv', 'myo')}
+        """
         found = {name: (name,) for name in self.labels if name not in WALLS}
         return {**found, "epi": ("lv", "myo")} if {"lv", "myo"} <= set(self.labels) else dict(found)
 
     @property
     def labels(self) -> dict[str, tuple[int | str, ...]]:
-        """Label numbers by structure: the preset's, with those given by hand in their place."""
+        """Label numbers by structure: the preset's, with those given by hand in their place.
+
+        Examples
+        --------
+        >>> fp.Options(preset="acdc", structures={"myo": 9}).labels["myo"]
+        (9,)
+        """
         return {**(PRESETS[self.preset] if self.preset else {}), **self.structures}
