@@ -81,6 +81,21 @@ class Grid:
                 raise InputError("grid offsets are not finite, or move slices along the stack")
             object.__setattr__(self, "offsets", offsets if np.any(offsets) else None)
 
+    def __repr__(self) -> str:
+        return f"Grid({self.words})"
+
+    @property
+    def words(self) -> str:
+        """Its size in words.
+
+        Examples
+        --------
+        >>> seg.grid.words
+        '... voxels of 1.4 x 1.4 x 8 mm'
+        """
+        sides = " x ".join(f"{x:.3g}" for x in self.spacing)
+        return f"{' x '.join(map(str, self.shape))} voxels of {sides} mm"
+
     @property
     def voxel_volume(self) -> float:
         """Volume of one voxel, mm3.

@@ -86,8 +86,7 @@ class Segmentation:
         return max(axes, key=lambda axis: (moments(mask, axis)[0], axis))
 
     def __repr__(self) -> str:
-        size, sides = " x ".join(map(str, self.grid.shape)), " x ".join(f"{x:.3g}" for x in self.grid.spacing)
-        return f"Segmentation({size} voxels of {sides} mm: {', '.join(self.structures)})"
+        return f"Segmentation({self.grid.words}: {', '.join(self.structures)})"
 
     @property
     def stack_axis(self) -> int:

@@ -72,6 +72,9 @@ class SliceShifts:
         object.__setattr__(self, "shift", readonly(self.shift, np.float64, (count, 2), "slice shift"))
         object.__setattr__(self, "deviation", readonly(self.deviation, np.float64, (count,), "shift deviation"))
 
+    def __repr__(self) -> str:
+        return f"SliceShifts({len(self.index)} slices, {self.largest:.1f} mm at most)"
+
     @property
     def largest(self) -> float:
         """Length of the largest shift, mm.

@@ -50,6 +50,10 @@ class Plane:
         object.__setattr__(self, "point", readonly(self.point, np.float64, (3,), "plane point"))
         object.__setattr__(self, "normal", readonly(normal / length, np.float64, (3,), "plane normal"))
 
+    def __repr__(self) -> str:
+        place, way = (", ".join(f"{x + 0.0:.4g}" for x in array) for array in (self.point, self.normal))
+        return f"Plane(point ({place}) mm, normal ({way}); {self.source})"
+
     def record(self) -> dict[str, Any]:
         """What there is to tell of it, JSON-ready.
 

@@ -86,6 +86,10 @@ class VentricularAxes:
         put(self, "insertions", MappingProxyType(points))
         put(self, "info", MappingProxyType(dict(self.info)))
 
+    def __repr__(self) -> str:
+        base, apex = (", ".join(f"{x + 0.0:.4g}" for x in array) for array in (self.base, self.apex))
+        return f"VentricularAxes({self.length:.1f} mm from apex ({apex}) to base ({base}))"
+
     @property
     def length(self) -> float:
         """From apex to base, mm.

@@ -73,6 +73,9 @@ class Refinement:
 
     levels: tuple[Level, ...]
 
+    def __repr__(self) -> str:
+        return f"Refinement({self.coarse.n_cells} -> {self.fine.n_cells} elements)"
+
     @classmethod
     def of(
         cls,
