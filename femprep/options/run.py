@@ -208,7 +208,13 @@ class Options(StageOptions):
 
     @property
     def elements(self) -> tuple[str, int]:
-        """Type and order of the elements asked for."""
+        """Type and order of the elements asked for.
+
+        Examples
+        --------
+        >>> fp.Options(volume={"mesher": "sweep"}, sweep={"element": "wedge"}).elements
+        ('wedge', 1)
+        """
         if self.volume.mesher == "sweep":
             return self.layers.element, self.layers.order
         return "tetra", self.volume.order
