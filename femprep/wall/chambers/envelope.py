@@ -212,7 +212,7 @@ class Envelope:
             points -= (value / square)[:, None] * gradient
         return points
 
-    def _settled(self, points: FloatArray, normals: FloatArray) -> FloatArray:
+    def _along_normals(self, points: FloatArray, normals: FloatArray) -> FloatArray:
         """Points that the gradient has not led onto the surface, as in narrow grooves, moved there along normals."""
         off = np.flatnonzero(np.abs(self.values(points)) > _NEAR)
         if not len(off):
@@ -283,7 +283,7 @@ class Envelope:
             step = neighbour_mean(points, edges) - points
             step -= np.einsum("ij,ij->i", step, normal)[:, None] * normal
             points = self.project(points + _RELAX * step, 1)
-        points = self._settled(self.project(points), vertex_normals(points, triangles))
+        points = self._along_normals(self.project(points), vertex_normals(points, triangles))
         off = np.abs(self.values(points))
         if off.max() > 0.1:
             worst = points[int(off.argmax())]
