@@ -123,13 +123,27 @@ class Grid:
 
     @property
     def flat_axes(self) -> tuple[int, int]:
-        """The two other axes, along the slices."""
+        """The two other axes, along the slices.
+
+        Examples
+        --------
+        >>> grid = fp.Grid((10, 10, 5), (1.5, 1.5, 8.0), (0.0, 0.0, 0.0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        >>> grid.flat_axes
+        (0, 1)
+        """
         one, two = (axis for axis in range(3) if axis != self.stack_axis)
         return one, two
 
     @property
     def pixel(self) -> float:
-        """The smaller voxel size along the slices, mm."""
+        """The smaller voxel size along the slices, mm.
+
+        Examples
+        --------
+        >>> grid = fp.Grid((10, 10, 5), (1.5, 1.5, 8.0), (0.0, 0.0, 0.0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        >>> grid.pixel
+        1.5
+        """
         return float(self.spacing[list(self.flat_axes)].min())
 
     @property

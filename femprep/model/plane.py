@@ -90,5 +90,12 @@ class Plane:
         return product(np.asarray(points, dtype=float) - self.point, self.normal)
 
     def feet(self, points: FloatArray) -> FloatArray:
-        """Points ``(n, 3)`` put onto the plane, straight, mm."""
+        """Points ``(n, 3)`` put onto the plane, straight, mm.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> fp.Plane([0.0, 0.0, 5.0], [0.0, 0.0, 1.0]).feet(np.array([[1.0, 2.0, 9.0]])).tolist()
+        [[1.0, 2.0, 5.0]]
+        """
         return np.asarray(points - self.signed_distance(points)[..., None] * self.normal)
