@@ -344,4 +344,5 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
 def on_page_content(html: str, page: Any, config: Any, files: Any) -> str:
     """MkDocs hands over a page as HTML: roles and footnotes of docstrings are shown as plain text."""
     html = re.sub(r":(?:func|class|mod|meth|data|attr):(?=<code>)", "", html)
+    html = re.sub(r"<code>~[\w.]*\.(?=\w+</code>)", "<code>", html)
     return re.sub(r"\.\. \[(\d+)\]|\[(\d+)\]_", r"[\1\2]", html)

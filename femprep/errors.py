@@ -67,13 +67,26 @@ class FileError(FemprepError, OSError):
 
 
 class DiskFullError(FileError):
-    """No room is left for what is written: the disk or a quota is full, or a limit of file size is reached."""
+    """No room is left for what is written: the disk or a quota is full, or a limit of file size is reached.
+
+    Examples
+    --------
+    >>> fp.DiskFullError.exit_status
+    3
+    """
 
     exit_status = 3
 
 
 class ResourceError(FemprepError, MemoryError):
-    """What was asked needs more memory than the stated limit; nothing was computed."""
+    """What was asked needs more memory than the stated limit; nothing was computed.
+
+    Examples
+    --------
+    >>> fp.tetrahedralize(wall, edge_length=0.01)
+    Traceback (most recent call last):
+    femprep.errors.ResourceError: ...
+    """
 
     exit_status = 2
 
@@ -85,7 +98,13 @@ class MissingDependencyError(FemprepError, ImportError):
 
 
 class StageError(FemprepError, RuntimeError):
-    """A stage failed on valid input: no convergence, a backend's crash or time limit, a result that is wrong."""
+    """A stage failed on valid input: no convergence, a backend's crash or time limit, a result that is wrong.
+
+    Examples
+    --------
+    >>> fp.StageError.exit_status
+    3
+    """
 
     exit_status = 3
 

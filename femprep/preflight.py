@@ -20,7 +20,8 @@ from femprep.anatomy.tissue.regions import require_tissues
 from femprep.errors import InputError, MissingDependencyError, OptionError
 from femprep.export.abaqus.calculix import require_calculix
 from femprep.export.abaqus.step import require as require_step
-from femprep.export.content import Content, refusals
+from femprep.export.content import Content
+from femprep.export.table import refusals
 from femprep.image import Grid, IntensityImage, Segmentation
 from femprep.mesh.elements import QUADRATIC
 from femprep.model import TISSUES, FloatArray

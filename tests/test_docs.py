@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import inspect
 import os
 import re
 import shlex
@@ -140,6 +141,20 @@ def test_exit_statuses_are_those_of_the_code(generate: ModuleType) -> None:
 def test_every_public_function_is_on_the_page_of_the_api(generate: ModuleType) -> None:
     shown = {line.rpartition(".")[2] for line in generate.api().splitlines() if line.startswith("::: ")}
     assert shown == {key for key in femprep.__all__ if callable(getattr(femprep, key))}
+
+
+def test_signatures_on_the_page_of_the_api_name_every_option() -> None:
+    griffe = pytest.importorskip("griffe")
+    read = griffe.load("femprep.wall.planes.landmarks", extensions=griffe.load_extensions(DOCS / "signatures.py"))
+    shown = {each.name: each.default for each in read["find_base"].parameters}
+    asked = inspect.signature(femprep.find_base).parameters
+    assert list(shown) == list(asked)
+    assert shown["minimum_thickness"] == str(asked["minimum_thickness"].default)
+
+
+def test_roles_and_modules_of_docstrings_are_no_text_of_pages(generate: ModuleType) -> None:
+    html = generate.on_page_content("see :class:<code>~femprep.image.Grid</code>", None, None, None)
+    assert html == "see <code>Grid</code>"
 
 
 def test_a_page_that_asks_for_what_is_not_made_is_refused(generate: ModuleType) -> None:

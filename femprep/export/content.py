@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
-from femprep.errors import InputError
 from femprep.export.deck.names import facet_names
-from femprep.export.table import require_formats
 from femprep.model import VolumeMesh, is_blood
-from femprep.options import ExportOptions
 
 
 @dataclass(frozen=True)
@@ -36,14 +32,3 @@ def content_of(mesh: VolumeMesh) -> Content:
     """What a mesh has."""
     blood = bool(is_blood(mesh.region).any())
     return Content(tuple(mesh.cells), tuple(facet_names(mesh)), "fiber" in mesh.cell_data, blood)
-
-
-def refusals(content: Content, formats: Iterable[str], options: ExportOptions) -> dict[str, str]:
-    """Formats that cannot hold a mesh with such content, and why."""
-    found = {}
-    for entry in require_formats(formats):
-        try:
-            entry.require(content, options)
-        except InputError as error:
-            found[entry.name] = str(error)
-    return found

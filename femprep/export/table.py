@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from femprep.errors import OptionError
+from femprep.errors import InputError, OptionError
 from femprep.model import FACET_TAGS, VolumeMesh
 from femprep.options import ExportOptions
 
@@ -331,6 +331,17 @@ def require_formats(names: Iterable[str]) -> tuple[Format, ...]:
             raise OptionError(f"unknown format {name!r}; choose from {', '.join(FORMATS)}")
         found.append(FORMATS[name])
     return tuple(found)
+
+
+def refusals(content: Content, formats: Iterable[str], options: ExportOptions) -> dict[str, str]:
+    """Formats that cannot hold a mesh with such content, and why."""
+    found = {}
+    for entry in require_formats(formats):
+        try:
+            entry.require(content, options)
+        except InputError as error:
+            found[entry.name] = str(error)
+    return found
 
 
 def format_of(path: Path) -> Format:

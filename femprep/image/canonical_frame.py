@@ -1,4 +1,4 @@
-"""A LabelObject anywhere in, the same at rest out: along the coordinates' axes, so that where it lies changes no digit.
+"""A LabelObject in, the same in its canonical frame out: along the axes, so that where it lies changes no digit.
 
 A fit takes decisions, such as which edges are flipped. Done in world coordinates, the rounding of a turned image would
 now and then decide otherwise, and its surface would be another one.
@@ -33,8 +33,8 @@ def image_axes(obj: LabelObject) -> tuple[FloatArray, FloatArray]:
 
 
 @dataclass(frozen=True, eq=False)
-class AtRest:
-    """An object moved to where its image's axes are those of the coordinates.
+class CanonicalFrame:
+    """An object in its canonical frame, in which its image's axes are those of the coordinates.
 
     Attributes
     ----------
@@ -51,15 +51,15 @@ class AtRest:
     given: LabelObject
 
     @classmethod
-    def of(cls, obj: LabelObject) -> AtRest:
-        """Put an object at rest."""
+    def of(cls, obj: LabelObject) -> CanonicalFrame:
+        """Put an object into its canonical frame."""
         axes = image_axes(obj)[1]
         hand = np.diag(np.sign(np.diag(product(axes.T, obj.grid.direction))))
         grid = Grid(obj.grid.shape, obj.grid.spacing, np.zeros(3), hand, obj.grid.offsets, obj.grid.stack)
         return cls(LabelObject(obj.mask, grid, obj.name, obj.report), axes, obj)
 
     def boundary(self, boundary: BoundaryPoints) -> BoundaryPoints:
-        """Boundary points of the object at rest, moved from their voxels' faces as they are in the world."""
+        """Boundary points in the canonical frame, moved from their voxels' faces as they are in the world."""
         here, there = self.obj.grid, self.given.grid
         face = face_indices(boundary, there)
         side = 2.0 * (face - boundary.voxel).sum(axis=1)

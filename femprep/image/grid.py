@@ -81,40 +81,104 @@ class Grid:
                 raise InputError("grid offsets are not finite, or move slices along the stack")
             object.__setattr__(self, "offsets", offsets if np.any(offsets) else None)
 
+    def __repr__(self) -> str:
+        return f"Grid({self.words})"
+
+    @property
+    def words(self) -> str:
+        """Its size in words.
+
+        Examples
+        --------
+        >>> seg.grid.words
+        '... voxels of 1.4 x 1.4 x 8 mm'
+        """
+        sides = " x ".join(f"{x:.3g}" for x in self.spacing)
+        return f"{' x '.join(map(str, self.shape))} voxels of {sides} mm"
+
     @property
     def voxel_volume(self) -> float:
-        """Volume of one voxel, mm3."""
+        """Volume of one voxel, mm3.
+
+        Examples
+        --------
+        >>> grid = fp.Grid((10, 10, 5), (1.5, 1.5, 8.0), (0.0, 0.0, 0.0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        >>> grid.voxel_volume
+        18.0
+        """
         return float(np.prod(self.spacing))
 
     @property
     def stack_axis(self) -> int:
-        """Axis across the slices: the one with the largest voxel size; where sizes are equal ``stack``, or the last."""
+        """Axis across the slices: the one with the largest voxel size; where sizes are equal ``stack``, or the last.
+
+        Examples
+        --------
+        >>> grid = fp.Grid((10, 10, 5), (1.5, 1.5, 8.0), (0.0, 0.0, 0.0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        >>> grid.stack_axis
+        2
+        """
         thick = self.thick_axes
         return self.stack if self.stack in thick else thick[-1]
 
     @property
     def flat_axes(self) -> tuple[int, int]:
-        """The two other axes, along the slices."""
+        """The two other axes, along the slices.
+
+        Examples
+        --------
+        >>> grid = fp.Grid((10, 10, 5), (1.5, 1.5, 8.0), (0.0, 0.0, 0.0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        >>> grid.flat_axes
+        (0, 1)
+        """
         one, two = (axis for axis in range(3) if axis != self.stack_axis)
         return one, two
 
     @property
     def pixel(self) -> float:
-        """The smaller voxel size along the slices, mm."""
+        """The smaller voxel size along the slices, mm.
+
+        Examples
+        --------
+        >>> grid = fp.Grid((10, 10, 5), (1.5, 1.5, 8.0), (0.0, 0.0, 0.0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        >>> grid.pixel
+        1.5
+        """
         return float(self.spacing[list(self.flat_axes)].min())
 
     @property
     def thick_axes(self) -> list[int]:
-        """The axes with the largest voxel size: one, or several of equal size."""
+        """The axes with the largest voxel size: one, or several of equal size.
+
+        Examples
+        --------
+        >>> grid = fp.Grid((10, 10, 5), (1.5, 1.5, 8.0), (0.0, 0.0, 0.0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        >>> grid.thick_axes
+        [2]
+        """
         return [int(axis) for axis in np.flatnonzero(self.spacing >= self.spacing.max() * (1.0 - 1e-3))]
 
     @property
     def right_handed(self) -> bool:
-        """Whether the axes i, j, k form a right-handed system in the world."""
+        """Whether the axes i, j, k form a right-handed system in the world.
+
+        Examples
+        --------
+        >>> grid = fp.Grid((10, 10, 5), (1.5, 1.5, 8.0), (0.0, 0.0, 0.0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        >>> grid.right_handed
+        True
+        """
         return bool(np.linalg.det(self.direction) > 0.0)
 
     def offset_at(self, position: npt.ArrayLike) -> FloatArray:
-        """Offset ``(n, 3)`` mm along the axes at (fractional) slice numbers ``(n,)``, constant beyond the ends."""
+        """Offset ``(n, 3)`` mm along the axes at (fractional) slice numbers ``(n,)``, constant beyond the ends.
+
+        Examples
+        --------
+        >>> grid = fp.Grid((10, 10, 5), (1.5, 1.5, 8.0), (0.0, 0.0, 0.0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        >>> grid.offset_at([0.0, 1.5]).tolist()
+        [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+        """
         position = np.asarray(position, dtype=np.float64)
         if self.offsets is None:
             return np.zeros((*position.shape, 3))
@@ -122,7 +186,14 @@ class Grid:
         return np.stack([np.interp(position, numbers, self.offsets[:, a]) for a in range(3)], axis=-1)
 
     def to_world(self, index: npt.ArrayLike) -> FloatArray:
-        """World points ``(n, 3)`` mm LPS of (fractional) indices ``(n, 3)``."""
+        """World points ``(n, 3)`` mm LPS of (fractional) indices ``(n, 3)``.
+
+        Examples
+        --------
+        >>> grid = fp.Grid((10, 10, 5), (1.5, 1.5, 8.0), (0.0, 0.0, 0.0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        >>> grid.to_world([[0, 0, 1]]).tolist()
+        [[0.0, 0.0, 8.0]]
+        """
         index = np.asarray(index, dtype=np.float64)
         local = index * self.spacing
         if self.offsets is not None:
@@ -130,7 +201,14 @@ class Grid:
         return np.asarray(self.origin + product(local, self.direction.T), dtype=np.float64)
 
     def to_index(self, points: npt.ArrayLike) -> FloatArray:
-        """Fractional indices ``(n, 3)`` of world points ``(n, 3)`` mm LPS."""
+        """Fractional indices ``(n, 3)`` of world points ``(n, 3)`` mm LPS.
+
+        Examples
+        --------
+        >>> grid = fp.Grid((10, 10, 5), (1.5, 1.5, 8.0), (0.0, 0.0, 0.0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        >>> grid.to_index([[0.0, 3.0, 8.0]]).tolist()
+        [[0.0, 2.0, 1.0]]
+        """
         local = product(np.asarray(points, dtype=np.float64) - self.origin, inverse(self.direction).T)
         if self.offsets is not None:
             axis = self.stack_axis
@@ -140,11 +218,24 @@ class Grid:
 
     @property
     def regular(self) -> Grid:
-        """The same grid without offsets."""
+        """The same grid without offsets.
+
+        Examples
+        --------
+        >>> seg.grid.regular.shape == seg.grid.shape
+        True
+        """
         return self if self.offsets is None else replace(self, offsets=None)
 
     def window(self, first: tuple[int, int, int], shape: tuple[int, int, int]) -> Grid:
-        """The grid of a box of voxels that begins at index ``first`` (may lie outside) and has the given shape."""
+        """The grid of a box of voxels that begins at index ``first`` (may lie outside) and has the given shape.
+
+        Examples
+        --------
+        >>> grid = fp.Grid((10, 10, 5), (1.5, 1.5, 8.0), (0.0, 0.0, 0.0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        >>> grid.window((2, 0, 1), (4, 4, 2)).origin.tolist()
+        [3.0, 0.0, 8.0]
+        """
         origin = self.regular.to_world(np.asarray(first, dtype=float))
         axis = self.stack_axis
         offsets = None if self.offsets is None else self.offset_at(first[axis] + np.arange(shape[axis]))

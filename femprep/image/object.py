@@ -77,17 +77,35 @@ class LabelObject:
 
     @property
     def voxels(self) -> int:
-        """Number of voxels."""
+        """Number of voxels.
+
+        Examples
+        --------
+        >>> cavity.voxels < heart.voxels
+        True
+        """
         return int(np.count_nonzero(self.mask))
 
     @property
     def volume(self) -> float:
-        """Volume of the voxels, mm3."""
+        """Volume of the voxels, mm3.
+
+        Examples
+        --------
+        >>> bool(abs(cavity.volume - cavity.voxels * seg.grid.voxel_volume) < 1e-6)
+        True
+        """
         return self.voxels * self.grid.voxel_volume
 
     @property
     def barycentre(self) -> FloatArray:
-        """Mean of the voxel centres, ``(3,)`` mm LPS."""
+        """Mean of the voxel centres, ``(3,)`` mm LPS.
+
+        Examples
+        --------
+        >>> cavity.barycentre.shape
+        (3,)
+        """
         total = self.voxels
         centre = [counts_along(self.mask, axis) @ np.arange(n) / total for axis, n in enumerate(self.mask.shape)]
         at = self.grid.regular.to_world(np.array(centre))
@@ -98,7 +116,13 @@ class LabelObject:
 
     @property
     def stack_axis(self) -> int:
-        """Axis across the thick slices."""
+        """Axis across the thick slices.
+
+        Examples
+        --------
+        >>> cavity.stack_axis
+        2
+        """
         return self.grid.stack_axis
 
 

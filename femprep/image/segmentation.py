@@ -86,17 +86,28 @@ class Segmentation:
         return max(axes, key=lambda axis: (moments(mask, axis)[0], axis))
 
     def __repr__(self) -> str:
-        size, sides = " x ".join(map(str, self.grid.shape)), " x ".join(f"{x:.3g}" for x in self.grid.spacing)
-        return f"Segmentation({size} voxels of {sides} mm: {', '.join(self.structures)})"
+        return f"Segmentation({self.grid.words}: {', '.join(self.structures)})"
 
     @property
     def stack_axis(self) -> int:
-        """Axis across the thick slices (usually 2); of cubic voxels the one that the left ventricle lies along most."""
+        """Axis across the thick slices (usually 2); of cubic voxels the one that the left ventricle lies along most.
+
+        Examples
+        --------
+        >>> seg.stack_axis
+        2
+        """
         return self.grid.stack_axis
 
     @cached_property
     def present(self) -> tuple[int, ...]:
-        """Labels that occur in the map, in increasing order, without the background."""
+        """Labels that occur in the map, in increasing order, without the background.
+
+        Examples
+        --------
+        >>> seg.present
+        (2, 3)
+        """
         return tuple(n for n in count_labels(self.labels) if n != 0)
 
     def numbers(self, *structures: str) -> tuple[int, ...]:
@@ -106,6 +117,11 @@ class Segmentation:
         ------
         InputError
             A structure has no name here, or one of its labels does not occur.
+
+        Examples
+        --------
+        >>> seg.numbers("lv", "myo")
+        (3, 2)
         """
         found: list[int] = []
         for name in structures:
@@ -179,7 +195,14 @@ class Segmentation:
         return replace(found, frame=self.frame)
 
     def slices(self, *structures: str) -> SliceTable:
-        """Area and centroid of one or several structures together in each slice across the stack."""
+        """Area and centroid of one or several structures together in each slice across the stack.
+
+        Examples
+        --------
+        >>> table = seg.slices("lv")
+        >>> len(table.area) == len(table.index)
+        True
+        """
         return slice_table(self.mask(*structures), self.grid, self.stack_axis)
 
     @property

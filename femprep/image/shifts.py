@@ -72,13 +72,28 @@ class SliceShifts:
         object.__setattr__(self, "shift", readonly(self.shift, np.float64, (count, 2), "slice shift"))
         object.__setattr__(self, "deviation", readonly(self.deviation, np.float64, (count,), "shift deviation"))
 
+    def __repr__(self) -> str:
+        return f"SliceShifts({len(self.index)} slices, {self.largest:.1f} mm at most)"
+
     @property
     def largest(self) -> float:
-        """Length of the largest shift, mm."""
+        """Length of the largest shift, mm.
+
+        Examples
+        --------
+        >>> bool(fp.estimate_shifts(seg).largest < 1.0)
+        True
+        """
         return float(np.linalg.norm(self.shift, axis=1).max(initial=0.0))
 
     def record(self) -> dict[str, Any]:
-        """All of it, JSON-ready, with its notice."""
+        """All of it, JSON-ready, with its notice.
+
+        Examples
+        --------
+        >>> sorted(fp.estimate_shifts(seg).record())[:2]
+        ['axis', 'evidence']
+        """
         return {
             "unit": "mm",
             "axis": self.axis,
@@ -94,7 +109,13 @@ class SliceShifts:
 
     @property
     def notice(self) -> Notice:
-        """What was done, for people."""
+        """What was done, for people.
+
+        Examples
+        --------
+        >>> fp.estimate_shifts(seg).notice.kind
+        'moved'
+        """
         if self.largest:
             moved = ", ".join(f"{k}: ({x:+.1f}, {y:+.1f})" for k, (x, y) in zip(self.index, self.shift) if x or y)
             line = (

@@ -61,7 +61,7 @@ def decimated(points: FloatArray, triangles: IntArray, share: float) -> tuple[Fl
     return _arrays(thinner)
 
 
-def coarser(points: FloatArray, cells: IntArray, count: int) -> tuple[FloatArray, IntArray]:
+def decimated_to(points: FloatArray, cells: IntArray, count: int) -> tuple[FloatArray, IntArray]:
     """A closed mesh of about ``count`` vertices for the same surface; the mesh itself where it is small, or stays so.
 
     Parameters

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 
-class Convertible:
-    """Base of the nouns that other libraries know as well.
+def maker(name: str) -> Callable[..., Any]:
+    """The function of :mod:`femprep.export.objects` of some name.
 
-    What the methods do stands in :mod:`femprep.export.objects`, a layer above, which they load when called: a method is
-    where one looks for it. It is the one import of the model's that runs upwards.
+    A method is where one looks for it, and what it does belongs to the layer of formats, far above the nouns. So that
+    is named here, as the table of formats names its writers, and loaded when the method is called.
     """
+    function: Callable[..., Any] = getattr(import_module("femprep.export.objects"), name)
+    return function
+
+
+class Convertible:
+    """Base of the nouns that other libraries know as well."""
 
     def to_pyvista(self) -> Any:
         """This as a ``pyvista.PolyData`` or ``UnstructuredGrid``, with its data.
@@ -20,9 +28,7 @@ class Convertible:
         >>> wall.to_pyvista().cell_data.keys()
         ['facet_tag']
         """
-        from femprep.export import objects
-
-        return objects.to_pyvista(self)  # type: ignore[arg-type]
+        return maker("to_pyvista")(self)
 
     def to_meshio(self) -> Any:
         """This as a ``meshio.Mesh``: tags as cell data, their names as field data.
@@ -32,9 +38,7 @@ class Convertible:
         >>> [block.type for block in mesh.to_meshio().cells]
         ['tetra', 'triangle']
         """
-        from femprep.export import objects
-
-        return objects.to_meshio(self)  # type: ignore[arg-type]
+        return maker("to_meshio")(self)
 
     def plot(self, **keywords: Any) -> Any:
         """Show in a window or a notebook, coloured by tags.
@@ -48,6 +52,4 @@ class Convertible:
         --------
         >>> mesh.plot(scalars="region")  # doctest: +SKIP
         """
-        from femprep.export import objects
-
-        return objects.plot(self, **keywords)  # type: ignore[arg-type]
+        return maker("plot")(self, **keywords)

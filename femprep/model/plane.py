@@ -50,20 +50,52 @@ class Plane:
         object.__setattr__(self, "point", readonly(self.point, np.float64, (3,), "plane point"))
         object.__setattr__(self, "normal", readonly(normal / length, np.float64, (3,), "plane normal"))
 
+    def __repr__(self) -> str:
+        place, way = (", ".join(f"{x + 0.0:.4g}" for x in array) for array in (self.point, self.normal))
+        return f"Plane(point ({place}) mm, normal ({way}); {self.source})"
+
     def record(self) -> dict[str, Any]:
-        """What there is to tell of it, JSON-ready."""
+        """What there is to tell of it, JSON-ready.
+
+        Examples
+        --------
+        >>> plane = fp.Plane([0.0, 0.0, 5.0], [0.0, 0.0, 2.0])
+        >>> plane.record()["source"]
+        'given'
+        """
         told = {"point_mm": self.point.tolist(), "normal": self.normal.tolist(), "source": self.source}
         return {**told, **({"notices": records(*self.notices)} if self.notices else {})}
 
     @property
     def offset(self) -> float:
-        """The plane is the set of points x with ``normal . x = offset``, mm."""
+        """The plane is the set of points x with ``normal . x = offset``, mm.
+
+        Examples
+        --------
+        >>> plane = fp.Plane([0.0, 0.0, 5.0], [0.0, 0.0, 2.0])
+        >>> plane.offset
+        5.0
+        """
         return inner(self.normal, self.point)
 
     def signed_distance(self, points: npt.ArrayLike) -> FloatArray:
-        """Distance of points ``(n, 3)`` from the plane, mm, positive on the side that is cut away."""
+        """Distance of points ``(n, 3)`` from the plane, mm, positive on the side that is cut away.
+
+        Examples
+        --------
+        >>> plane = fp.Plane([0.0, 0.0, 5.0], [0.0, 0.0, 2.0])
+        >>> plane.signed_distance([[0.0, 0.0, 8.0], [9.0, 0.0, 1.0]]).tolist()
+        [3.0, -4.0]
+        """
         return product(np.asarray(points, dtype=float) - self.point, self.normal)
 
     def feet(self, points: FloatArray) -> FloatArray:
-        """Points ``(n, 3)`` put onto the plane, straight, mm."""
+        """Points ``(n, 3)`` put onto the plane, straight, mm.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> fp.Plane([0.0, 0.0, 5.0], [0.0, 0.0, 1.0]).feet(np.array([[1.0, 2.0, 9.0]])).tolist()
+        [[1.0, 2.0, 5.0]]
+        """
         return np.asarray(points - self.signed_distance(points)[..., None] * self.normal)

@@ -73,7 +73,16 @@ class PurkinjeNet:
     def numbered(
         cls, points: FloatArray, edges: IntArray, edge_tag: TagArray, mesh_point: IntArray, **more: Any
     ) -> PurkinjeNet:
-        """A net of points in any order, some of which no edge may name."""
+        """A net of points in any order, some of which no edge may name.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> points, edges = np.array([[9.0, 9, 9], [0, 0, 0], [3, 0, 0]]), np.array([[1, 2]])
+        >>> net = fp.PurkinjeNet.numbered(points, edges, [111], np.array([5, -1, 7]))
+        >>> net.mesh_point.tolist()
+        [-1, 7]
+        """
         used, first, inverse = np.unique(np.asarray(edges).ravel(), return_index=True, return_inverse=True)
         order = np.argsort(first, kind="stable")
         number = np.empty(len(used), dtype=np.int64)
@@ -89,23 +98,51 @@ class PurkinjeNet:
 
     @property
     def roots(self) -> IntArray:
-        """Points in which no edge ends."""
+        """Points in which no edge ends.
+
+        Examples
+        --------
+        >>> net = fp.PurkinjeNet([[0, 0, 0], [3, 0, 0], [3, 4, 0]], [[0, 1], [1, 2]], [111, 111], [-1, -1, 7])
+        >>> net.roots.tolist()
+        [0]
+        """
         return np.setdiff1d(self.edges[:, 0], self.edges[:, 1])
 
     @property
     def junctions(self) -> IntArray:
-        """Points that are points of the mesh."""
+        """Points that are points of the mesh.
+
+        Examples
+        --------
+        >>> net = fp.PurkinjeNet([[0, 0, 0], [3, 0, 0], [3, 4, 0]], [[0, 1], [1, 2]], [111, 111], [-1, -1, 7])
+        >>> net.junctions.tolist()
+        [2]
+        """
         return np.flatnonzero(self.mesh_point >= 0)
 
     @property
     def lengths(self) -> FloatArray:
-        """Length of each edge, mm."""
+        """Length of each edge, mm.
+
+        Examples
+        --------
+        >>> net = fp.PurkinjeNet([[0, 0, 0], [3, 0, 0], [3, 4, 0]], [[0, 1], [1, 2]], [111, 111], [-1, -1, 7])
+        >>> net.lengths.tolist()
+        [3.0, 4.0]
+        """
         ends = self.points[self.edges]
         return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
 
     @cached_property
     def arrival(self) -> FloatArray:
-        """When each point is reached by a beat that leaves the roots at 0, ms."""
+        """When each point is reached by a beat that leaves the roots at 0, ms.
+
+        Examples
+        --------
+        >>> net = fp.PurkinjeNet([[0, 0, 0], [3, 0, 0], [3, 4, 0]], [[0, 1], [1, 2]], [111, 111], [-1, -1, 7])
+        >>> net.arrival.tolist()
+        [0.0, 1.2, 2.8]
+        """
         n = len(self.points)
         # Edges of no length would be none to the graph.
         length = np.maximum(self.lengths, 1e-12)
@@ -119,6 +156,13 @@ class PurkinjeNet:
         ------
         InputError
             A junction's point is no longer there.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> net = fp.PurkinjeNet([[0, 0, 0], [3, 0, 0], [3, 4, 0]], [[0, 1], [1, 2]], [111, 111], [-1, -1, 7])
+        >>> net.renumbered(np.arange(8)[::-1]).mesh_point.tolist()
+        [-1, -1, 0]
         """
         new = np.where(self.mesh_point >= 0, np.asarray(number)[self.mesh_point], -1)
         if np.any(new[self.junctions] < 0):

@@ -88,11 +88,23 @@ class Surface(Convertible):
 
     @property
     def triangles(self) -> IntArray:
-        """The cells as triangles ``(k, 3)``: quadrilaterals are split along their first diagonal."""
+        """The cells as triangles ``(k, 3)``: quadrilaterals are split along their first diagonal.
+
+        Examples
+        --------
+        >>> endo.triangles.shape[1]
+        3
+        """
         return split_quads(self.cells)
 
     @property
     def volume(self) -> float:
-        """Enclosed volume, mm3, negative where the surface is wound inward."""
+        """Enclosed volume, mm3, negative where the surface is wound inward.
+
+        Examples
+        --------
+        >>> bool(epi.volume > endo.volume > 0.0)
+        True
+        """
         a, b, c = (self.points[self.triangles[:, i]] for i in range(3))
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)

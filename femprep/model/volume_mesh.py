@@ -11,7 +11,7 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly, readonly_table
-from femprep.model.convert import Convertible
+from femprep.model.convert import Convertible, maker
 from femprep.model.plane import Plane
 from femprep.model.purkinje import PurkinjeNet
 from femprep.model.tags import tag_name
@@ -110,28 +110,50 @@ class VolumeMesh(Convertible):
         >>> list(mesh.to_skfem().boundaries)
         ['endo', 'epi', 'base']
         """
-        from femprep.export import objects
-
-        return objects.to_skfem(self)
+        return maker("to_skfem")(self)
 
     @property
     def n_cells(self) -> int:
-        """Number of elements of all types."""
+        """Number of elements of all types.
+
+        Examples
+        --------
+        >>> mesh.n_cells == len(mesh.region)
+        True
+        """
         return sum(len(block) for block in self.cells.values())
 
     @property
     def n_facets(self) -> int:
-        """Number of tagged facets of all types."""
+        """Number of tagged facets of all types.
+
+        Examples
+        --------
+        >>> mesh.n_facets == len(mesh.facet_tag)
+        True
+        """
         return sum(len(block) for block in self.facets.values())
 
     @property
     def region_names(self) -> dict[str, int]:
-        """Tags of the regions that occur, by name, in order of their numbers."""
+        """Tags of the regions that occur, by name, in order of their numbers.
+
+        Examples
+        --------
+        >>> mesh.region_names
+        {'lv': 1}
+        """
         return {tag_name(int(t)): int(t) for t in np.unique(self.region)}
 
     @property
     def facet_names(self) -> dict[str, int]:
-        """Tags of the facets that occur, by name, in order of their numbers."""
+        """Tags of the facets that occur, by name, in order of their numbers.
+
+        Examples
+        --------
+        >>> mesh.facet_names
+        {'endo': 101, 'epi': 102, 'base': 103}
+        """
         return {tag_name(int(t)): int(t) for t in np.unique(self.facet_tag)}
 
     def with_data(

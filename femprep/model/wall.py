@@ -63,7 +63,13 @@ class Wall(Convertible):
 
     @property
     def volume(self) -> float:
-        """Volume of the tissue, mm3."""
+        """Volume of the tissue, mm3.
+
+        Examples
+        --------
+        >>> bool(0.0 < wall.volume < epi.volume)
+        True
+        """
         a, b, c = (self.points[self.triangles[:, i]] for i in range(3))
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 

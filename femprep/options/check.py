@@ -132,6 +132,12 @@ class CheckOptions(StageOptions):
     worst: int = Field(10, ge=0, le=1000, description="How many of the worst elements are listed, per measure.")
 
     def resolved(self, mesher: str = "tetwild") -> CheckOptions:
-        """Limits with those of the purpose, else of the mesher, for every one that was not given."""
+        """Limits with those of the purpose, else of the mesher, for every one that was not given.
+
+        Examples
+        --------
+        >>> fp.CheckOptions(purpose="explicit").resolved().purpose
+        'explicit'
+        """
         given = {name: getattr(self, name) for name in self.model_fields_set}
         return CheckOptions(**{**MESHER_LIMITS[mesher], **PURPOSE_LIMITS[self.purpose], **given})

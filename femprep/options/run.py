@@ -197,19 +197,37 @@ class Options(StageOptions):
 
     @property
     def limits(self) -> CheckOptions:
-        """Limits of the check: those given, else those of the purpose, of the mesher, the defaults."""
+        """Limits of the check: those given, else those of the purpose, of the mesher, the defaults.
+
+        Examples
+        --------
+        >>> fp.Options(check={"purpose": "explicit"}).limits.purpose
+        'explicit'
+        """
         return self.check.resolved(self.volume.mesher)
 
     @property
     def elements(self) -> tuple[str, int]:
-        """Type and order of the elements asked for."""
+        """Type and order of the elements asked for.
+
+        Examples
+        --------
+        >>> fp.Options(volume={"mesher": "sweep"}, sweep={"element": "wedge"}).elements
+        ('wedge', 1)
+        """
         if self.volume.mesher == "sweep":
             return self.layers.element, self.layers.order
         return "tetra", self.volume.order
 
     @property
     def layers(self) -> SweepOptions:
-        """Options of the sweep, with what it was not given itself from the volume mesh's and the wall's."""
+        """Options of the sweep, with what it was not given itself from the volume mesh's and the wall's.
+
+        Examples
+        --------
+        >>> fp.Options(volume={"edge_length": 3.0}).layers.edge_length
+        3.0
+        """
         asked = {
             "edge_length": self.volume.edge_length,
             "order": self.volume.order,
@@ -222,11 +240,23 @@ class Options(StageOptions):
 
     @property
     def objects(self) -> dict[str, tuple[str, ...]]:
-        """What surfaces alone are fitted to: each structure that is no wall, and the left ventricle with its wall."""
+        """What surfaces alone are fitted to: each structure that is no wall, and the left ventricle with its wall.
+
+        Examples
+        --------
+        >>> fp.Options(preset="acdc").objects
+        {'rv': ('rv',), 'lv': ('lv',), 'epi': ('lv', 'myo')}
+        """
         found = {name: (name,) for name in self.labels if name not in WALLS}
         return {**found, "epi": ("lv", "myo")} if {"lv", "myo"} <= set(self.labels) else dict(found)
 
     @property
     def labels(self) -> dict[str, tuple[int | str, ...]]:
-        """Label numbers by structure: the preset's, with those given by hand in their place."""
+        """Label numbers by structure: the preset's, with those given by hand in their place.
+
+        Examples
+        --------
+        >>> fp.Options(preset="acdc", structures={"myo": 9}).labels["myo"]
+        (9,)
+        """
         return {**(PRESETS[self.preset] if self.preset else {}), **self.structures}

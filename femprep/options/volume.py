@@ -135,12 +135,24 @@ class VolumeOptions(StageOptions):
 
     @property
     def targets(self) -> MeshTargets:
-        """What is asked of the mesh and the mesher's parameters: those given, else those of the quality."""
+        """What is asked of the mesh and the mesher's parameters: those given, else those of the quality.
+
+        Examples
+        --------
+        >>> fp.VolumeOptions(quality="best").targets.minimum_dihedral
+        20.0
+        """
         names = ("minimum_dihedral", "mean_ratio", "stop_energy", "retries")
         given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
         return QUALITY[self.quality]._replace(**given)
 
     @property
     def largest_edge(self) -> float | None:
-        """Largest edge length where the length varies, mm; None where nobody gave one."""
+        """Largest edge length where the length varies, mm; None where nobody gave one.
+
+        Examples
+        --------
+        >>> fp.VolumeOptions(edge_length=3.0).largest_edge
+        3.0
+        """
         return self.edge_length if "edge_length" in self.model_fields_set else None

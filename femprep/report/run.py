@@ -119,17 +119,35 @@ class SequenceRun:
 
     @property
     def passed(self) -> bool:
-        """Whether every phase passed the quality check."""
+        """Whether every phase passed the quality check.
+
+        Examples
+        --------
+        >>> fp.mesh_sequence(phases).passed  # doctest: +SKIP
+        True
+        """
         return all(run.quality.passed for run in self.runs)
 
     @property
     def ejection_fraction(self) -> float:
-        """Greatest less least cavity of the meshes below their base planes, per cent of the greatest."""
+        """Greatest less least cavity of the meshes below their base planes, per cent of the greatest.
+
+        Examples
+        --------
+        >>> round(fp.mesh_sequence(phases).ejection_fraction)  # doctest: +SKIP
+        55
+        """
         return _ejected([cavity_volume(run.mesh) for run in self.runs])
 
     @property
     def label_ejection_fraction(self) -> float:
-        """The same of all voxels of the cavity."""
+        """The same of all voxels of the cavity.
+
+        Examples
+        --------
+        >>> round(fp.mesh_sequence(phases).label_ejection_fraction)  # doctest: +SKIP
+        55
+        """
         return _ejected([run.objects["lv"].volume for run in self.runs])
 
 

@@ -20,7 +20,8 @@ from femprep.anatomy import (
 )
 from femprep.errors import FemprepError
 from femprep.export.abaqus.calculix import inflate
-from femprep.export.content import content_of, refusals
+from femprep.export.content import content_of
+from femprep.export.table import refusals
 from femprep.image import IntensityImage, Segmentation
 from femprep.model import Progress, VolumeMesh, verdict_of, with_failure
 from femprep.model.shared_records.solution import SolutionRecord

@@ -41,7 +41,7 @@ def quadratic_tetrahedra(mesh: VolumeMesh, wall: Wall) -> VolumeMesh:
     """
     sheets = find_sheets(mesh, wall)
     on = membership(mesh.facets, sheets.of_facet, sheets)
-    moved = moved_onto(mesh.points, on.nodes, _settled(mesh.points[on.nodes], on, sheets), mesh.cells)[0]
+    moved = moved_onto(mesh.points, on.nodes, _on_sheets(mesh.points[on.nodes], on, sheets), mesh.cells)[0]
     linear = replace(mesh, points=moved)
     edges = number_edges(linear)
     middle = 0.5 * (moved[edges.ends[:, 0]] + moved[edges.ends[:, 1]])
@@ -49,7 +49,7 @@ def quadratic_tetrahedra(mesh: VolumeMesh, wall: Wall) -> VolumeMesh:
     sides = {"triangle": edges.find(corners, np.roll(corners, -1, axis=1))}
     on = membership(sides, sheets.of_facet, sheets)
     curved = middle.copy()
-    curved[on.nodes] = _settled(middle[on.nodes], on, sheets)
+    curved[on.nodes] = _on_sheets(middle[on.nodes], on, sheets)
     result, straight = add_middles(linear, edges, curved)
     bent = np.linalg.norm(curved - middle, axis=1) > 0.0
     record: dict[str, Any] = {
@@ -67,6 +67,6 @@ def quadratic_tetrahedra(mesh: VolumeMesh, wall: Wall) -> VolumeMesh:
     return replace(result, info=info)
 
 
-def _settled(points: FloatArray, on: Membership, sheets: Sheets) -> FloatArray:
+def _on_sheets(points: FloatArray, on: Membership, sheets: Sheets) -> FloatArray:
     """Points of one smooth sheet on it, those of its rims in their planes too; all others stay."""
     return placed(points, on, sheets, ~on.other & (on.smooth >= 0))

@@ -66,12 +66,26 @@ class OwnSurfaces:
 
     @property
     def epi(self) -> Surface:
-        """The epicardium."""
+        """The epicardium.
+
+        Examples
+        --------
+        >>> own = fp.prepare_surfaces({"lv": endo, "epi": epi}, base=fp.find_base(seg))
+        >>> own.epi.name
+        'epi'
+        """
         return self.surfaces[OUTER]
 
     @property
     def endo(self) -> dict[str, Surface]:
-        """Endocardium of each cavity by name."""
+        """Endocardium of each cavity by name.
+
+        Examples
+        --------
+        >>> own = fp.prepare_surfaces({"lv": endo, "epi": epi}, base=fp.find_base(seg))
+        >>> list(own.endo)
+        ['lv']
+        """
         return {name: surface for name, surface in self.surfaces.items() if name != OUTER}
 
 

@@ -78,7 +78,7 @@ def test_every_reason_can_be_come_to() -> None:
     (InputError, ("wall.joining.build", "_thicken"), "wall-too-thin"),
     (StageError, ("volume.tetwild.guard", "_wait"), "mesher-limit"),
     (StageError, ("stages.fill", "_tetrahedra"), "mesher-failed"),
-    (StageError, ("volume.tetwild.guard", "_judge_exit"), "mesher-failed"),
+    (StageError, ("volume.tetwild.guard", "_require_success"), "mesher-failed"),
     (DiskFullError, ("image.reader", "anywhere"), "disk-full"),
     (MemoryError, ("image.reader", "anywhere"), "memory-ran-out"),
     (ZeroDivisionError, ("image.reader", "anywhere"), "unforeseen"),

@@ -90,7 +90,7 @@ def inflate(mesh: VolumeMesh, options: ExportOptions | None = None) -> SolutionR
             if is_full(folder):
                 raise DiskFullError(f"no room was left for CalculiX in {str(folder.parent)!r}; free some space")
             return SolutionRecord(solver="ccx", converged=False, message=said, pressure_kpa=chosen.pressure)
-        return _judged(mesh, folder / "heart.dat", chosen)
+        return _solution(mesh, folder / "heart.dat", chosen)
 
 
 def _run(program: str, folder: Path) -> str | None:
@@ -127,7 +127,7 @@ def _run(program: str, folder: Path) -> str | None:
     return f"exit status {status}" + (f", {' '.join(errors[0].split())[:200]}" if errors else "")
 
 
-def _judged(mesh: VolumeMesh, dat: Path, options: ExportOptions) -> SolutionRecord:
+def _solution(mesh: VolumeMesh, dat: Path, options: ExportOptions) -> SolutionRecord:
     """The record of a finished run, from its table of displacements and its total reaction."""
     record = SolutionRecord(solver="ccx", converged=False, pressure_kpa=options.pressure)
     try:

@@ -10,7 +10,7 @@ from femprep.mesh.compiled import compiled
 from femprep.mesh.energies.simplex import sides_and_normal
 from femprep.mesh.measures.triangles import areas
 from femprep.mesh.operations.flips import flip_edges
-from femprep.mesh.operations.tangential_smoothing import spread
+from femprep.mesh.operations.tangential_smoothing import smooth_tangentially
 from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray
 
@@ -71,7 +71,7 @@ def collapsed(
         points, normals, near = points[kept], normals[kept], near[kept]
         area = np.full(len(points), areas(points, cells).mean())
         cells = flip_edges(points, normals, cells, area, _SIZE)[0]
-        points, normals, near = surface.settle(spread(points, cells, _SPREAD), near)
+        points, normals, near = surface.settle(smooth_tangentially(points, cells, _SPREAD), near)
     return points, normals, near, cells
 
 

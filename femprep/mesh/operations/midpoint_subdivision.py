@@ -9,7 +9,7 @@ from femprep.mesh.topology import edge_table, quarters
 from femprep.model import FloatArray, IntArray
 
 
-def quartered(points: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
+def midpoint_subdivision(points: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
     """Cut each triangle into four.
 
     Parameters

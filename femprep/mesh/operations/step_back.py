@@ -17,7 +17,7 @@ _SHORTER: Final = 0.3
 _RINGS: Final = 3
 
 
-def apart(old: FloatArray, new: FloatArray, triangles: IntArray) -> FloatArray:
+def step_uncrossed(old: FloatArray, new: FloatArray, triangles: IntArray) -> FloatArray:
     """Go from old to new vertices ``(n, 3)`` as far as no triangles ``(m, 3)`` cross, those around a crossing less far.
 
     Where none do at the old vertices, none do at those that come out.

@@ -14,7 +14,7 @@ from femprep.model import FloatArray, IntArray
 _PACE: Final = 0.7
 
 
-def spread(points: FloatArray, triangles: IntArray, passes: int) -> FloatArray:
+def smooth_tangentially(points: FloatArray, triangles: IntArray, passes: int) -> FloatArray:
     """Move vertices ``(n, 3)`` along the surface to the middle of their neighbours, larger triangles drawing more."""
     points = np.array(points, dtype=np.float64, order="C")
     _spread(points, np.ascontiguousarray(triangles), passes, _PACE)

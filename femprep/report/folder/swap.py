@@ -78,7 +78,7 @@ def recover(out: Path) -> None:
     """Put in order what runs that were killed have left beside a folder; to be called within :func:`alone`."""
     for old in _left(out, _OLD):
         if os.path.lexists(out):
-            _settle(old, out)
+            _clear_away(old, out)
         elif (old / MARKER).is_file():
             old.rename(out)
     for partial in _left(out, _PARTIAL):
@@ -131,7 +131,7 @@ def _link(partial: Path, out: Path, earlier: Earlier) -> None:
                 continue  # it is moved after the swap
 
 
-def _settle(old: Path, out: Path) -> None:
+def _clear_away(old: Path, out: Path) -> None:
     """Move what is the user's from a folder that gave way into the one in its place, and delete the rest.
 
     Deleted is what the old folder's own ``run.json`` lists, and names of files that have another in ``out``.

@@ -11,16 +11,16 @@ import numpy as np
 from femprep.mesh.banded import Banded
 from femprep.mesh.curvature import Curvature
 from femprep.mesh.measures.triangles import vertex_sums
-from femprep.mesh.operations.midpoint_subdivision import quartered
-from femprep.mesh.operations.step_back import apart
-from femprep.mesh.operations.tangential_smoothing import spread
+from femprep.mesh.operations.midpoint_subdivision import midpoint_subdivision
+from femprep.mesh.operations.step_back import step_uncrossed
+from femprep.mesh.operations.tangential_smoothing import smooth_tangentially
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.search.intersection import self_intersections
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import exponential, logarithm
 from femprep.model.products import inner, unit_vectors
-from femprep.surface.estimate.observations import Evidence
+from femprep.surface.estimate.observations import Observations
 
 #: Old vertices, new ones and triangles to where the vertices go.
 Step = Callable[[FloatArray, FloatArray, IntArray], FloatArray]
@@ -62,7 +62,7 @@ _SPREAD: Final = 5
 
 
 def estimate_surface(
-    points: FloatArray, triangles: IntArray, evidence: Evidence, rounds: int = _ROUNDS[1]
+    points: FloatArray, triangles: IntArray, observations: Observations, rounds: int = _ROUNDS[1]
 ) -> PatchSurface:
     """Bend a rough mesh to the surface the labels most likely come from.
 
@@ -80,10 +80,10 @@ def estimate_surface(
     Parameters
     ----------
     points : (n, 3) array
-        Vertices of a closed mesh near the object's surface, in the coordinates of the evidence, mm.
+        Vertices of a closed mesh near the object's surface, in the coordinates of the observations, mm.
     triangles : (m, 3) array
         Wound outward.
-    evidence : Evidence
+    observations : Observations
         What the labels say.
     rounds : int
         Rounds in the end, on a mesh with four times as many triangles. Narrow horns take more than usual.
@@ -91,7 +91,7 @@ def estimate_surface(
     Returns
     -------
     PatchSurface
-        The surface, in the coordinates of the evidence.
+        The surface, in the coordinates of the observations.
 
     References
     ----------
@@ -100,17 +100,17 @@ def estimate_surface(
     .. [2] MacKay, Bayesian interpolation, Neural Computation 4(3), 1992. doi:10.1162/neco.1992.4.3.415
     """
     points = np.array(points, dtype=np.float64)
-    part = evidence.thinned(_FACES * len(points))
+    part = observations.thinned(_FACES * len(points))
 
     def first(step: Step) -> Bent:
         return _coarse(points, triangles, part, step)
 
-    coarse = _free_or_apart(first)
+    coarse = _free_or_uncrossed(first)
 
     def second(step: Step) -> Bent:
-        return _fine(coarse, evidence, step, rounds)
+        return _fine(coarse, observations, step, rounds)
 
-    fine = _free_or_apart(second)
+    fine = _free_or_uncrossed(second)
     return PatchSurface(fine.points, fine.triangles)
 
 
@@ -122,41 +122,41 @@ class Bent(NamedTuple):
     stiffness: float
 
 
-def _free_or_apart(bend: Callable[[Step], Bent]) -> Bent:
+def _free_or_uncrossed(bend: Callable[[Step], Bent]) -> Bent:
     """Bend with steps as they come, which is quicker; where triangles cross in the end, with steps that let none."""
     bent = bend(lambda old, new, cells: new)
-    return bend(apart) if len(self_intersections(bent.points, bent.triangles)) else bent
+    return bend(step_uncrossed) if len(self_intersections(bent.points, bent.triangles)) else bent
 
 
-def _coarse(points: FloatArray, triangles: IntArray, evidence: Evidence, step: Step) -> Bent:
+def _coarse(points: FloatArray, triangles: IntArray, observations: Observations, step: Step) -> Bent:
     """The rounds on the mesh given; each way from old to new vertices goes by ``step``."""
     for stiffness in _STIFF:
-        points = step(points, spread(points, triangles, _SPREAD), triangles)
-        move = _bend(points, triangles, evidence, stiffness, False)[0]
+        points = step(points, smooth_tangentially(points, triangles, _SPREAD), triangles)
+        move = _bend(points, triangles, observations, stiffness, False)[0]
         points = step(points, points + move, triangles)
-    return _sparing(Bent(points, triangles, _FIRST), evidence, step, _ROUNDS[0])
+    return _sparing(Bent(points, triangles, _FIRST), observations, step, _ROUNDS[0])
 
 
-def _fine(bent: Bent, evidence: Evidence, step: Step, rounds: int) -> Bent:
+def _fine(bent: Bent, observations: Observations, step: Step, rounds: int) -> Bent:
     """The rounds on a mesh with four times as many triangles."""
-    straight, curved, triangles = quartered(bent.points, bent.triangles)
+    straight, curved, triangles = midpoint_subdivision(bent.points, bent.triangles)
     points = step(straight, curved, triangles)
-    return _sparing(Bent(points, triangles, bent.stiffness), evidence, step, rounds)
+    return _sparing(Bent(points, triangles, bent.stiffness), observations, step, rounds)
 
 
-def _sparing(bent: Bent, evidence: Evidence, step: Step, rounds: int) -> Bent:
+def _sparing(bent: Bent, observations: Observations, step: Step, rounds: int) -> Bent:
     """Rounds that spare sharp edges."""
     points, triangles, stiffness = bent
     for _ in range(rounds):
-        points = step(points, spread(points, triangles, _SPREAD), triangles)
-        move, likely = _bend(points, triangles, evidence, stiffness, True)
+        points = step(points, smooth_tangentially(points, triangles, _SPREAD), triangles)
+        move, likely = _bend(points, triangles, observations, stiffness, True)
         points = step(points, points + move, triangles)
         stiffness = float(np.clip(likely, _SOFTEST, _STIFFEST))
     return Bent(points, triangles, stiffness)
 
 
 def _bend(
-    points: FloatArray, triangles: IntArray, evidence: Evidence, stiffness: float, edges: bool
+    points: FloatArray, triangles: IntArray, observations: Observations, stiffness: float, edges: bool
 ) -> tuple[FloatArray, float]:
     """One round: moves ``(n, 3)`` of the vertices along their normals, mm, and the stiffness that the data ask for.
 
@@ -164,13 +164,13 @@ def _bend(
     """
     shape = Curvature.of(points, triangles, _SHARPEST)
     finder = ClosestFinder(points, triangles)
-    faces = _Feet.of(evidence.faces, finder, shape.normals)
-    centres = _Feet.of(evidence.centres, finder, shape.normals)
-    along = faces.normal[np.arange(len(faces.normal)), evidence.axis] ** 2
-    share = np.where(evidence.end, _BETWEEN[1], np.where(evidence.between, _BETWEEN[0], 1.0))
+    faces = _Feet.of(observations.faces, finder, shape.normals)
+    centres = _Feet.of(observations.centres, finder, shape.normals)
+    along = faces.normal[np.arange(len(faces.normal)), observations.axis] ** 2
+    share = np.where(observations.end, _BETWEEN[1], np.where(observations.between, _BETWEEN[0], 1.0))
     # Even over the voxel: variance of a twelfth.
-    weight = evidence.count * share * 12.0 / (evidence.spacing**2 * (along + _OBLIQUE))
-    wrong = np.where((centres.height < 0.0) == evidence.outside, evidence.count / _WRONG**2, 0.0)
+    weight = observations.count * share * 12.0 / (observations.spacing**2 * (along + _OBLIQUE))
+    wrong = np.where((centres.height < 0.0) == observations.outside, observations.count / _WRONG**2, 0.0)
     matrix, right = faces.normal_equations(weight, len(points))
     more, also = centres.normal_equations(wrong, len(points))
     labels = matrix + more

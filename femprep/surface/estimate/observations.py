@@ -20,7 +20,7 @@ _OWN: Final = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class Observations:
     """What the labels say of a surface, in coordinates from the object's barycentre, mm.
 
     Attributes
@@ -52,15 +52,15 @@ class Evidence:
     outside: BoolArray
     count: float = 1.0
 
-    def thinned(self, most: int) -> Evidence:
+    def thinned(self, most: int) -> Observations:
         """One in so many faces and centres, each standing for those left out, so that there are at most ``most``."""
         step = -(-len(self.faces) // most)
         faces = {name: getattr(self, name)[::step] for name in ("faces", "axis", "spacing", "between", "end")}
         return replace(self, **faces, centres=self.centres[::step], outside=self.outside[::step], count=float(step))
 
     @classmethod
-    def of(cls, obj: LabelObject, boundary: BoundaryPoints | None = None) -> Evidence:
-        """Evidence of an object whose image's axes are those of the coordinates.
+    def of(cls, obj: LabelObject, boundary: BoundaryPoints | None = None) -> Observations:
+        """Observations of an object whose image's axes are those of the coordinates.
 
         Parameters
         ----------

@@ -10,7 +10,7 @@ from femprep.errors import StageError
 from femprep.image.object import LabelObject
 from femprep.image.resample import isotropic, slice_distance
 from femprep.mesh.measures.triangles import areas
-from femprep.mesh.polygons import coarser, isosurface, taubin
+from femprep.mesh.polygons import decimated_to, isosurface, taubin
 from femprep.mesh.topology import euler_characteristic, is_closed, pieces, volume
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import exponential, logarithm
@@ -63,7 +63,7 @@ def outlines(obj: LabelObject, count: int) -> tuple[tuple[FloatArray, IntArray],
         points = even.grid.to_world(index - _ROOM) - obj.barycentre
         return points, cells if volume(points, cells) > 0.0 else np.ascontiguousarray(cells[:, ::-1])
 
-    return along(*fine), along(*coarser(*fine, count))
+    return along(*fine), along(*decimated_to(*fine, count))
 
 
 def _ball(even: LabelObject) -> tuple[FloatArray, IntArray]:

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from femprep.mesh.measures.triangles import areas, vertex_sums
-from femprep.mesh.polygons import coarser
+from femprep.mesh.polygons import decimated_to
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import nearest_orthogonal, product, unit_vectors, weighted
@@ -43,7 +43,7 @@ class Chart:
 
         By default each of its vertices should lie in its direction as seen from the surface's middle.
         """
-        points, cells = coarser(goal.surface.points, goal.surface.triangles, _COARSE)
+        points, cells = decimated_to(goal.surface.points, goal.surface.triangles, _COARSE)
         density = goal.density[goal.surface.nearest(points)]
         sphere = sphere_map(points, cells, density)
         weight = areas(points, cells) * density[cells].mean(axis=1)

@@ -15,7 +15,7 @@ from femprep.mesh.topology import volume
 from femprep.model import FloatArray, IntArray, Surface, split_quads
 from femprep.surface.fitting.chart import Chart
 from femprep.surface.fitting.place import Placed, place_evenly
-from femprep.surface.fitting.remeshing import redraw
+from femprep.surface.fitting.remeshing import remesh
 from femprep.surface.fitting.slide import Connectivity
 from femprep.surface.fitting.ways import ACCEPTANCE, LAYING_WAYS, FitAttempt, LayingWay
 from femprep.surface.measure.inslice import label_distance, missed_distance
@@ -162,7 +162,7 @@ class Laying:
                 break
         # Of these maps the one with the best triangles alone is a candidate.
         best = max(range(len(maps)), key=lambda k: -1.0 if (q := maps[k].attempt.least_quality) is None else q)
-        tried = [self._judged(one) if k == best else one for k, one in enumerate(maps)]
+        tried = [self._measured(one) if k == best else one for k, one in enumerate(maps)]
         for way in LAYING_WAYS:
             good = min(tried, key=lambda one: one.short)
             # Where the surface itself is too far in some place, no template on it is closer; another surface may be.
@@ -170,7 +170,7 @@ class Laying:
                 break
             wanted = way.wanted == "bad" or (way.wanted == "far" and good.far > 1.0)
             if wanted and (not way.redrawn or (self._template.connectivity != "template" and self._in_triangles)):
-                tried.append(self._judged(self._laid(way)))
+                tried.append(self._measured(self._laid(way)))
         return tried
 
     @property
@@ -182,7 +182,7 @@ class Laying:
         template = self._template
         curvature = max(template.curvature, way.finer)
         placed = (
-            redraw(template.directions, self._surface, curvature)
+            remesh(template.directions, self._surface, curvature)
             if way.redrawn
             else place_evenly(
                 template.directions,
@@ -204,7 +204,7 @@ class Laying:
         )
         return Laid(record, shape=self._surface, placed=placed)
 
-    def _judged(self, laid: Laid) -> Laid:
+    def _measured(self, laid: Laid) -> Laid:
         """The same, measured against the labels and what is accepted."""
         record = laid.attempt
         if laid.placed is None or record.least_quality is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from femprep.errors import StageError
-from femprep.image.canonical_frame import AtRest
+from femprep.image.canonical_frame import CanonicalFrame
 from femprep.image.canonical_storage import stored_by_content
 from femprep.image.object import LabelObject
 from femprep.mesh.patches import PatchSurface
@@ -38,17 +38,23 @@ def outline_surface(obj: LabelObject, vertices: int) -> Surface:
     StageError
         The outline is not a ball's, or the template folds on it.
     """
-    rest = AtRest.of(stored_by_content(obj)[0])
+    canonical = CanonicalFrame.of(stored_by_content(obj)[0])
     template = charge_template(vertices)
-    directions = rest.directions(product(template.directions, (rest.axes if obj.frame is None else obj.frame).T))
-    rough = PatchSurface(*outlines(rest.obj, _OUTLINE)[1])
+    directions = canonical.directions(
+        product(template.directions, (canonical.axes if obj.frame is None else obj.frame).T)
+    )
+    rough = PatchSurface(*outlines(canonical.obj, _OUTLINE)[1])
     placed = placed_or_flipped(directions, template.cells, rough, ACCEPTANCE.outline)
     if placed.folded:
         raise StageError(
             f"the template folds on the outline of {obj.name!r}; look for slices that lie beside each other, holes and "
             "slivers in its labels and mend them, or give more vertices (--vertices)"
         )
-    points = product(placed.points, rest.axes.T) + obj.barycentre
+    points = product(placed.points, canonical.axes.T) + obj.barycentre
     return Surface(
-        points, placed.cells, obj.name, directions=product(placed.directions, rest.axes.T), info={"flips": placed.flips}
+        points,
+        placed.cells,
+        obj.name,
+        directions=product(placed.directions, canonical.axes.T),
+        info={"flips": placed.flips},
     )

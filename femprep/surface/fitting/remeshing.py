@@ -8,7 +8,7 @@ import numpy as np
 
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.operations.collapse import collapsed
-from femprep.mesh.operations.midpoint_subdivision import quartered
+from femprep.mesh.operations.midpoint_subdivision import midpoint_subdivision
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.intersection import self_intersections
 from femprep.model import FloatArray, IntArray
@@ -23,7 +23,7 @@ _FINER: Final = 1.5
 _MATCHED: Final = 600
 
 
-def redraw(directions: FloatArray, surface: PatchSurface, curvature: float = 0.0) -> Placed | None:
+def remesh(directions: FloatArray, surface: PatchSurface, curvature: float = 0.0) -> Placed | None:
     """Cover a smooth surface with as many even triangles as a template has, without carrying the template there.
 
     A body with long horns or lobes on thin stems is so far from a ball that no map from the sphere covers it evenly;
@@ -84,7 +84,7 @@ def even_mesh(
         None where the mesh could not be thinned to so few vertices.
     """
     while len(points) < _FINER * count:
-        _, points, cells = quartered(points, cells)
+        _, points, cells = midpoint_subdivision(points, cells)
     found = collapsed(points, cells, surface, count)
     if found is None:
         return None

@@ -8,9 +8,9 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.image.boundary import BoundaryPoints
-from femprep.image.canonical_frame import AtRest
+from femprep.image.canonical_frame import CanonicalFrame
 from femprep.image.object import LabelObject
-from femprep.mesh.operations.step_back import apart
+from femprep.mesh.operations.step_back import step_uncrossed
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table
@@ -18,7 +18,7 @@ from femprep.model import FloatArray, IntArray, split_quads
 from femprep.model.products import unit_vectors
 from femprep.surface.estimate import estimate_surface
 from femprep.surface.estimate.chords import outset
-from femprep.surface.estimate.observations import Evidence
+from femprep.surface.estimate.observations import Observations
 from femprep.surface.estimate.outline import outlines
 from femprep.surface.fitting.chart import Chart
 from femprep.surface.fitting.laying import Laid, Laying, Outlines, TemplateToLay
@@ -86,36 +86,36 @@ def smooth_map(
     NoSurfaceError
         Triangles cross or are folded, or a mesh could not be bent; it has the attempts.
     """
-    # All is done at rest, so that a turned image gives the same surface, turned.
-    rest = AtRest.of(obj)
-    evidence = Evidence.of(rest.obj, rest.boundary(boundary))
+    # All is done in the canonical frame, so that a turned image gives the same surface, turned.
+    canonical = CanonicalFrame.of(obj)
+    observations = Observations.of(canonical.obj, canonical.boundary(boundary))
     # Whatever was put elsewhere than the labels have it lies beyond their slices: in them their outlines hold.
-    slices = Outlines(rest.obj)
-    template = TemplateToLay(rest.directions(directions), cells, connectivity, curvature)
+    slices = Outlines(canonical.obj)
+    template = TemplateToLay(canonical.directions(directions), cells, connectivity, curvature)
     tried: list[Laid] = []
     for beginning in BEGINNINGS:
         try:
-            tried += _fitted(rest.obj, beginning, evidence, template, slices)
+            tried += _fitted(canonical.obj, beginning, observations, template, slices)
         except StageError:  # a mesh crumpled while it was bent; one that begins otherwise may not
             tried.append(Laid(FitAttempt(beginning=beginning.name, status="no mesh")))
         if min(one.short for one in tried) <= 1.0:
             break
     taken = Taken.of(tried, f"the smooth surface of {obj.name!r} bends too sharply for {len(directions)} vertices")
-    shape = taken.shape(rest.axes, obj.barycentre)
+    shape = taken.shape(canonical.axes, obj.barycentre)
     return shape, shape.to_world(taken.placed.points), taken.placed.cells, taken.info(obj.name, connectivity)
 
 
 def _fitted(
-    obj: LabelObject, beginning: Beginning, evidence: Evidence, template: TemplateToLay, slices: Outlines
+    obj: LabelObject, beginning: Beginning, observations: Observations, template: TemplateToLay, slices: Outlines
 ) -> list[Laid]:
     """Bend a mesh to the surface and lay the template on it, by one way after the other until one is good."""
     mesh = _begin(obj, beginning)
     if mesh is None:
         return [Laid(FitAttempt(beginning=beginning.name, status="no mesh"))]
-    estimate = estimate_surface(mesh.points, mesh.cells, evidence, beginning.rounds)
+    estimate = estimate_surface(mesh.points, mesh.cells, observations, beginning.rounds)
     surface = outset(estimate, Goal(estimate, len(split_quads(template.cells)), template.curvature).area)
     if len(self_intersections(surface.points, surface.triangles)):
-        surface = PatchSurface(apart(estimate.points, surface.points, surface.triangles), surface.triangles)
+        surface = PatchSurface(step_uncrossed(estimate.points, surface.points, surface.triangles), surface.triangles)
     if len(self_intersections(surface.points, surface.triangles)):
         # No template can be placed on what is not a surface.
         return [Laid(FitAttempt(beginning=beginning.name, status="folded"))]
@@ -130,7 +130,7 @@ def _chart(surface: PatchSurface, cells: IntArray, sphere: FloatArray) -> Chart:
 
 
 def _begin(obj: LabelObject, beginning: Beginning) -> Rough | None:
-    """An even mesh around the voxels of an object at rest; None where it could not be made."""
+    """An even mesh around the voxels of an object in its canonical frame; None where it could not be made."""
     fine, coarse = outlines(obj, beginning.outline)
     if beginning.drawn:
         drawn = even_mesh(*coarse, PatchSurface(*fine), beginning.vertices)

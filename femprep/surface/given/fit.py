@@ -11,9 +11,9 @@ import numpy as np
 from femprep.errors import OptionError, StageError
 from femprep.mesh.measures.triangles import areas, triangle_quality, vertex_normals, vertex_sums
 from femprep.mesh.operations.collapse import collapsed
-from femprep.mesh.operations.midpoint_subdivision import quartered
+from femprep.mesh.operations.midpoint_subdivision import midpoint_subdivision
 from femprep.mesh.patches import PatchSurface
-from femprep.mesh.polygons import coarser
+from femprep.mesh.polygons import decimated_to
 from femprep.mesh.sampling import sample_surface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import is_closed
@@ -154,9 +154,9 @@ def _smooth(points: FloatArray, cells: IntArray, vertices: int) -> PatchSurface:
         return PatchSurface(points, cells)
     facets = _Facets(points, cells)
     count = int(_DRAWN * vertices)
-    start, rough = coarser(points, cells, 4 * count)
+    start, rough = decimated_to(points, cells, 4 * count)
     while len(start) < 1.5 * count:
-        _, start, rough = quartered(start, rough)
+        _, start, rough = midpoint_subdivision(start, rough)
     found = collapsed(start, rough, facets, count)
     if found is None:
         return PatchSurface(points, cells)

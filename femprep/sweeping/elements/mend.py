@@ -61,7 +61,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
     cells = np.ascontiguousarray(matched.cup.cells)
     flatness = matched.cup.rim
     planes = plane_table(matched.planes.values())
-    judged = _judged(points, cells, element)
+    judged = _measured(points, cells, element)
     nodes = points.reshape(-1, 3)
     worst = inverse_mean_ratio(points, cells, judged)
     limits = [_POOR] * _FIRST if np.mean(worst > _POOR) > _SHARE else []
@@ -115,7 +115,7 @@ def mend(points: FloatArray, matched: MatchedSurfaces, element: str) -> dict[str
 def worst_columns(points: FloatArray, matched: MatchedSurfaces, element: str) -> FloatArray:
     """Greatest inverse mean ratio of the elements over each cell ``(T,)``; arguments as of :func:`mend`."""
     cells = matched.cup.cells
-    return np.asarray(inverse_mean_ratio(points, cells, _judged(points, cells, element)).max(axis=0))
+    return np.asarray(inverse_mean_ratio(points, cells, _measured(points, cells, element)).max(axis=0))
 
 
 def _pulls(followed: list[FollowedPoints], points: FloatArray, cells: IntArray, edge: float, steep: bool) -> Pulls:
@@ -127,7 +127,7 @@ def _pulls(followed: list[FollowedPoints], points: FloatArray, cells: IntArray, 
     return pulls([np.concatenate(parts) for parts in zip(*found)], points.shape[0] * points.shape[1], edge, steep)
 
 
-def _judged(points: FloatArray, cells: IntArray, element: str) -> Simplices:
+def _measured(points: FloatArray, cells: IntArray, element: str) -> Simplices:
     """What elements are judged by; where the wall is thin they may be low, but have to stand upright."""
     if element == "tetra":
         return tetrahedra(cells, points.shape[1])

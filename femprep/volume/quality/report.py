@@ -151,7 +151,13 @@ class QualityReport(Record):
     @computed_field  # type: ignore[prop-decorator]
     @property
     def passed(self) -> bool:
-        """Whether every limit and condition is met."""
+        """Whether every limit and condition is met.
+
+        Examples
+        --------
+        >>> fp.check(mesh).passed
+        True
+        """
         return not self.failures
 
     def __repr__(self) -> str:
@@ -160,7 +166,13 @@ class QualityReport(Record):
         return f"QualityReport({self.n_points} points, {cells}, {verdict})"
 
     def worst_few(self, count: int) -> list[WorstElement]:
-        """So many of the worst elements by each measure."""
+        """So many of the worst elements by each measure.
+
+        Examples
+        --------
+        >>> len(fp.check(mesh).worst_few(1)) > 0
+        True
+        """
         measures = [item.measure for item in self.worst]
         return [item for k, item in enumerate(self.worst) if measures[:k].count(item.measure) < count]
 

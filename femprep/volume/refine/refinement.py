@@ -73,6 +73,9 @@ class Refinement:
 
     levels: tuple[Level, ...]
 
+    def __repr__(self) -> str:
+        return f"Refinement({self.coarse.n_cells} -> {self.fine.n_cells} elements)"
+
     @classmethod
     def of(
         cls,
@@ -84,41 +87,98 @@ class Refinement:
         poor: float = POOR,
         progress: Progress | None = None,
     ) -> Refinement:
-        """Refine a mesh; arguments as of :func:`refine`."""
+        """Refine a mesh; arguments as of :func:`refine`.
+
+        Examples
+        --------
+        >>> nested = fp.Refinement.of(mesh, levels=1)
+        >>> nested.fine.n_cells == 8 * mesh.n_cells
+        True
+        """
         return cls(tuple(_refined(mesh, levels, wall, optimised, poor, progress)))
 
     @property
     def coarse(self) -> VolumeMesh:
-        """The mesh given."""
+        """The mesh given.
+
+        Examples
+        --------
+        >>> nested = fp.Refinement.of(mesh, levels=1)
+        >>> nested.coarse.n_cells == mesh.n_cells
+        True
+        """
         return self.levels[0].coarse
 
     @property
     def fine(self) -> VolumeMesh:
-        """The finest mesh."""
+        """The finest mesh.
+
+        Examples
+        --------
+        >>> nested = fp.Refinement.of(mesh, levels=1)
+        >>> nested.fine.n_cells == 8 * mesh.n_cells
+        True
+        """
         return self.levels[-1].fine
 
     @property
     def parent(self) -> IntArray:
-        """The element of the mesh given that each element of the finest is a part of, ``(n_cells,)``."""
+        """The element of the mesh given that each element of the finest is a part of, ``(n_cells,)``.
+
+        Examples
+        --------
+        >>> nested = fp.Refinement.of(mesh, levels=1)
+        >>> nested.parent[:9].tolist()
+        [0, 0, 0, 0, 0, 0, 0, 0, 1]
+        """
         return np.asarray(self.fine.cell_data[PARENT], dtype=np.int64)
 
     def prolong(self, values: Any) -> FloatArray:
         """Values ``(n, ...)`` at the nodes of the mesh given, at those of the finest; exact for linear fields.
 
         On quadratic elements their shape functions are used.
+
+        Examples
+        --------
+        >>> nested = fp.Refinement.of(mesh, levels=1)
+        >>> height = nested.prolong(mesh.points[:, 2])
+        >>> bool(abs(height - nested.fine.points[:, 2]).max() < 1e-9)
+        True
         """
         return self._carry(values, [level.down for level in self.levels], len(self.coarse.points))
 
     def restrict(self, values: Any) -> FloatArray:
-        """Values ``(n, ...)`` at the nodes of the finest mesh, at those of the mesh given; exact for linear fields."""
+        """Values ``(n, ...)`` at the nodes of the finest mesh, at those of the mesh given; exact for linear fields.
+
+        Examples
+        --------
+        >>> nested = fp.Refinement.of(mesh, levels=1)
+        >>> height = nested.restrict(nested.fine.points[:, 2])
+        >>> bool(abs(height - mesh.points[:, 2]).max() < 1e-9)
+        True
+        """
         return self._carry(values, [level.up for level in self.levels[::-1]], len(self.fine.points))
 
     def to_children(self, values: Any) -> Any:
-        """A value per element of the mesh given, for each element of the finest."""
+        """A value per element of the mesh given, for each element of the finest.
+
+        Examples
+        --------
+        >>> nested = fp.Refinement.of(mesh, levels=1)
+        >>> bool((nested.to_children(mesh.region) == nested.fine.region).all())
+        True
+        """
         return np.asarray(values)[self.parent]
 
     def to_parents(self, values: Any) -> FloatArray:
-        """Mean over the elements of the finest mesh in each of the mesh given, by volume."""
+        """Mean over the elements of the finest mesh in each of the mesh given, by volume.
+
+        Examples
+        --------
+        >>> nested = fp.Refinement.of(mesh, levels=1)
+        >>> nested.to_parents(nested.fine.region).shape == (mesh.n_cells,)
+        True
+        """
         from femprep.mesh.measures.volume_elements import element_volumes
 
         volume = np.concatenate([element_volumes(self.fine.points, b, n) for n, b in self.fine.cells.items()])

@@ -187,7 +187,7 @@ def run_tetwild(
         seconds = time.perf_counter() - start
         if child.returncode == NO_ROOM or (child.returncode != 0 and is_full(folder)):
             raise DiskFullError(f"{temporary(folder)} became full while the mesher ran; free some space, or {REMEDY}")
-        _judge_exit(child.returncode, seconds, used, _last_line(folder / "log.txt"))
+        _require_success(child.returncode, seconds, used, _last_line(folder / "log.txt"))
         with np.load(folder / "output.npz") as data:
             record = json.loads(str(data["record"]))
             return TetwildRun(
@@ -289,7 +289,7 @@ def _processor_seconds(pid: int) -> float | None:
         return None
 
 
-def _judge_exit(status: int, seconds: float, used: float, last: str) -> None:
+def _require_success(status: int, seconds: float, used: float, last: str) -> None:
     """Turn the child's exit status into an error, if it is one."""
     if status == 0:
         return

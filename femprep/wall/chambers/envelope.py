@@ -106,11 +106,28 @@ class Envelope:
         self._grooves = None if fill is None else self._between(fill.surface.points)
 
     def values(self, points: FloatArray) -> FloatArray:
-        """The field at points ``(n, 3)``, mm: negative inside; it changes by no more than the way between points."""
+        """The field at points ``(n, 3)``, mm: negative inside; it changes by no more than the way between points.
+
+        Examples
+        --------
+        >>> from femprep.wall.chambers.envelope import Part
+        >>> body = fp.Envelope([Part(endo, 3.0, 1.0)])
+        >>> bool(body.values(endo.points).max() < 0.0)
+        True
+        """
         return self.with_gradients(points)[0]
 
     def with_gradients(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The field ``(n,)`` and its gradient ``(n, 3)``."""
+        """The field ``(n,)`` and its gradient ``(n, 3)``.
+
+        Examples
+        --------
+        >>> from femprep.wall.chambers.envelope import Part
+        >>> body = fp.Envelope([Part(endo, 3.0, 1.0)])
+        >>> value, gradient = body.with_gradients(epi.points)
+        >>> gradient.shape == epi.points.shape
+        True
+        """
         value, gradient = self._part(0, self.parts[0], points)
         for number, part in enumerate(self.parts[1:], 1):
             value, gradient = _joined((value, gradient), self._part(number, part, points), part.blend)
@@ -145,7 +162,15 @@ class Envelope:
         return signed - part.thickness, gradient
 
     def object(self, like: Grid, name: str) -> LabelObject:
-        """The body as voxels of a fine isotropic grid along the axes of another one."""
+        """The body as voxels of a fine isotropic grid along the axes of another one.
+
+        Examples
+        --------
+        >>> from femprep.wall.chambers.envelope import Part
+        >>> body = fp.Envelope([Part(endo, 3.0, 1.0)])
+        >>> body.object(seg.grid, "grown").volume > cavity.volume
+        True
+        """
         axes = like.direction / np.linalg.norm(like.direction, axis=0)
         corners = product(np.concatenate([part.surface.points for part in self.parts]), axes)
         room = max(part.thickness for part in self.parts) + max(part.blend for part in self.parts)
@@ -171,7 +196,15 @@ class Envelope:
         return np.asarray(value.reshape(grid.shape) < 0.0)
 
     def project(self, points: FloatArray, steps: int = _STEPS) -> FloatArray:
-        """Points near the surface moved onto it along the gradient, ``(n, 3)``."""
+        """Points near the surface moved onto it along the gradient, ``(n, 3)``.
+
+        Examples
+        --------
+        >>> from femprep.wall.chambers.envelope import Part
+        >>> body = fp.Envelope([Part(endo, 3.0, 1.0)])
+        >>> bool(abs(body.values(body.project(endo.points))).max() < 0.1)
+        True
+        """
         points = points.copy()
         for _ in range(steps):
             value, gradient = self.with_gradients(points)
@@ -179,7 +212,7 @@ class Envelope:
             points -= (value / square)[:, None] * gradient
         return points
 
-    def _settled(self, points: FloatArray, normals: FloatArray) -> FloatArray:
+    def _along_normals(self, points: FloatArray, normals: FloatArray) -> FloatArray:
         """Points that the gradient has not led onto the surface, as in narrow grooves, moved there along normals."""
         off = np.flatnonzero(np.abs(self.values(points)) > _NEAR)
         if not len(off):
@@ -200,14 +233,30 @@ class Envelope:
         return points
 
     def folds(self, surface: Surface) -> int:
-        """Number of triangles of a settled surface that cross others, or whose normal is far from the body's."""
+        """Number of triangles of a settled surface that cross others, or whose normal is far from the body's.
+
+        Examples
+        --------
+        >>> from femprep.wall.chambers.envelope import Part
+        >>> body = fp.Envelope([Part(endo, 3.0, 1.0)])
+        >>> body.folds(body.settle(endo))
+        0
+        """
         points, triangles = surface.points, surface.triangles
         way = unit_vectors(self.with_gradients(points[triangles].mean(axis=1))[1])
         turned = np.flatnonzero(np.einsum("ij,ij->i", normals(points, triangles), way) < _UPRIGHT)
         return len(np.union1d(turned, self_intersections(points, triangles).ravel()))
 
     def filled(self, outline: Surface, below: float) -> Envelope:
-        """The same body, its tunnels and narrow grooves filled up to a depth below an outline that bridges them, mm."""
+        """The same body, its tunnels and narrow grooves filled up to a depth below an outline that bridges them, mm.
+
+        Examples
+        --------
+        >>> from femprep.wall.chambers.envelope import Part
+        >>> body = fp.Envelope([Part(endo, 3.0, 1.0)])
+        >>> len(body.filled(epi, below=2.0).parts)
+        1
+        """
         return Envelope(self.parts, Part(outline, -below, _FILLET))
 
     def settle(self, surface: Surface) -> Surface:
@@ -217,6 +266,14 @@ class Envelope:
         ------
         StageError
             A vertex does not reach the surface.
+
+        Examples
+        --------
+        >>> from femprep.wall.chambers.envelope import Part
+        >>> body = fp.Envelope([Part(endo, 3.0, 1.0)])
+        >>> grown = body.settle(endo)
+        >>> bool(grown.volume > endo.volume)
+        True
         """
         triangles = surface.triangles
         edges = edge_table(triangles).nodes
@@ -226,7 +283,7 @@ class Envelope:
             step = neighbour_mean(points, edges) - points
             step -= np.einsum("ij,ij->i", step, normal)[:, None] * normal
             points = self.project(points + _RELAX * step, 1)
-        points = self._settled(self.project(points), vertex_normals(points, triangles))
+        points = self._along_normals(self.project(points), vertex_normals(points, triangles))
         off = np.abs(self.values(points))
         if off.max() > 0.1:
             worst = points[int(off.argmax())]

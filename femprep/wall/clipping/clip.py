@@ -1,4 +1,4 @@
-"""A closed template surface and planes in, an open Sheet out whose rims run along edges, without slivers.
+"""A closed template surface and planes in, an open clipped surface out whose rims run along edges, without slivers.
 
 A plain cut through a triangulation leaves needles wherever the plane passes close to a vertex. So vertices near the
 plane are first moved onto it along the surface, and only the edges that still cross it are cut, away from their ends.
@@ -17,14 +17,14 @@ from femprep.model import FloatArray, IntArray, Plane, Surface
 from femprep.model.blocks import numbers_among
 from femprep.model.notice import spot
 from femprep.model.products import unit_vectors
-from femprep.wall.clipping.clipped_surface import Sheet, reach
+from femprep.wall.clipping.clipped_surface import ClippedSurface, reach
 from femprep.wall.clipping.sampled import SampledMap
 
 #: A vertex is moved onto the plane where an edge crosses it within this share of the edge's length from the vertex.
 SNAP = 0.33
 
 
-def clip(surface: Surface, planes: Mapping[str, Plane]) -> Sheet:
+def clip(surface: Surface, planes: Mapping[str, Plane]) -> ClippedSurface:
     """Clip a surface by planes, in their order.
 
     Parameters
@@ -36,7 +36,7 @@ def clip(surface: Surface, planes: Mapping[str, Plane]) -> Sheet:
 
     Returns
     -------
-    Sheet
+    ClippedSurface
         Its rim vertices lie in the planes.
 
     Raises
@@ -46,7 +46,7 @@ def clip(surface: Surface, planes: Mapping[str, Plane]) -> Sheet:
     """
     if surface.directions is None:
         raise InputError(f"surface {surface.name!r} has no template directions; make it with fit_surface")
-    sheet = Sheet(
+    sheet = ClippedSurface(
         name=surface.name,
         points=surface.points.copy(),
         directions=surface.directions.copy(),
@@ -61,7 +61,7 @@ def clip(surface: Surface, planes: Mapping[str, Plane]) -> Sheet:
     return sheet
 
 
-def _cut(sheet: Sheet, number: int, name: str, plane: Plane) -> None:
+def _cut(sheet: ClippedSurface, number: int, name: str, plane: Plane) -> None:
     away = plane.signed_distance(sheet.points)
     inside, outside = int((away < 0).sum()), int((away > 0).sum())
     if not inside or not outside:
@@ -90,7 +90,7 @@ def _side(triangles: IntArray, away: FloatArray) -> IntArray:
     return np.where(total < 0, -1, 1)
 
 
-def _snap(sheet: Sheet, number: int, plane: Plane, away: FloatArray) -> FloatArray:
+def _snap(sheet: ClippedSurface, number: int, plane: Plane, away: FloatArray) -> FloatArray:
     """Move vertices near the plane onto it; distances of all vertices afterwards, exactly 0 on the plane."""
     away = away.copy()
     edges = edge_table(sheet.triangles).nodes
@@ -123,7 +123,7 @@ def _snap(sheet: Sheet, number: int, plane: Plane, away: FloatArray) -> FloatArr
     return away
 
 
-def _split(sheet: Sheet, number: int, plane: Plane, away: FloatArray) -> FloatArray:
+def _split(sheet: ClippedSurface, number: int, plane: Plane, away: FloatArray) -> FloatArray:
     """Put a vertex where an edge still crosses the plane, and split its triangles; distances of all vertices."""
     edges = edge_table(sheet.triangles).nodes
     crossing = edges[away[edges[:, 0]] * away[edges[:, 1]] < 0]
@@ -176,7 +176,7 @@ def _pieces(
     return [(a, ab, ac), *(first if better else second)]
 
 
-def _compress(sheet: Sheet) -> None:
+def _compress(sheet: ClippedSurface) -> None:
     """Drop vertices that no triangle uses; vertices in a plane that is no rim any more count as inner ones."""
     used = np.unique(sheet.triangles)
     sheet.triangles = numbers_among(used, len(sheet.points))[sheet.triangles]
@@ -184,7 +184,7 @@ def _compress(sheet: Sheet) -> None:
         setattr(sheet, name, getattr(sheet, name)[used])
 
 
-def rim_loops(sheet: Sheet, number: int) -> list[IntArray]:
+def rim_loops(sheet: ClippedSurface, number: int) -> list[IntArray]:
     """Rims in one plane: each the vertices in order, as the sheet's triangles run along it.
 
     Raises

@@ -21,7 +21,7 @@ _STEPS, _NEAR, _STEEP = 10, 1e-4, 0.05
 
 
 @dataclass
-class Sheet:
+class ClippedSurface:
     """An open piece of a surface.
 
     Attributes

@@ -1,4 +1,4 @@
-"""A clipped Sheet in, better triangles out: vertices slide along the surface, edges flip; the surface stays.
+"""A clipped surface in, better triangles out: vertices slide along the surface, edges flip; the surface stays.
 
 Only the neighbourhood of the rim and of poor triangles is touched, so that the template stays as it was elsewhere.
 """
@@ -12,7 +12,7 @@ from femprep.mesh.operations.flips import around_edges
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import border_edges, edge_table
 from femprep.model import BoolArray, FloatArray, IntArray, SphereMap
-from femprep.wall.clipping.clipped_surface import Sheet, reach
+from femprep.wall.clipping.clipped_surface import ClippedSurface, reach
 
 #: Rings of vertices around the rim that may move; triangles below this Q, with the ring around them, may move too.
 _RINGS, _POOR = 3, 0.5
@@ -25,12 +25,12 @@ _CUT_OFF, _TRIES = 0.12, 4
 _FLAT = 0.9
 
 
-def improve(sheet: Sheet, sweeps: int = 8) -> None:
+def improve(sheet: ClippedSurface, sweeps: int = 8) -> None:
     """Slide vertices and flip edges near the rim until the least triangle quality there rises no more.
 
     Parameters
     ----------
-    sheet : Sheet
+    sheet : ClippedSurface
         Changed in place. Rim vertices stay in their plane and on the surface.
     sweeps : int
         Most sweeps of sliding.
@@ -49,7 +49,7 @@ def improve(sheet: Sheet, sweeps: int = 8) -> None:
     _improve(sheet, active, sweeps)
 
 
-def _improve(sheet: Sheet, active: BoolArray, sweeps: int) -> None:
+def _improve(sheet: ClippedSurface, active: BoolArray, sweeps: int) -> None:
     for _ in range(sweeps):
         _flip(sheet, active)
         if not _slide(sheet, active):
@@ -57,12 +57,12 @@ def _improve(sheet: Sheet, active: BoolArray, sweeps: int) -> None:
     _flip(sheet, active)
 
 
-def settle(sheet: Sheet, shape: SphereMap, moved: BoolArray) -> None:
+def onto_exact(sheet: ClippedSurface, shape: SphereMap, moved: BoolArray) -> None:
     """Put vertices that slid by the sampled surface onto the exact one, those of a rim onto exact surface and plane.
 
     Parameters
     ----------
-    sheet : Sheet
+    sheet : ClippedSurface
         Changed in place.
     shape : SphereMap
         The exact surface.
@@ -85,7 +85,7 @@ def settle(sheet: Sheet, shape: SphereMap, moved: BoolArray) -> None:
     _undo(sheet, moved, triangles, points, directions, normal, limit)
 
 
-def _active(sheet: Sheet) -> BoolArray:
+def _active(sheet: ClippedSurface) -> BoolArray:
     """Vertices that may move: some rings around the rim and around poor triangles."""
     active = sheet.on_plane >= 0
     poor = triangle_quality(sheet.points, sheet.triangles) < _POOR
@@ -95,7 +95,7 @@ def _active(sheet: Sheet) -> BoolArray:
     return active
 
 
-def _slide(sheet: Sheet, active: BoolArray) -> bool:
+def _slide(sheet: ClippedSurface, active: BoolArray) -> bool:
     """Move active vertices towards the middle of their neighbours; no triangle gets worse than the worst around it."""
     which = np.flatnonzero(active)
     triangles = sheet.triangles[active[sheet.triangles].any(axis=1)]
@@ -108,7 +108,7 @@ def _slide(sheet: Sheet, active: BoolArray) -> bool:
 
 
 def _undo(
-    sheet: Sheet,
+    sheet: ClippedSurface,
     moved: BoolArray,
     triangles: IntArray,
     points: FloatArray,
@@ -137,7 +137,7 @@ def _worst(quality: FloatArray, triangles: IntArray, count: int) -> FloatArray:
     return worst
 
 
-def _middle(sheet: Sheet) -> FloatArray:
+def _middle(sheet: ClippedSurface) -> FloatArray:
     """Where each vertex would like to be: the centre of area around it; on the rim midway between its neighbours."""
     size = areas(sheet.points, sheet.triangles)
     centre = sheet.points[sheet.triangles].mean(axis=1)
@@ -152,7 +152,7 @@ def _middle(sheet: Sheet) -> FloatArray:
     return middle
 
 
-def _flip(sheet: Sheet, active: BoolArray) -> None:
+def _flip(sheet: ClippedSurface, active: BoolArray) -> None:
     """Flip edges between active vertices where the worse of the two triangles gains."""
     t = sheet.triangles
     local = np.flatnonzero(active[t].all(axis=1))

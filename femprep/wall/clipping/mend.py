@@ -1,4 +1,4 @@
-"""A Sheet with folds in, a fair one out: vertices around folded or needle-like triangles are smoothed in space.
+"""A clipped surface with folds in, a fair one out: vertices around folded or needle-like triangles smoothed in space.
 
 A surface fitted to labels that end in a sliver of a cavity can fold over itself there. Sliding vertices along such a
 surface cannot help: it has to leave the fit, by as little as it takes.
@@ -16,7 +16,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table, fold_angles, neighbour_mean
 from femprep.model import BoolArray, Notice, noted
-from femprep.wall.clipping.clipped_surface import Sheet
+from femprep.wall.clipping.clipped_surface import ClippedSurface
 from femprep.wall.clipping.improve import improve
 from femprep.wall.clipping.sampled import SampledMap
 
@@ -31,7 +31,7 @@ _RINGS = (0, 0, 1, 1, 2, 2, 2, 2)
 _SWEEPS = 4
 
 
-def mend(sheet: Sheet) -> dict[str, Any] | None:
+def mend(sheet: ClippedSurface) -> dict[str, Any] | None:
     """Smooth a sheet where it is folded, crosses itself or has needles.
 
     Each round moves the vertices of the offending triangles, later rings around them too, to the mean of their
@@ -39,7 +39,7 @@ def mend(sheet: Sheet) -> dict[str, Any] | None:
 
     Parameters
     ----------
-    sheet : Sheet
+    sheet : ClippedSurface
         Changed in place, with its smooth map.
 
     Returns
@@ -79,7 +79,7 @@ def mend(sheet: Sheet) -> dict[str, Any] | None:
     return noted(info, Notice.of("repaired", words, amount=float(moved.max()), unit="mm", place=place))
 
 
-def _offending(sheet: Sheet) -> BoolArray:
+def _offending(sheet: ClippedSurface) -> BoolArray:
     """Triangles that are needles, folded onto a neighbour, or crossing another."""
     bad = triangle_quality(sheet.points, sheet.triangles) < _POOR
     pairs, angle = fold_angles(sheet.points, sheet.triangles)
@@ -88,7 +88,7 @@ def _offending(sheet: Sheet) -> BoolArray:
     return bad
 
 
-def _smooth(sheet: Sheet, active: BoolArray) -> None:
+def _smooth(sheet: ClippedSurface, active: BoolArray) -> None:
     """Sweeps that move active vertices half-way to the mean of their neighbours."""
     edges = edge_table(sheet.triangles).nodes
     for _ in range(_SWEEPS):

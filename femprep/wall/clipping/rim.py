@@ -11,7 +11,7 @@ from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import border_edges
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import unit_vectors
-from femprep.wall.clipping.clipped_surface import LEAST_QUALITY, Sheet
+from femprep.wall.clipping.clipped_surface import LEAST_QUALITY, ClippedSurface
 
 #: An edge of a rim is split where it is longer than this many times its distance from the nearest other rim, and both
 #: halves of its triangle are still fit for a wall: the cap beside it would be poorer than they are.
@@ -20,12 +20,12 @@ _LONG = 2.5
 _ROUNDS, _SAMPLES = 2, 5
 
 
-def refine_rims(sheets: Sequence[Sheet]) -> bool:
+def refine_rims(sheets: Sequence[ClippedSurface]) -> bool:
     """Split edges of the rims that are long beside the gap to another rim in the same plane, in place.
 
     Parameters
     ----------
-    sheets : sequence of Sheet
+    sheets : sequence of ClippedSurface
         New vertices lie in the middle of the edges they split, in the plane.
 
     Returns
@@ -48,18 +48,18 @@ def refine_rims(sheets: Sequence[Sheet]) -> bool:
     return total > 0
 
 
-def _rim(sheet: Sheet, number: int) -> IntArray:
+def _rim(sheet: ClippedSurface, number: int) -> IntArray:
     edges = border_edges(sheet.triangles)
     return np.asarray(edges[(sheet.on_plane[edges] == number).all(axis=1)])
 
 
-def _places(sheet: Sheet, edges: IntArray) -> FloatArray:
+def _places(sheet: ClippedSurface, edges: IntArray) -> FloatArray:
     share = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)[:, None, None]
     ends = sheet.points[edges]
     return np.asarray(((1.0 - share) * ends[:, 0] + share * ends[:, 1]).reshape(-1, 3))
 
 
-def _split(sheet: Sheet, number: int, edges: IntArray, others: cKDTree) -> int:
+def _split(sheet: ClippedSurface, number: int, edges: IntArray, others: cKDTree) -> int:
     """Split the long edges of one rim; how many there were."""
     ends = sheet.points[edges]
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
@@ -78,7 +78,7 @@ def _split(sheet: Sheet, number: int, edges: IntArray, others: cKDTree) -> int:
     return len(edges)
 
 
-def _halves(sheet: Sheet, edges: IntArray) -> FloatArray:
+def _halves(sheet: ClippedSurface, edges: IntArray) -> FloatArray:
     """Quality of the poorer half of the triangle at each edge, were the edge split."""
     t = sheet.triangles
     opposite = {(a, b): c for a, b, c in np.concatenate([t, np.roll(t, 1, axis=1), np.roll(t, 2, axis=1)]).tolist()}

@@ -21,7 +21,7 @@ from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray, Notice, noted
 from femprep.model.notice import spot
 from femprep.model.products import product, unit_vectors
-from femprep.wall.clipping.clipped_surface import Sheet
+from femprep.wall.clipping.clipped_surface import ClippedSurface
 from femprep.wall.clipping.sampled import SampledMap
 
 logger = logging.getLogger(__name__)
@@ -49,14 +49,14 @@ class SheetThickness:
         return float(min(self.epi.min(), self.endo.min()))
 
 
-def measure(epi: Sheet, endo: Sheet) -> SheetThickness:
+def measure(epi: ClippedSurface, endo: ClippedSurface) -> SheetThickness:
     """Thickness at all vertices of both sheets."""
     outside, _, _ = _signed(ClosestFinder(endo.points, endo.triangles), endo, epi.points)
     inside, _, _ = _signed(ClosestFinder(epi.points, epi.triangles), epi, endo.points)
     return SheetThickness(outside, -inside)
 
 
-def _signed(finder: ClosestFinder, sheet: Sheet, where: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
+def _signed(finder: ClosestFinder, sheet: ClippedSurface, where: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
     """Signed distance from an open sheet, positive on its outer side; its normal at the nearest point, and triangle."""
     near = finder(where)
     across = unit_vectors(near.at(vertex_normals(sheet.points, sheet.triangles)))
@@ -64,7 +64,7 @@ def _signed(finder: ClosestFinder, sheet: Sheet, where: FloatArray) -> tuple[Flo
     return np.where(side < 0, -near.distance, near.distance), across, near.triangle
 
 
-def summary(epi: Sheet, endos: Sequence[Sheet]) -> dict[str, Any]:
+def summary(epi: ClippedSurface, endos: Sequence[ClippedSurface]) -> dict[str, Any]:
     """Least thickness and where, mean, and percentiles, over the vertices of the endocardial sheets; JSON-ready."""
     least, place, of = np.inf, np.zeros(3), endos[0].name
     values = []
@@ -85,7 +85,7 @@ def summary(epi: Sheet, endos: Sequence[Sheet]) -> dict[str, Any]:
     }
 
 
-def require_nested(epi: Sheet, endo: Sheet) -> None:
+def require_nested(epi: ClippedSurface, endo: ClippedSurface) -> None:
     """Refuse an endocardium that is not, by and large, inside the epicardium.
 
     Raises
@@ -104,16 +104,16 @@ def require_nested(epi: Sheet, endo: Sheet) -> None:
         )
 
 
-def push_apart(epi: Sheet, endo: Sheet, limit: float, most: float) -> dict[str, Any] | None:
+def push_apart(epi: ClippedSurface, endo: ClippedSurface, limit: float, most: float) -> dict[str, Any] | None:
     """Push the epicardium outwards where the wall is thinner than a limit.
 
     The push spreads smoothly over the neighbourhood, and is along the plane for vertices of the rim.
 
     Parameters
     ----------
-    epi : Sheet
+    epi : ClippedSurface
         Changed in place, with its smooth map.
-    endo : Sheet
+    endo : ClippedSurface
     limit : float
         Least thickness, mm.
     most : float
@@ -174,7 +174,9 @@ def pushed(step: dict[str, Any]) -> dict[str, Any]:
     )
 
 
-def _lacking(epi: Sheet, endo: Sheet, finder: ClosestFinder, limit: float) -> tuple[FloatArray, FloatArray]:
+def _lacking(
+    epi: ClippedSurface, endo: ClippedSurface, finder: ClosestFinder, limit: float
+) -> tuple[FloatArray, FloatArray]:
     """What is lacking to the limit at each epicardial vertex, mm, and which way is outward there."""
     outside, across, _ = _signed(finder, endo, epi.points)
     own = vertex_normals(epi.points, epi.triangles)
@@ -219,7 +221,7 @@ def _spread(push: FloatArray, edges: IntArray) -> FloatArray:
     return result
 
 
-def _within_planes(sheet: Sheet, displacement: FloatArray) -> FloatArray:
+def _within_planes(sheet: ClippedSurface, displacement: FloatArray) -> FloatArray:
     """Keep rim vertices in their planes: the part of a push along the plane, lengthened to make up for the rest."""
     displacement = displacement.copy()
     for number in range(len(sheet.planes)):

@@ -18,8 +18,8 @@ from femprep.surface.fit import fit_surface
 from femprep.surface.given.mend import mended
 from femprep.surface.given.trim import trimmed
 from femprep.wall.clipping.clip import clip, rim_loops
-from femprep.wall.clipping.clipped_surface import Sheet
-from femprep.wall.clipping.improve import improve, settle
+from femprep.wall.clipping.clipped_surface import ClippedSurface
+from femprep.wall.clipping.improve import improve, onto_exact
 from femprep.wall.clipping.mend import mend
 from femprep.wall.clipping.rim import refine_rims
 from femprep.wall.clipping.thickness import push_apart, pushed, require_nested, summary
@@ -163,18 +163,18 @@ def _templates(epi: Surface, endo: Mapping[str, Surface], base: Plane | None) ->
     return laid(epi), {name: laid(surface) for name, surface in endo.items()}
 
 
-def _even(sheet: Sheet, surface: Surface, options: WallOptions) -> list[dict[str, Any]]:
+def _even(sheet: ClippedSurface, surface: Surface, options: WallOptions) -> list[dict[str, Any]]:
     """Even out the triangles of a clipped surface; what had to be mended."""
     improve(sheet)
     if surface.shape is not None:
         slid = (sheet.template < 0) | (sheet.points != surface.points[sheet.template]).any(axis=1)
-        settle(sheet, surface.shape, slid)
+        onto_exact(sheet, surface.shape, slid)
     steps = [mend(sheet)] if options.policy == "repair" else []
     check_sheet(sheet)
     return [step for step in steps if step is not None]
 
 
-def _thicken(epi: Sheet, endo: Sheet, options: WallOptions) -> list[dict[str, Any]]:
+def _thicken(epi: ClippedSurface, endo: ClippedSurface, options: WallOptions) -> list[dict[str, Any]]:
     """Bring the wall beside one endocardium to the least thickness, by policy; what was pushed."""
     require_nested(epi, endo)
     if options.policy == "strict":
@@ -199,7 +199,7 @@ def _thicken(epi: Sheet, endo: Sheet, options: WallOptions) -> list[dict[str, An
     return [pushed(step)]
 
 
-def _thicken_again(epi: Sheet, endos: list[Sheet], options: WallOptions) -> list[dict[str, Any]]:
+def _thicken_again(epi: ClippedSurface, endos: list[ClippedSurface], options: WallOptions) -> list[dict[str, Any]]:
     """Make good what evening out the epicardium beside one endocardium took from the wall beside another."""
     if len(endos) == 1 or options.policy == "strict":
         return []
@@ -214,7 +214,7 @@ def _thicken_again(epi: Sheet, endos: list[Sheet], options: WallOptions) -> list
     return steps
 
 
-def _facets(epi: Sheet, endos: list[Sheet]) -> tuple[IntArray, IntArray]:
+def _facets(epi: ClippedSurface, endos: list[ClippedSurface]) -> tuple[IntArray, IntArray]:
     """All facets of the sheets, wound out of the wall, numbered over the sheets; and the sheet each comes from."""
     starts = np.cumsum([len(epi.points), *(len(sheet.points) for sheet in endos)])
     inner = [sheet.triangles[:, ::-1] + start for sheet, start in zip(endos, starts)]
@@ -222,7 +222,7 @@ def _facets(epi: Sheet, endos: list[Sheet]) -> tuple[IntArray, IntArray]:
     return np.concatenate([epi.triangles, *inner]), np.repeat(np.arange(len(count)), count)
 
 
-def _with_caps(sheets: list[Sheet], triangles: IntArray, tag: TagArray, planes: Mapping[str, Plane]) -> Wall:
+def _with_caps(sheets: list[ClippedSurface], triangles: IntArray, tag: TagArray, planes: Mapping[str, Plane]) -> Wall:
     """Close the joined sheets by well-shaped caps between their rims."""
     points = [sheet.points for sheet in sheets]
     starts = np.cumsum([0, *(len(sheet.points) for sheet in sheets)])
@@ -261,7 +261,7 @@ def _quality_info(wall: Wall) -> dict[str, Any]:
     }
 
 
-def _volumes(sheets: list[Sheet], wall: Wall) -> dict[str, float]:
+def _volumes(sheets: list[ClippedSurface], wall: Wall) -> dict[str, float]:
     """Volumes within the planes, which have to add up: epicardium = cavities + wall."""
     inside = {sheet.name: enclosed_volume(sheet.points, sheet.triangles) for sheet in sheets}
     outer, *cavities = inside.values()

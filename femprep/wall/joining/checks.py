@@ -10,7 +10,7 @@ from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table, is_consistently_wound, pieces, pinched_vertices
 from femprep.model import FloatArray, Surface, Wall, tag_name
 from femprep.model.notice import spot
-from femprep.wall.clipping.clipped_surface import LEAST_QUALITY, Sheet
+from femprep.wall.clipping.clipped_surface import LEAST_QUALITY, ClippedSurface
 
 #: How far a vertex may lie off its plane, mm.
 FLAT = 1e-9
@@ -50,7 +50,7 @@ def check_surface(surface: Surface) -> None:
         raise InputError(f"{what} is wound inward (volume {surface.volume:.1f} mm3); reverse its triangles")
 
 
-def check_sheet(sheet: Sheet) -> None:
+def check_sheet(sheet: ClippedSurface) -> None:
     """Refuse a clipped surface that crosses itself or is in several pieces.
 
     Raises

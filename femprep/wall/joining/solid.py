@@ -20,7 +20,7 @@ from femprep.model import FACET_TAGS, FloatArray, IntArray, Plane, Wall
 from femprep.model.notice import spot
 from femprep.model.products import product
 from femprep.wall.clipping.clip import rim_loops
-from femprep.wall.clipping.clipped_surface import Sheet
+from femprep.wall.clipping.clipped_surface import ClippedSurface
 
 #: A vertex of the result is one of the sheets' where it lies this near to it, mm.
 _SAME = 1e-6
@@ -40,13 +40,13 @@ def plane_frame(plane: Plane) -> FloatArray:
     return np.concatenate([-tangents(plane.normal[None])[0], plane.normal[None]])
 
 
-def join(epi: Sheet, endo: Mapping[str, Sheet]) -> tuple[IntArray, IntArray]:
+def join(epi: ClippedSurface, endo: Mapping[str, ClippedSurface]) -> tuple[IntArray, IntArray]:
     """Subtract the endocardial solids from the epicardial one.
 
     Parameters
     ----------
-    epi : Sheet
-    endo : mapping of str to Sheet
+    epi : ClippedSurface
+    endo : mapping of str to ClippedSurface
         By facet name.
 
     Returns
@@ -108,7 +108,7 @@ def _solid(points: FloatArray, triangles: IntArray, starts: Sequence[int], ids: 
     return manifold3d.Manifold(mesh)
 
 
-def _close(sheet: Sheet, plug: float) -> tuple[FloatArray, IntArray]:
+def _close(sheet: ClippedSurface, plug: float) -> tuple[FloatArray, IntArray]:
     """Close a sheet by prisms of a length, mm, that stand out of its planes."""
     points, triangles = [sheet.points], [sheet.triangles]
     count = len(sheet.points)
@@ -129,7 +129,7 @@ def _close(sheet: Sheet, plug: float) -> tuple[FloatArray, IntArray]:
 
 
 def _sheet_facets(
-    mesh: Any, sheets: Sequence[Sheet], first_id: int, rotation: FloatArray, origin: FloatArray
+    mesh: Any, sheets: Sequence[ClippedSurface], first_id: int, rotation: FloatArray, origin: FloatArray
 ) -> tuple[IntArray, IntArray]:
     """The facets that come from sheets, in the sheets' numbering."""
     points = product(np.asarray(mesh.vert_properties)[:, :3], rotation) + origin

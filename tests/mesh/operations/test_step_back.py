@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from femprep.mesh.operations.step_back import apart
+from femprep.mesh.operations.step_back import step_uncrossed
 from femprep.mesh.search.intersection import self_intersections
 from femprep.template import charge_template
 
@@ -13,7 +13,7 @@ BALL = charge_template(1000)
 
 def test_where_nothing_crosses_all_go_the_whole_way() -> None:
     old, new = 10.0 * BALL.directions, 12.0 * BALL.directions
-    np.testing.assert_allclose(apart(old, new, BALL.cells), new)
+    np.testing.assert_allclose(step_uncrossed(old, new, BALL.cells), new)
 
 
 def test_a_crossing_holds_back_its_own_surroundings_alone() -> None:
@@ -22,7 +22,7 @@ def test_a_crossing_holds_back_its_own_surroundings_alone() -> None:
     top = BALL.directions[:, 2] > 0.97
     # The top would be pushed out through the bottom.
     new[top] = [0.0, 0.0, -1000.0] + 0.01 * BALL.directions[top]
-    points = apart(old, new, BALL.cells)
+    points = step_uncrossed(old, new, BALL.cells)
     assert len(self_intersections(points, BALL.cells)) == 0
     far = np.abs(BALL.directions[:, 2]) < 0.5
     np.testing.assert_allclose(points[far], new[far])

@@ -17,7 +17,7 @@ from femprep.model import Surface
 from femprep.phantoms import Phantom, atrium, lv_ellipsoid, rv_bent
 from femprep.surface import end_planes, fit_surface, surface_distance, surface_quality
 from femprep.surface.estimate import estimate
-from femprep.surface.estimate.observations import Evidence
+from femprep.surface.estimate.observations import Observations
 from femprep.surface.reference import METHODS
 
 BODIES = {"lv": (lv_ellipsoid(), "lv"), "rv": (rv_bent(), "rv"), "la": (atrium(), "la")}
@@ -96,9 +96,9 @@ def test_stiffness_follows_the_body() -> None:
     chosen = {}
     for name, inside in bodies.items():
         obj = make_object(inside.reshape(50, 50, 12), Grid((50, 50, 12), (1.4, 1.4, 8.0), np.zeros(3), np.eye(3)))
-        evidence, bent, stiffness = Evidence.of(obj), points, 1000.0
+        observations, bent, stiffness = Observations.of(obj), points, 1000.0
         for _ in range(6):
-            move, stiffness = estimate._bend(bent, cells, evidence, stiffness, True)
+            move, stiffness = estimate._bend(bent, cells, observations, stiffness, True)
             bent = bent + move
         chosen[name] = stiffness
     assert chosen["ball"] > 4.0 * chosen["cube"]

@@ -7,13 +7,13 @@ import pytest
 
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.operations.collapse import collapsed
-from femprep.mesh.operations.midpoint_subdivision import quartered
+from femprep.mesh.operations.midpoint_subdivision import midpoint_subdivision
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.polygons import isosurface
 from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import is_manifold, volume
 from femprep.surface.fitting.place import place_evenly
-from femprep.surface.fitting.remeshing import even_mesh, redraw
+from femprep.surface.fitting.remeshing import even_mesh, remesh
 from femprep.template import charge_template
 
 
@@ -65,7 +65,7 @@ def test_a_coarse_mesh_is_refined_first() -> None:
 
 def test_quartered_triangles_cover_the_same_surface() -> None:
     ball = charge_template(300)
-    straight, curved, cells = quartered(20.0 * ball.directions, ball.cells)
+    straight, curved, cells = midpoint_subdivision(20.0 * ball.directions, ball.cells)
     assert len(cells) == 4 * len(ball.cells)
     np.testing.assert_array_equal(straight[:300], curved[:300])
     assert volume(straight, cells) == pytest.approx(volume(20.0 * ball.directions, ball.cells))
@@ -73,7 +73,7 @@ def test_quartered_triangles_cover_the_same_surface() -> None:
 
 
 def test_a_body_on_a_stem_gets_even_triangles_numbered_as_the_template_s() -> None:
-    drawn = redraw(TEMPLATE.directions, DUMBBELL)
+    drawn = remesh(TEMPLATE.directions, DUMBBELL)
     carried = place_evenly(TEMPLATE.directions, TEMPLATE.cells, DUMBBELL, connectivity="auto")
     assert drawn is not None
     assert drawn.points.shape == TEMPLATE.directions.shape
@@ -92,7 +92,7 @@ def test_a_body_on_a_stem_gets_even_triangles_numbered_as_the_template_s() -> No
 
 
 def test_the_same_surface_is_drawn_the_same() -> None:
-    first, again = (redraw(TEMPLATE.directions, DUMBBELL) for _ in range(2))
+    first, again = (remesh(TEMPLATE.directions, DUMBBELL) for _ in range(2))
     assert first is not None
     assert again is not None
     assert first.points.tobytes() == again.points.tobytes()
