@@ -140,7 +140,13 @@ class Segmentation:
         return tuple(dict.fromkeys(found))
 
     def label_table(self) -> str:
-        """Labels that occur, each with its name in the file, where it has one, and its volume."""
+        """Labels that occur, each with its name in the file, where it has one, and its volume.
+
+        Examples
+        --------
+        >>> seg.label_table()
+        '2, 3, of 117, 117 mL'
+        """
         names, voxel = self.info.get("segments", {}), float(np.prod(self.grid.spacing)) / 1e3
         count = count_labels(self.labels)
         shown = [f"{n}{f' {names[str(n)]!r}' if str(n) in names else ''}" for n in self.present]
