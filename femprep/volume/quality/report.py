@@ -148,7 +148,7 @@ class QualityReport(Record):
     failures: tuple[str, ...] = Field(description="One line for each limit or condition that is not met.")
     notes: tuple[str, ...] = Field(description="What could not be judged, and why.")
 
-    @computed_field  # type: ignore[prop-decorator]
+    @computed_field(description="Whether every limit and condition is met.")  # type: ignore[prop-decorator]
     @property
     def passed(self) -> bool:
         """Whether every limit and condition is met.
