@@ -2,22 +2,50 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError, OptionError
 from femprep.image import Grid
-from femprep.model import FloatArray, IntArray
+from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.phantoms.closest import fibonacci_sphere
 
-if TYPE_CHECKING:
-    from femprep.phantoms.phantom import Phantom
+
+class Painted(Protocol):
+    """What painting needs of a region."""
+
+    @property
+    def label(self) -> int:
+        """What its voxels get."""
+
+
+class Body(Protocol):
+    """What painting needs of a phantom: where it lies, its regions in their order, and where each of them is."""
+
+    @property
+    def rotation(self) -> FloatArray:
+        """Columns are its axes in the world."""
+
+    @property
+    def origin(self) -> FloatArray:
+        """Where its origin lies, mm LPS."""
+
+    @property
+    def regions(self) -> Mapping[str, Painted]:
+        """Its closed surfaces, in the order in which they are painted."""
+
+    def exact_surface(self, name: str, directions: npt.ArrayLike) -> FloatArray:
+        """Points of a region's surface."""
+
+    def inside(self, name: str, points: npt.ArrayLike) -> BoolArray:
+        """Whether points lie in a region."""
 
 
 def stack_grid(
-    phantom: Phantom,
+    phantom: Body,
     spacing: npt.ArrayLike,
     *,
     direction: npt.ArrayLike | None = None,
@@ -68,7 +96,7 @@ def stack_grid(
 
 
 def rasterise(
-    phantom: Phantom,
+    phantom: Body,
     grid: Grid,
     supersample: int = 1,
     slice_thickness: float | None = None,
@@ -115,7 +143,7 @@ def rasterise(
     return labels
 
 
-def _index_box(phantom: Phantom, name: str, grid: Grid) -> tuple[IntArray, IntArray]:
+def _index_box(phantom: Body, name: str, grid: Grid) -> tuple[IntArray, IntArray]:
     """First and last voxel a region can reach along each axis, with two voxels to spare; may lie beyond the grid."""
     index = grid.to_index(phantom.exact_surface(name, fibonacci_sphere(20000)))
     return np.floor(index.min(axis=0)).astype(np.int64) - 2, np.ceil(index.max(axis=0)).astype(np.int64) + 2
@@ -141,7 +169,7 @@ def _shifts(shifts: npt.ArrayLike | None, count: int) -> FloatArray:
     return moved
 
 
-def _uncap(phantom: Phantom, slices: npt.NDArray[np.uint8]) -> None:
+def _uncap(phantom: Body, slices: npt.NDArray[np.uint8]) -> None:
     """Take the myocardium out of slices without cavity, in place."""
     cavity, wall = phantom.regions["lv"].label, phantom.regions["epi"].label
     for plane in slices:
