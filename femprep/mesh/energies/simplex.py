@@ -21,6 +21,9 @@ from femprep.mesh.compiled import compiled
 
 #: What an inverted simplex counts where determinants are not regularised.
 INVERTED = 1e30
+#: A vertex that takes a step on the measure: its longest move in one sweep and the shortest worth making, in edge
+#: lengths, and by how much a step that leads up is shortened.
+LEAP, LEAST, SHORTER = 0.5, 1e-6, 0.4
 #: Edges of a simplex by their nodes, in the order of the weights; the upright one runs from node 0 to node 3.
 _EDGES = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
 _UPRIGHT = 2

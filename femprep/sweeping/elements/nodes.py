@@ -13,16 +13,12 @@ import numpy as np
 
 from femprep.mesh.compiled import compiled
 from femprep.mesh.energies.pull import add_pulls, pulled
-from femprep.mesh.energies.simplex import add_slopes, determinant, shape
+from femprep.mesh.energies.simplex import LEAP, LEAST, SHORTER, add_slopes, determinant, shape
 from femprep.mesh.patches import settle
 from femprep.mesh.tangents import free_directions
 
-#: Longest move in one sweep, in edge lengths, and the shortest worth making.
-_LEAP = 0.5
-_LEAST = 1e-6
-#: Shortenings of a step that leads up, and by how much.
+#: Shortenings of a step that leads up.
 _TRIES = 6
-_SHORTER = 0.4
 #: Where a Hessian is not positive, this share of its trace is added to its diagonal, then four times that, and so on.
 _SHIFT = 0.02
 
@@ -147,9 +143,9 @@ def move_nodes(
                 hessian[k, j] = hessian[j, k]
         now += add_pulls(points, v, pulls, gradient, hessian)
         far = _newton(gradient, hessian, basis, free, step)
-        if not far > _LEAST * edge:
+        if not far > LEAST * edge:
             continue
-        factor = min(1.0, _LEAP * edge / far)
+        factor = min(1.0, LEAP * edge / far)
         for k in range(3):
             old[k] = points[v, k]
         better = False
@@ -173,7 +169,7 @@ def move_nodes(
                         normals[i, k] = fresh[k]
                 longest = max(longest, factor * far)
                 break
-            factor *= _SHORTER
+            factor *= SHORTER
         if not better:
             for k in range(3):
                 points[v, k] = old[k]

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import logging
-from typing import Any
+from functools import partial
+from typing import Any, Final
 
 import numpy as np
 
 from femprep.errors import InputError
 from femprep.mesh.measures.triangles import vertex_normals
+from femprep.mesh.operations.push import Pushing, push
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.mesh.topology import adjacency
 from femprep.model import BoolArray, FloatArray, IntArray, Plane, Surface
 from femprep.model.products import product
 
 _log = logging.getLogger(__name__)
 
-#: Rounds of pushing: neighbours of a pushed vertex follow it, which may bring others nearer.
-_ROUNDS = 8
+#: How the epicardium is pushed; swept meshes of 200 maps were counted with these.
+_PUSHING: Final = Pushing(rounds=8, reach=2, fade=0.7)
 #: Share of the least distance by which it may be missed.
 _CLOSE = 0.02
 #: What lies farther above the base than this is cut away and stays as it is, mm; so does all above it that looks up
@@ -57,26 +58,11 @@ def push_outwards(
     """
     finder = ClosestFinder(endo.points, endo.triangles)
     points = np.array(epi.points)
-    low = _kept(points, epi.triangles, base)
-    inner = endo.points[_kept(endo.points, endo.triangles, base)]
     cells = epi.triangles
-    matrix = adjacency(cells, len(points))
-    degree = np.maximum(matrix.sum(axis=1), 1.0)
-    for _ in range(_ROUNDS):
-        wanted = np.where(low, least - finder.signed(points), 0.0)
-        # Seen from the other side as well: an edge of the endocardium may come close between vertices.
-        other = ClosestFinder(points, cells)
-        short = least + other.signed(inner)
-        feet = cells[other(inner).triangle]
-        for corner in range(3):
-            np.maximum.at(wanted, feet[:, corner], np.where(low[feet[:, corner]], short, 0.0))
-        if wanted.max() <= _CLOSE * least:
-            break
-        wanted = np.maximum(wanted, 0.0)
-        # Wide enough that no dent is left: neighbours go part of the way.
-        for _ in range(2):
-            wanted = np.maximum(wanted, 0.7 * np.asarray(matrix @ wanted) / degree)
-        points += wanted[:, None] * vertex_normals(points, cells)
+    low = _kept(points, cells, base)
+    inner = endo.points[_kept(endo.points, endo.triangles, base)]
+    lacking = partial(_lacking, points, cells, low, finder, inner, least)
+    push(points, cells, _PUSHING, lacking, _CLOSE * least)
     moved = np.linalg.norm(points - epi.points, axis=1)
     short = np.where(low, least - finder.signed(points), 0.0)
     worst = int(np.argmax(np.maximum(moved - most, short - 0.5 * least)))
@@ -93,6 +79,20 @@ def push_outwards(
     if count:
         found["worst_at_mm"] = [round(float(x), 3) for x in epi.points[int(moved.argmax())]]
     return points, found
+
+
+def _lacking(
+    points: FloatArray, cells: IntArray, low: BoolArray, finder: ClosestFinder, inner: FloatArray, least: float
+) -> tuple[FloatArray, FloatArray]:
+    """What each vertex that counts lacks to the least distance, mm, and which way is outward."""
+    wanted = np.where(low, np.maximum(least - finder.signed(points), 0.0), 0.0)
+    # Seen from the other side as well: an edge of the endocardium may come close between vertices.
+    other = ClosestFinder(points, cells)
+    short = least + other.signed(inner)
+    feet = cells[other(inner).triangle]
+    for corner in range(3):
+        np.maximum.at(wanted, feet[:, corner], np.where(low[feet[:, corner]], short, 0.0))
+    return wanted, vertex_normals(points, cells)
 
 
 def _kept(points: FloatArray, cells: IntArray, base: Plane) -> BoolArray:

@@ -16,13 +16,9 @@ from numba import prange
 
 from femprep.mesh.compiled import compiled
 from femprep.mesh.energies.pull import add_pulls, pulled
-from femprep.mesh.energies.simplex import add_slopes, shape
+from femprep.mesh.energies.simplex import LEAP, LEAST, SHORTER, add_slopes, shape
 from femprep.mesh.patches import settle
 from femprep.mesh.tangents import free_directions
-
-#: Longest move in one sweep, in edge lengths, and the shortest worth making.
-_LEAP = 0.5
-_LEAST = 1e-6
 
 
 @compiled(part=True)
@@ -154,9 +150,9 @@ def _move(
         p = -(gp * hqq - gq * hpq) / det
         q = -(gq * hpp - gp * hpq) / det
     far = np.sqrt(p * p + q * q)
-    if not far > _LEAST * edge:
+    if not far > LEAST * edge:
         return 0.0
-    scale = min(1.0, _LEAP * edge / far)
+    scale = min(1.0, LEAP * edge / far)
     fresh = np.empty(3)
     for _ in range(5):
         for k in range(3):
@@ -168,7 +164,7 @@ def _move(
             for k in range(3):
                 normals[vertex, k] = fresh[k]
             return float(scale * far)
-        scale *= 0.4
+        scale *= SHORTER
     for k in range(3):
         moving[vertex, k] = old[k]
     return 0.0

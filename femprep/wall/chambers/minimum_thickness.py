@@ -12,11 +12,12 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.mesh.measures.triangles import vertex_normals
+from femprep.mesh.operations.push import push
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, Notice, Surface, noted
 from femprep.model.notice import spot
 from femprep.model.products import unit_vectors
-from femprep.wall.clipping.thickness import push
+from femprep.wall.clipping.thickness import PUSHING
 
 logger = logging.getLogger(__name__)
 
@@ -80,7 +81,8 @@ def _give_way(
     if lacking.max() <= 0.0:
         return surface, None
     before, worst = least - float(lacking.max()), points[int(lacking.argmax())].copy()
-    push(points, surface.triangles, least, _MARGIN, partial(_lacking, points, surface, finder))
+    aim = partial(_lacking, points, surface, finder, _MARGIN * least)
+    push(points, surface.triangles, PUSHING, aim, (_MARGIN - 1.0) * least)
     moved = float(np.linalg.norm(points - surface.points, axis=1).max())
     reached = least - float(_lacking(points, surface, finder, least)[0].max())
     if reached < 0.9 * least or moved > most:

@@ -7,17 +7,17 @@ changed sides.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from femprep.errors import InputError
 from femprep.mesh.measures.triangles import vertex_normals
+from femprep.mesh.operations.push import Pushing, push
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.mesh.topology import edge_table
 from femprep.model import FloatArray, IntArray, Notice, noted
 from femprep.model.notice import spot
 from femprep.model.products import product, unit_vectors
@@ -26,8 +26,9 @@ from femprep.wall.clipping.sampled import SampledMap
 
 logger = logging.getLogger(__name__)
 
-#: Rounds of pushing, the margin by which each aims beyond the limit, rounds of spreading a push over neighbours.
-_ROUNDS, _MARGIN, _SPREAD = 40, 1.02, 4
+#: How surfaces of walls are pushed, and the margin by which each push aims beyond the limit.
+PUSHING: Final = Pushing(rounds=40, reach=4, fade=0.9)
+_MARGIN = 1.02
 
 
 @dataclass(frozen=True)
@@ -136,8 +137,8 @@ def push_apart(epi: ClippedSurface, endo: ClippedSurface, limit: float, most: fl
     worst_epi, worst_endo = int(before.epi.argmin()), int(before.endo.argmin())
     place = epi.points[worst_epi] if before.epi.min() <= before.endo.min() else endo.points[worst_endo]
     finder = ClosestFinder(endo.points, endo.triangles)
-    lacking = partial(_lacking, epi, endo, finder)
-    push(epi.points, epi.triangles, limit, _MARGIN, lacking, partial(_within_planes, epi))
+    lacking = partial(_lacking, epi, endo, finder, _MARGIN * limit)
+    push(epi.points, epi.triangles, PUSHING, lacking, (_MARGIN - 1.0) * limit, partial(_within_planes, epi))
     moved = np.linalg.norm(epi.points - start, axis=1)
     reached = measure(epi, endo).least
     if reached < limit - 1e-9 or moved.max() > most:
@@ -188,37 +189,6 @@ def _lacking(
     short = np.maximum(limit + inside, 0.0)
     np.maximum.at(lacking, epi.triangles[nearest].ravel(), np.repeat(short, 3))
     return lacking, along
-
-
-def push(
-    points: FloatArray,
-    triangles: IntArray,
-    limit: float,
-    margin: float,
-    lacking: Callable[[float], tuple[FloatArray, FloatArray]],
-    held: Callable[[FloatArray], FloatArray] = lambda moves: moves,
-) -> None:
-    """Push vertices in place until they lack no more to a limit, mm, aiming beyond it by a margin.
-
-    ``lacking`` tells what each lacks to a limit and which way leads out; moves are passed through ``held``.
-    """
-    edges = edge_table(triangles).nodes
-    for _ in range(_ROUNDS):
-        short, along = lacking(margin * limit)
-        if short.max(initial=0.0) <= (margin - 1.0) * limit:
-            break
-        points += held(_spread(short, edges)[:, None] * along)
-
-
-def _spread(push: FloatArray, edges: IntArray) -> FloatArray:
-    """Let a push fade over the neighbours instead of ending at once; never less than it was."""
-    count = np.bincount(edges.ravel(), minlength=len(push))
-    result = push.copy()
-    for _ in range(_SPREAD):
-        total = np.bincount(edges[:, 0], weights=result[edges[:, 1]], minlength=len(push))
-        total += np.bincount(edges[:, 1], weights=result[edges[:, 0]], minlength=len(push))
-        result = np.maximum(push, 0.9 * total / np.maximum(count, 1))
-    return result
 
 
 def _within_planes(sheet: ClippedSurface, displacement: FloatArray) -> FloatArray:
