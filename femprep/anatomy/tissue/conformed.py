@@ -19,7 +19,7 @@ from femprep.volume.conform import Conformed, conform, require_tetrahedra
 #: How often an edge is halved to find where an outline crosses it.
 _HALVINGS: Final = 6
 #: How often a mesh is cut at most, and the share of its volume by which a tissue may then be off.
-_ROUNDS: Final = 3
+_ROUNDS: Final = 6
 _CLOSE: Final = 0.01
 
 
@@ -60,7 +60,8 @@ def _cut(
 ) -> Conformed | None:
     """The mesh cut along the outline of one tissue; ``None`` where it has none.
 
-    Plane faces cut bulges off, and what they lose the outline gives way for, once more each time.
+    Plane faces cut bulges off, and what they lose the outline gives way for, once more each time; once it gave way too
+    far, by as much as lies between. A thin border zone that is cut along a scar may lose most of itself at first.
     """
     field = TissueField(mesh, image, names)
     sampled = sample(field)
@@ -71,6 +72,7 @@ def _cut(
     at_points, at_middles = field.at_points(), field.at_middles()
     aimed = wanted.copy()
     best, least = None, np.inf
+    tried: dict[bool, tuple[float, float]] = {}
     for _ in range(_ROUNDS):
         levels = levels_of(field, sampled, aimed)
         value, middle = (_beyond(scores - levels, k) for scores in (at_points, at_middles))
@@ -82,7 +84,16 @@ def _cut(
             best, least = cut, abs(miss)
         if least < _CLOSE * wanted[k]:
             break
-        aimed[k] += miss
+        side = miss > 0.0
+        if side in tried and (not side) in tried:
+            # The end that stays counts half (Illinois' rule), or the way to it shortens by little each time.
+            tried[not side] = tried[not side][0], 0.5 * tried[not side][1]
+        tried[side] = float(aimed[k]), miss
+        if len(tried) == 2:
+            (low, small), (high, large) = tried.values()
+            aimed[k] = (low * large - high * small) / (large - small)
+        else:
+            aimed[k] += miss
     return best
 
 
