@@ -19,8 +19,8 @@ from femprep.anatomy.laplace.fields import require_ventricle
 from femprep.anatomy.tissue.regions import require_tissues
 from femprep.errors import InputError, MissingDependencyError, OptionError
 from femprep.export.abaqus.calculix import require_calculix
-from femprep.export.abaqus.step import require as require_step
 from femprep.export.content import Content
+from femprep.export.inflation import require as require_step
 from femprep.export.table import refusals
 from femprep.image import Grid, IntensityImage, Segmentation
 from femprep.mesh.elements import QUADRATIC

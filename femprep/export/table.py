@@ -136,7 +136,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 units="as asked, named in the file",
                 read_by="CalculiX",
                 unread_by="Abaqus",
-                needs="abaqus.step:require",
+                needs="inflation:require",
             ),
             Format(
                 name="dolfinx",
@@ -207,7 +207,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 elements="all",
                 units="as asked, named in the file",
                 read_by="FEBio 4.11 and febio-python; solved where FEMPREP_FEBIO names FEBio",
-                needs="abaqus.step:require",
+                needs="inflation:require",
             ),
             Format(
                 name="opencarp",

@@ -19,10 +19,10 @@ import numpy as np
 
 from femprep.errors import DiskFullError, MissingDependencyError
 from femprep.export.abaqus.loads import pressure_loads
-from femprep.export.abaqus.step import endocardium
 from femprep.export.abaqus.write import write
 from femprep.export.deck.names import facet_names, facet_nodes
 from femprep.export.deck.springs import pericardial_springs
+from femprep.export.inflation import endocardium
 from femprep.mesh.topology import enclosed_volume
 from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
 from femprep.model.blocks import chosen_rows

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
-from femprep.errors import InputError
-from femprep.export.content import Content
 from femprep.export.deck.fibres import directions
 from femprep.export.deck.material import orthotropic, shear_and_bulk
 from femprep.export.deck.names import facet_names
 from femprep.export.deck.text import lines
 from femprep.export.deck.units import UNITS, Units
+from femprep.export.inflation import endocardium
 from femprep.model import VolumeMesh
 from femprep.options import ExportOptions
 
@@ -33,31 +32,6 @@ def orientation(mesh: VolumeMesh) -> Iterator[str]:
     yield ", 1., 0., 0., 0., 1., 0.\n"
     yield from lines(np.arange(1, mesh.n_cells + 1), *found)
     yield f"*ORIENTATION, NAME={ORIENTATION}, SYSTEM=RECTANGULAR\nfibre_directions\n"
-
-
-def require(content: Content, options: ExportOptions) -> None:
-    """Make sure that a mesh has what the step in its deck needs.
-
-    Raises
-    ------
-    InputError
-        There is no ``base`` to hold, no endocardium to press on, or there are blood pools; or the material needs fibres
-        that are not there.
-    """
-    if options.step == "none":
-        return
-    if content.blood:
-        raise InputError("an inflation step is for a wall alone; this mesh has blood pools, and the deck one material")
-    if "base" not in content.facets or not endocardium(content.facets):
-        found = ", ".join(content.facets) or "none"
-        raise InputError(f"an inflation step needs facets tagged base and endo; this mesh has {found}")
-    if options.material == "orthotropic" and not content.fibres:
-        raise InputError("the orthotropic material needs fibres; add them (add_fibres, or --fibres) or choose linear")
-
-
-def endocardium(names: Iterable[str]) -> list[str]:
-    """Those of the names of facets that an inflation step presses on."""
-    return [name for name in names if name == "endo" or name.startswith("endo_")]
 
 
 def step(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:

@@ -11,9 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from femprep.export.abaqus.step import endocardium
 from femprep.export.deck.names import facet_names
 from femprep.export.deck.springs import has_pericardium, per_millimetre
+from femprep.export.inflation import endocardium
 from femprep.mesh.operations.turned import turned_facets
 from femprep.model import IntArray, VolumeMesh
 from femprep.model.blocks import block_rows, chosen_rows

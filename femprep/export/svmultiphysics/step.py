@@ -12,11 +12,11 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.export.abaqus.step import endocardium
-from femprep.export.abaqus.step import require as require_step
 from femprep.export.content import Content
 from femprep.export.deck.names import facet_names
 from femprep.export.deck.units import UNITS
+from femprep.export.inflation import endocardium
+from femprep.export.inflation import require as require_step
 from femprep.model import FloatArray, VolumeMesh
 from femprep.options import ExportOptions
 
