@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -184,23 +185,29 @@ def _print_worst(report: Any, console: Console, count: int) -> None:
 
 
 def print_comparison(record: Any) -> None:
-    """All figures of a comparison of two surfaces, group by group."""
+    """All figures of a comparison of two surfaces with their units, group by group."""
     console = Console(highlight=False)
-    for group, values in record.model_dump(mode="json").items():
-        console.print(f"[bold]{group.replace('_', ' ')}[/bold]: " + escape(_figures(values)))
+    for group in type(record).model_fields:
+        if (values := getattr(record, group)) is not None:
+            console.print(f"[bold]{group.replace('_', ' ')}[/bold]: " + escape(_figures(values)))
 
 
-def _figures(value: Any) -> str:
-    """Nested figures in one line."""
-    if isinstance(value, dict):
-        return ", ".join(
-            f"{name.replace('_', ' ')} " + (f"({_figures(item)})" if isinstance(item, dict) else _figures(item))
-            for name, item in value.items()
-            if item is not None
-        )
-    if isinstance(value, list):
-        return " ".join(_figures(item) for item in value)
-    return f"{value:.4g}" if isinstance(value, float) else "-" if value is None else str(value)
+def _figures(record: Any) -> str:
+    """Nested figures in one line, with the units that their fields' descriptions end with."""
+    parts = []
+    for name, field in type(record).model_fields.items():
+        value = getattr(record, name)
+        unit = re.search(r"(?:^|, )(mm[23]?|degrees)(?=[.;:])", field.description or "")
+        if value is not None:
+            text = f"({_figures(value)})" if hasattr(value, "model_fields_set") else _figure(value)
+            parts.append(" ".join(filter(None, (name.replace("_", " "), text, unit and unit[1]))))
+    return ", ".join(parts)
+
+
+def _figure(value: Any) -> str:
+    if isinstance(value, tuple):
+        return " ".join(_figure(item) for item in value)
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _print_volumes(console: Console, manifest: Any) -> None:

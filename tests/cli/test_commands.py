@@ -100,7 +100,7 @@ def test_compare_measures_concentric_spheres(tmp_path: Path, capsys: pytest.Capt
     assert record["volume"]["difference_percent"] == pytest.approx(100 * ((20 / 23) ** 3 - 1), abs=0.01)
     assert record["a"]["q"]["mean"] > 0.98
     assert main(["compare", str(a), str(a)]) == 0
-    same = re.search(r"^distance: mean (\S+),", capsys.readouterr().out, flags=re.MULTILINE)
+    same = re.search(r"^distance: mean (\S+) mm, .*\n", capsys.readouterr().out, flags=re.MULTILINE)
     assert same is not None
     assert float(same[1]) < 1e-12
 
