@@ -55,14 +55,14 @@ def open_wall(wall: Wall, openings: list[Opening]) -> Wall:
     >>> fp.open_wall(wall, fp.find_openings(whole))  # doctest: +SKIP
     Wall(... points, ... triangles: endo_lv, ..., mitral, tricuspid, aortic, pulmonary)
     """
-    sheets = {}
+    finders = {}
     for name in ("endo_lv", "endo_rv", "endo_la", "endo_ra", "epi"):
         triangles = wall.triangles[wall.facet_tag == FACET_TAGS[name]]
         # All are turned outward: on endocardia the wall's triangles look into the cavity.
-        sheets[name] = ClosestFinder(wall.points, triangles if name == "epi" else triangles[:, ::-1])
+        finders[name] = ClosestFinder(wall.points, triangles if name == "epi" else triangles[:, ::-1])
     holes, records = [], []
     for opening in openings:
-        radius, ends = _fit(opening, sheets)
+        radius, ends = _fit(opening, finders)
         record: dict[str, Any] = {
             "name": opening.name,
             "between": [opening.cavity, opening.beyond or "outside"],
@@ -100,11 +100,11 @@ def _notice(opening: Opening, radius: float, cut: bool) -> Notice:
     return Notice.of("assumed", words, amount=radius, unit="mm", place=place)
 
 
-def _fit(opening: Opening, sheets: Mapping[str, ClosestFinder]) -> tuple[float, tuple[float, float] | None]:
+def _fit(opening: Opening, finders: Mapping[str, ClosestFinder]) -> tuple[float, tuple[float, float] | None]:
     """Radius of the hole and where along the normal it begins and ends, mm; None where no hole fits."""
-    inner, outer = sheets[f"endo_{opening.cavity}"], sheets["epi"]
-    target = None if opening.beyond is None else sheets[f"endo_{opening.beyond}"]
-    others = [finder for name, finder in sheets.items() if name.startswith("endo_") and finder not in (inner, target)]
+    inner, outer = finders[f"endo_{opening.cavity}"], finders["epi"]
+    target = None if opening.beyond is None else finders[f"endo_{opening.beyond}"]
+    others = [finder for name, finder in finders.items() if name.startswith("endo_") and finder not in (inner, target)]
     radius = INNER * opening.radius
     ring = _ring(opening.plane, 16)
     steps = np.arange(-REACH, REACH + STEP, STEP)

@@ -46,7 +46,7 @@ def clip(surface: Surface, planes: Mapping[str, Plane]) -> ClippedSurface:
     """
     if surface.directions is None:
         raise InputError(f"surface {surface.name!r} has no template directions; make it with fit_surface")
-    sheet = ClippedSurface(
+    clipped = ClippedSurface(
         name=surface.name,
         points=surface.points.copy(),
         directions=surface.directions.copy(),
@@ -57,29 +57,29 @@ def clip(surface: Surface, planes: Mapping[str, Plane]) -> ClippedSurface:
         planes=dict(planes),
     )
     for number, (name, plane) in enumerate(planes.items()):
-        _cut(sheet, number, name, plane)
-    return sheet
+        _cut(clipped, number, name, plane)
+    return clipped
 
 
-def _cut(sheet: ClippedSurface, number: int, name: str, plane: Plane) -> None:
-    away = plane.signed_distance(sheet.points)
+def _cut(clipped: ClippedSurface, number: int, name: str, plane: Plane) -> None:
+    away = plane.signed_distance(clipped.points)
     inside, outside = int((away < 0).sum()), int((away > 0).sum())
     if not inside or not outside:
         side = "cuts all of it away" if not inside else "cuts nothing away"
         raise InputError(
-            f"the {name} plane misses surface {sheet.name!r} and {side} (the surface lies {away.min():.2f} to "
+            f"the {name} plane misses surface {clipped.name!r} and {side} (the surface lies {away.min():.2f} to "
             f"{away.max():.2f} mm from it along its normal); move the plane, the base by --base-offset or --base"
         )
-    away = _snap(sheet, number, plane, away)
-    away = _split(sheet, number, plane, away)
-    keep = _side(sheet.triangles, away) < 0
-    sheet.triangles = sheet.triangles[keep]
-    _compress(sheet)
-    loops = rim_loops(sheet, number)
+    away = _snap(clipped, number, plane, away)
+    away = _split(clipped, number, plane, away)
+    keep = _side(clipped.triangles, away) < 0
+    clipped.triangles = clipped.triangles[keep]
+    _compress(clipped)
+    loops = rim_loops(clipped, number)
     if len(loops) != 1:
-        where = ", ".join(spot(sheet.points[loop].mean(axis=0)) for loop in loops)
+        where = ", ".join(spot(clipped.points[loop].mean(axis=0)) for loop in loops)
         raise InputError(
-            f"the {name} plane cuts surface {sheet.name!r} in {len(loops)} loops, centred at {where}; "
+            f"the {name} plane cuts surface {clipped.name!r} in {len(loops)} loops, centred at {where}; "
             "expected 1: move the plane"
         )
 
@@ -90,24 +90,24 @@ def _side(triangles: IntArray, away: FloatArray) -> IntArray:
     return np.where(total < 0, -1, 1)
 
 
-def _snap(sheet: ClippedSurface, number: int, plane: Plane, away: FloatArray) -> FloatArray:
+def _snap(clipped: ClippedSurface, number: int, plane: Plane, away: FloatArray) -> FloatArray:
     """Move vertices near the plane onto it; distances of all vertices afterwards, exactly 0 on the plane."""
     away = away.copy()
-    edges = edge_table(sheet.triangles).nodes
+    edges = edge_table(clipped.triangles).nodes
     crossing = edges[away[edges[:, 0]] * away[edges[:, 1]] < 0]
     share = np.abs(away[crossing]) / np.abs(away[crossing]).sum(axis=1, keepdims=True)
     nearest = np.full(len(away), np.inf)
     np.minimum.at(nearest, crossing.ravel(), share.ravel())
-    free = sheet.on_plane < 0
+    free = clipped.on_plane < 0
     wanted = np.flatnonzero((nearest < SNAP) & free)
     if not len(wanted):
         return away
-    found, points, directions = reach(sheet.smooth, plane, sheet.directions[wanted])
-    length = np.linalg.norm(sheet.points[crossing[:, 0]] - sheet.points[crossing[:, 1]], axis=1).mean()
-    found &= np.linalg.norm(points - sheet.points[wanted], axis=1) < length
+    found, points, directions = reach(clipped.smooth, plane, clipped.directions[wanted])
+    length = np.linalg.norm(clipped.points[crossing[:, 0]] - clipped.points[crossing[:, 1]], axis=1).mean()
+    found &= np.linalg.norm(points - clipped.points[wanted], axis=1) < length
     # A triangle with all three vertices in the plane has no side: the vertex furthest off stays where it is.
     around: dict[int, list[IntArray]] = {int(v): [] for v in wanted}
-    for row in sheet.triangles[np.isin(sheet.triangles, wanted).any(axis=1)]:
+    for row in clipped.triangles[np.isin(clipped.triangles, wanted).any(axis=1)]:
         for v in row.tolist():
             if v in around:
                 around[v].append(row)
@@ -117,39 +117,39 @@ def _snap(sheet: ClippedSurface, number: int, plane: Plane, away: FloatArray) ->
         if not found[i] or any(sum(bool(flat[v]) for v in row) > 1 for row in around[vertex]):
             continue
         flat[vertex] = True
-        sheet.points[vertex], sheet.directions[vertex] = points[i], directions[i]
+        clipped.points[vertex], clipped.directions[vertex] = points[i], directions[i]
         away[vertex] = 0.0
-    sheet.on_plane[flat & free] = number
+    clipped.on_plane[flat & free] = number
     return away
 
 
-def _split(sheet: ClippedSurface, number: int, plane: Plane, away: FloatArray) -> FloatArray:
+def _split(clipped: ClippedSurface, number: int, plane: Plane, away: FloatArray) -> FloatArray:
     """Put a vertex where an edge still crosses the plane, and split its triangles; distances of all vertices."""
-    edges = edge_table(sheet.triangles).nodes
+    edges = edge_table(clipped.triangles).nodes
     crossing = edges[away[edges[:, 0]] * away[edges[:, 1]] < 0]
-    if (sheet.on_plane[crossing] >= 0).any():
-        where = sheet.points[crossing[(sheet.on_plane[crossing] >= 0).any(axis=1)][0, 0]]
-        raise InputError(f"two planes meet on surface {sheet.name!r} at {spot(where)}; move one of them")
+    if (clipped.on_plane[crossing] >= 0).any():
+        where = clipped.points[crossing[(clipped.on_plane[crossing] >= 0).any(axis=1)][0, 0]]
+        raise InputError(f"two planes meet on surface {clipped.name!r} at {spot(where)}; move one of them")
     share = (np.abs(away[crossing[:, 0]]) / np.abs(away[crossing]).sum(axis=1))[:, None]
-    ends = sheet.directions[crossing]
+    ends = clipped.directions[crossing]
     start = unit_vectors((1.0 - share) * ends[:, 0] + share * ends[:, 1])
-    found, points, directions = reach(sheet.smooth, plane, start)
+    found, points, directions = reach(clipped.smooth, plane, start)
     # Where the smooth surface runs along the plane, the point of the edge itself serves.
-    chord = (1.0 - share) * sheet.points[crossing[:, 0]] + share * sheet.points[crossing[:, 1]]
-    length = np.linalg.norm(sheet.points[crossing[:, 0]] - sheet.points[crossing[:, 1]], axis=1)
+    chord = (1.0 - share) * clipped.points[crossing[:, 0]] + share * clipped.points[crossing[:, 1]]
+    length = np.linalg.norm(clipped.points[crossing[:, 0]] - clipped.points[crossing[:, 1]], axis=1)
     found &= np.linalg.norm(points - chord, axis=1) < 0.3 * length
     points[~found] = plane.feet(chord[~found])
     directions[~found] = start[~found]
-    middle = {(int(a), int(b)): len(sheet.points) + i for i, (a, b) in enumerate(crossing)}
-    sheet.add(points, directions, number)
+    middle = {(int(a), int(b)): len(clipped.points) + i for i, (a, b) in enumerate(crossing)}
+    clipped.add(points, directions, number)
     away = np.concatenate([away, np.zeros(len(points))])
-    sign = np.sign(away)[sheet.triangles]
+    sign = np.sign(away)[clipped.triangles]
     cut = (sign.min(axis=1) < 0) & (sign.max(axis=1) > 0)
     pieces = [
-        row for triangle in sheet.triangles[cut].tolist() for row in _pieces(triangle, away, middle, sheet.points)
+        row for triangle in clipped.triangles[cut].tolist() for row in _pieces(triangle, away, middle, clipped.points)
     ]
-    whole = sheet.triangles[~cut]
-    sheet.triangles = np.concatenate([whole, np.array(pieces, dtype=np.int64).reshape(-1, 3)])
+    whole = clipped.triangles[~cut]
+    clipped.triangles = np.concatenate([whole, np.array(pieces, dtype=np.int64).reshape(-1, 3)])
     return away
 
 
@@ -176,27 +176,27 @@ def _pieces(
     return [(a, ab, ac), *(first if better else second)]
 
 
-def _compress(sheet: ClippedSurface) -> None:
+def _compress(clipped: ClippedSurface) -> None:
     """Drop vertices that no triangle uses; vertices in a plane that is no rim any more count as inner ones."""
-    used = np.unique(sheet.triangles)
-    sheet.triangles = numbers_among(used, len(sheet.points))[sheet.triangles]
+    used = np.unique(clipped.triangles)
+    clipped.triangles = numbers_among(used, len(clipped.points))[clipped.triangles]
     for name in ("points", "directions", "template", "on_plane"):
-        setattr(sheet, name, getattr(sheet, name)[used])
+        setattr(clipped, name, getattr(clipped, name)[used])
 
 
-def rim_loops(sheet: ClippedSurface, number: int) -> list[IntArray]:
-    """Rims in one plane: each the vertices in order, as the sheet's triangles run along it.
+def rim_loops(clipped: ClippedSurface, number: int) -> list[IntArray]:
+    """Rims in one plane: each the vertices in order, as the clipped surface's triangles run along it.
 
     Raises
     ------
     InputError
         Two rims touch in a vertex.
     """
-    open_ = border_edges(sheet.triangles)
-    open_ = open_[(sheet.on_plane[open_] == number).all(axis=1)]
-    twice = np.flatnonzero(np.bincount(open_[:, 0], minlength=len(sheet.points)) > 1)
+    open_ = border_edges(clipped.triangles)
+    open_ = open_[(clipped.on_plane[open_] == number).all(axis=1)]
+    twice = np.flatnonzero(np.bincount(open_[:, 0], minlength=len(clipped.points)) > 1)
     if len(twice):
         raise InputError(
-            f"the rim of surface {sheet.name!r} touches itself at {spot(sheet.points[twice[0]])}; move the plane"
+            f"the rim of surface {clipped.name!r} touches itself at {spot(clipped.points[twice[0]])}; move the plane"
         )
     return loops_of(open_)

@@ -25,44 +25,44 @@ _CUT_OFF, _TRIES = 0.12, 4
 _FLAT = 0.9
 
 
-def improve(sheet: ClippedSurface, sweeps: int = 8) -> None:
+def improve(clipped: ClippedSurface, sweeps: int = 8) -> None:
     """Slide vertices and flip edges near the rim until the least triangle quality there rises no more.
 
     Parameters
     ----------
-    sheet : ClippedSurface
+    clipped : ClippedSurface
         Changed in place. Rim vertices stay in their plane and on the surface.
     sweeps : int
         Most sweeps of sliding.
     """
-    points, directions, triangles = sheet.points.copy(), sheet.directions.copy(), sheet.triangles.copy()
+    points, directions, triangles = clipped.points.copy(), clipped.directions.copy(), clipped.triangles.copy()
     farthest = _CUT_OFF * float(edge_lengths(points, triangles).mean())
-    active = _active(sheet)
+    active = _active(clipped)
     for _ in range(_TRIES):
-        _improve(sheet, active, sweeps)
-        cut = ClosestFinder(sheet.points, sheet.triangles)(points).distance > farthest
+        _improve(clipped, active, sweeps)
+        cut = ClosestFinder(clipped.points, clipped.triangles)(points).distance > farthest
         if not (cut & active).any():
             return
         cut[triangles[cut[triangles].any(axis=1)]] = True
         active &= ~cut
-        sheet.points, sheet.directions, sheet.triangles = points.copy(), directions.copy(), triangles.copy()
-    _improve(sheet, active, sweeps)
+        clipped.points, clipped.directions, clipped.triangles = points.copy(), directions.copy(), triangles.copy()
+    _improve(clipped, active, sweeps)
 
 
-def _improve(sheet: ClippedSurface, active: BoolArray, sweeps: int) -> None:
+def _improve(clipped: ClippedSurface, active: BoolArray, sweeps: int) -> None:
     for _ in range(sweeps):
-        _flip(sheet, active)
-        if not _slide(sheet, active):
+        _flip(clipped, active)
+        if not _slide(clipped, active):
             break
-    _flip(sheet, active)
+    _flip(clipped, active)
 
 
-def onto_exact(sheet: ClippedSurface, shape: SphereMap, moved: BoolArray) -> None:
+def onto_exact(clipped: ClippedSurface, shape: SphereMap, moved: BoolArray) -> None:
     """Put vertices that slid by the sampled surface onto the exact one, those of a rim onto exact surface and plane.
 
     Parameters
     ----------
-    sheet : ClippedSurface
+    clipped : ClippedSurface
         Changed in place.
     shape : SphereMap
         The exact surface.
@@ -72,43 +72,43 @@ def onto_exact(sheet: ClippedSurface, shape: SphereMap, moved: BoolArray) -> Non
     which = np.flatnonzero(moved)
     if not len(which):
         return
-    points, directions = sheet.points.copy(), sheet.directions.copy()
-    triangles = sheet.triangles[moved[sheet.triangles].any(axis=1)]
+    points, directions = clipped.points.copy(), clipped.directions.copy()
+    triangles = clipped.triangles[moved[clipped.triangles].any(axis=1)]
     normal = normals(points, triangles)
     limit = np.minimum(triangle_quality(points, triangles), _POOR)
-    sheet.points[which] = shape(directions[which])
-    for number in range(len(sheet.planes)):
-        rim = np.flatnonzero(moved & (sheet.on_plane == number))
-        found, place, there = reach(sheet.smooth, sheet.plane_of(number), directions[rim], exact=shape)
-        sheet.points[rim] = np.where(found[:, None], place, points[rim])
-        sheet.directions[rim] = np.where(found[:, None], there, directions[rim])
-    _undo(sheet, moved, triangles, points, directions, normal, limit)
+    clipped.points[which] = shape(directions[which])
+    for number in range(len(clipped.planes)):
+        rim = np.flatnonzero(moved & (clipped.on_plane == number))
+        found, place, there = reach(clipped.smooth, clipped.plane_of(number), directions[rim], exact=shape)
+        clipped.points[rim] = np.where(found[:, None], place, points[rim])
+        clipped.directions[rim] = np.where(found[:, None], there, directions[rim])
+    _undo(clipped, moved, triangles, points, directions, normal, limit)
 
 
-def _active(sheet: ClippedSurface) -> BoolArray:
+def _active(clipped: ClippedSurface) -> BoolArray:
     """Vertices that may move: some rings around the rim and around poor triangles."""
-    active = sheet.on_plane >= 0
-    poor = triangle_quality(sheet.points, sheet.triangles) < _POOR
-    active[sheet.triangles[poor]] = True
+    active = clipped.on_plane >= 0
+    poor = triangle_quality(clipped.points, clipped.triangles) < _POOR
+    active[clipped.triangles[poor]] = True
     for _ in range(_RINGS):
-        active[sheet.triangles[active[sheet.triangles].any(axis=1)]] = True
+        active[clipped.triangles[active[clipped.triangles].any(axis=1)]] = True
     return active
 
 
-def _slide(sheet: ClippedSurface, active: BoolArray) -> bool:
+def _slide(clipped: ClippedSurface, active: BoolArray) -> bool:
     """Move active vertices towards the middle of their neighbours; no triangle gets worse than the worst around it."""
     which = np.flatnonzero(active)
-    triangles = sheet.triangles[active[sheet.triangles].any(axis=1)]
-    points, directions = sheet.points.copy(), sheet.directions.copy()
+    triangles = clipped.triangles[active[clipped.triangles].any(axis=1)]
+    points, directions = clipped.points.copy(), clipped.directions.copy()
     normal = normals(points, triangles)
     limit = _worst(triangle_quality(points, triangles), triangles, len(points))[triangles].min(axis=1)
-    sheet.slide(which, _RELAX * (_middle(sheet)[which] - points[which]))
-    _undo(sheet, active, triangles, points, directions, normal, np.minimum(limit, _POOR + 0.1))
-    return bool(np.abs(sheet.points - points).max(initial=0.0) > 1e-3)
+    clipped.slide(which, _RELAX * (_middle(clipped)[which] - points[which]))
+    _undo(clipped, active, triangles, points, directions, normal, np.minimum(limit, _POOR + 0.1))
+    return bool(np.abs(clipped.points - points).max(initial=0.0) > 1e-3)
 
 
 def _undo(
-    sheet: ClippedSurface,
+    clipped: ClippedSurface,
     moved: BoolArray,
     triangles: IntArray,
     points: FloatArray,
@@ -119,14 +119,14 @@ def _undo(
     """Move vertices back, and more of them, until no triangle is turned over or below its limit of quality."""
     moved = moved.copy()
     while moved.any():
-        quality = triangle_quality(sheet.points, triangles)
-        turned = np.einsum("ij,ij->i", area_vectors(sheet.points, triangles), normal) <= 0
+        quality = triangle_quality(clipped.points, triangles)
+        turned = np.einsum("ij,ij->i", area_vectors(clipped.points, triangles), normal) <= 0
         back = np.zeros_like(moved)
         back[triangles[turned | (quality < limit)]] = True
         back &= moved
         if not back.any():
             break
-        sheet.points[back], sheet.directions[back] = points[back], directions[back]
+        clipped.points[back], clipped.directions[back] = points[back], directions[back]
         moved &= ~back
 
 
@@ -137,30 +137,30 @@ def _worst(quality: FloatArray, triangles: IntArray, count: int) -> FloatArray:
     return worst
 
 
-def _middle(sheet: ClippedSurface) -> FloatArray:
+def _middle(clipped: ClippedSurface) -> FloatArray:
     """Where each vertex would like to be: the centre of area around it; on the rim midway between its neighbours."""
-    size = areas(sheet.points, sheet.triangles)
-    centre = sheet.points[sheet.triangles].mean(axis=1)
-    own, count = sheet.triangles, len(sheet.points)
+    size = areas(clipped.points, clipped.triangles)
+    centre = clipped.points[clipped.triangles].mean(axis=1)
+    own, count = clipped.triangles, len(clipped.points)
     middle = np.stack([vertex_sums(size * centre[:, k], own, count) for k in range(3)], axis=1)
     middle /= np.maximum(vertex_sums(size, own, count), 1e-300)[:, None]
-    rim = border_edges(sheet.triangles)
+    rim = border_edges(clipped.triangles)
     total_rim = np.zeros_like(middle)
-    np.add.at(total_rim, rim[:, 0], 0.5 * sheet.points[rim[:, 1]])
-    np.add.at(total_rim, rim[:, 1], 0.5 * sheet.points[rim[:, 0]])
+    np.add.at(total_rim, rim[:, 0], 0.5 * clipped.points[rim[:, 1]])
+    np.add.at(total_rim, rim[:, 1], 0.5 * clipped.points[rim[:, 0]])
     middle[rim.ravel()] = total_rim[rim.ravel()]
     return middle
 
 
-def _flip(sheet: ClippedSurface, active: BoolArray) -> None:
+def _flip(clipped: ClippedSurface, active: BoolArray) -> None:
     """Flip edges between active vertices where the worse of the two triangles gains."""
-    t = sheet.triangles
+    t = clipped.triangles
     local = np.flatnonzero(active[t].all(axis=1))
     pairs, corners = around_edges(t[local], edge_table(t[local]))
     (left, right), (a, b, c, d) = local[pairs].T, corners.T
     # Judge all edges at once, then flip the best ones whose triangles are still untouched.
     one, other = np.stack([c, d, b], axis=1), np.stack([d, c, a], axis=1)
-    p = sheet.points
+    p = clipped.points
     now = np.minimum(triangle_quality(p, t[left]), triangle_quality(p, t[right]))
     then = np.minimum(triangle_quality(p, one), triangle_quality(p, other))
     before = normals(p, t[left]), normals(p, t[right])
@@ -177,7 +177,7 @@ def _flip(sheet: ClippedSurface, active: BoolArray) -> None:
     allowed = flat & ~np.isin(new, there)
     # Nor may a triangle come to lie in the plane, with three corners on the rim.
     for corner in (one, other):
-        on = sheet.on_plane[corner]
+        on = clipped.on_plane[corner]
         allowed &= ~((on[:, 0] >= 0) & (on == on[:, :1]).all(axis=1))
     gain = np.where(allowed, then - now, -1.0)
     touched: set[int] = set()

@@ -31,15 +31,15 @@ _RINGS = (0, 0, 1, 1, 2, 2, 2, 2)
 _SWEEPS = 4
 
 
-def mend(sheet: ClippedSurface) -> dict[str, Any] | None:
-    """Smooth a sheet where it is folded, crosses itself or has needles.
+def mend(clipped: ClippedSurface) -> dict[str, Any] | None:
+    """Smooth a clipped surface where it is folded, crosses itself or has needles.
 
     Each round moves the vertices of the offending triangles, later rings around them too, to the mean of their
     neighbours (Laplacian smoothing; rim vertices stay), until nothing offends.
 
     Parameters
     ----------
-    sheet : ClippedSurface
+    clipped : ClippedSurface
         Changed in place, with its smooth map.
 
     Returns
@@ -47,49 +47,49 @@ def mend(sheet: ClippedSurface) -> dict[str, Any] | None:
     dict or None
         What was done, JSON-ready; None where there was nothing to mend.
     """
-    bad = _offending(sheet)
+    bad = _offending(clipped)
     if not bad.any():
         return None
-    start, before = sheet.points.copy(), sheet.triangles.copy()
-    place = sheet.points[sheet.triangles[bad]].mean(axis=(0, 1))
+    start, before = clipped.points.copy(), clipped.triangles.copy()
+    place = clipped.points[clipped.triangles[bad]].mean(axis=(0, 1))
     for rings in _RINGS:
-        active = np.zeros(len(sheet.points), dtype=bool)
-        active[sheet.triangles[bad]] = True
+        active = np.zeros(len(clipped.points), dtype=bool)
+        active[clipped.triangles[bad]] = True
         for _ in range(rings):
-            active[sheet.triangles[active[sheet.triangles].any(axis=1)]] = True
-        active &= sheet.on_plane < 0
-        _smooth(sheet, active)
-        sheet.smooth = SampledMap(sheet.directions, sheet.points)
-        improve(sheet, sweeps=2)
-        bad = _offending(sheet)
+            active[clipped.triangles[active[clipped.triangles].any(axis=1)]] = True
+        active &= clipped.on_plane < 0
+        _smooth(clipped, active)
+        clipped.smooth = SampledMap(clipped.directions, clipped.points)
+        improve(clipped, sweeps=2)
+        bad = _offending(clipped)
         if not bad.any():
             break
     # Sliding along the surface is no departure from it: only the distance from the surface as it was counts.
-    moved = ClosestFinder(start, before)(sheet.points).distance
+    moved = ClosestFinder(start, before)(clipped.points).distance
     info = {
-        "surface": sheet.name,
+        "surface": clipped.name,
         "mended_near_mm": [round(float(x), 3) for x in place],
         "vertices_off_the_fit": int((moved > 0.05).sum()),
         "farthest_off_the_fit_mm": float(moved.max()),
     }
     logger.warning(
-        "surface %r was folded near %s: smoothed, by up to %.1f mm", sheet.name, info["mended_near_mm"], moved.max()
+        "surface %r was folded near %s: smoothed, by up to %.1f mm", clipped.name, info["mended_near_mm"], moved.max()
     )
-    words = f"surface {sheet.name} was folded, or had needles: it was smoothed by up to {{amount}} near {{place}}"
+    words = f"surface {clipped.name} was folded, or had needles: it was smoothed by up to {{amount}} near {{place}}"
     return noted(info, Notice.of("repaired", words, amount=float(moved.max()), unit="mm", place=place))
 
 
-def _offending(sheet: ClippedSurface) -> BoolArray:
+def _offending(clipped: ClippedSurface) -> BoolArray:
     """Triangles that are needles, folded onto a neighbour, or crossing another."""
-    bad = triangle_quality(sheet.points, sheet.triangles) < _POOR
-    pairs, angle = fold_angles(sheet.points, sheet.triangles)
+    bad = triangle_quality(clipped.points, clipped.triangles) < _POOR
+    pairs, angle = fold_angles(clipped.points, clipped.triangles)
     bad[pairs[angle > _FOLDED]] = True
-    bad[self_intersections(sheet.points, sheet.triangles)] = True
+    bad[self_intersections(clipped.points, clipped.triangles)] = True
     return bad
 
 
-def _smooth(sheet: ClippedSurface, active: BoolArray) -> None:
+def _smooth(clipped: ClippedSurface, active: BoolArray) -> None:
     """Sweeps that move active vertices half-way to the mean of their neighbours."""
-    edges = edge_table(sheet.triangles).nodes
+    edges = edge_table(clipped.triangles).nodes
     for _ in range(_SWEEPS):
-        sheet.points[active] += 0.5 * (neighbour_mean(sheet.points, edges) - sheet.points)[active]
+        clipped.points[active] += 0.5 * (neighbour_mean(clipped.points, edges) - clipped.points)[active]

@@ -1,7 +1,7 @@
-"""Endo- and epicardial sheets in: wall thickness out, and a wall that is too thin pushed apart.
+"""Clipped endo- and epicardia in: wall thickness out, and a wall that is too thin pushed apart.
 
-Thickness is the distance from a vertex of one sheet to the nearest point of the other, negative where they have
-changed sides.
+Thickness is the distance from a vertex of one clipped surface to the nearest point of the other, negative where they
+have changed sides.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ _MARGIN = 1.02
 
 @dataclass(frozen=True)
 class SheetThickness:
-    """Thickness at the vertices of the two sheets.
+    """Thickness at the vertices of the two clipped surfaces.
 
     Attributes
     ----------
     epi, endo : (n,) array
-        Signed distance from the other sheet, mm: positive where the epicardium lies outside.
+        Signed distance from the other clipped surface, mm: positive where the epicardium lies outside.
     """
 
     epi: FloatArray
@@ -51,22 +51,24 @@ class SheetThickness:
 
 
 def measure(epi: ClippedSurface, endo: ClippedSurface) -> SheetThickness:
-    """Thickness at all vertices of both sheets."""
+    """Thickness at all vertices of both clipped surfaces."""
     outside, _, _ = _signed(ClosestFinder(endo.points, endo.triangles), endo, epi.points)
     inside, _, _ = _signed(ClosestFinder(epi.points, epi.triangles), epi, endo.points)
     return SheetThickness(outside, -inside)
 
 
-def _signed(finder: ClosestFinder, sheet: ClippedSurface, where: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Signed distance from an open sheet, positive on its outer side; its normal at the nearest point, and triangle."""
+def _signed(
+    finder: ClosestFinder, clipped: ClippedSurface, where: FloatArray
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Signed distance from an open surface, positive on its outer side; normal and triangle at the nearest point."""
     near = finder(where)
-    across = unit_vectors(near.at(vertex_normals(sheet.points, sheet.triangles)))
+    across = unit_vectors(near.at(vertex_normals(clipped.points, clipped.triangles)))
     side = np.einsum("qc,qc->q", where - near.points, across)
     return np.where(side < 0, -near.distance, near.distance), across, near.triangle
 
 
 def summary(epi: ClippedSurface, endos: Sequence[ClippedSurface]) -> dict[str, Any]:
-    """Least thickness and where, mean, and percentiles, over the vertices of the endocardial sheets; JSON-ready."""
+    """Least thickness and where, mean, and percentiles, over the vertices of the clipped endocardia; JSON-ready."""
     least, place, of = np.inf, np.zeros(3), endos[0].name
     values = []
     for endo in endos:
@@ -181,7 +183,7 @@ def _lacking(
     """What is lacking to the limit at each epicardial vertex, mm, and which way is outward there."""
     outside, across, _ = _signed(finder, endo, epi.points)
     own = vertex_normals(epi.points, epi.triangles)
-    # Near a rim or a sharp apex the nearest point's normal jumps; the sheet's own normal steadies it.
+    # Near a rim or a sharp apex the nearest point's normal jumps; the clipped surface's own normal steadies it.
     along = unit_vectors(across + own * np.maximum(np.einsum("ij,ij->i", across, own), 0.0)[:, None])
     lacking = np.maximum(limit - outside, 0.0)
     # An endocardial vertex may come near the middle of an epicardial triangle: its corners have to go.
@@ -191,12 +193,12 @@ def _lacking(
     return lacking, along
 
 
-def _within_planes(sheet: ClippedSurface, displacement: FloatArray) -> FloatArray:
+def _within_planes(clipped: ClippedSurface, displacement: FloatArray) -> FloatArray:
     """Keep rim vertices in their planes: the part of a push along the plane, lengthened to make up for the rest."""
     displacement = displacement.copy()
-    for number in range(len(sheet.planes)):
-        rim = sheet.on_plane == number
-        normal = sheet.plane_of(number).normal
+    for number in range(len(clipped.planes)):
+        rim = clipped.on_plane == number
+        normal = clipped.plane_of(number).normal
         whole = np.linalg.norm(displacement[rim], axis=1)
         flat = displacement[rim] - product(displacement[rim], normal)[:, None] * normal
         size = np.linalg.norm(flat, axis=1)

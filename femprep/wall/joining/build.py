@@ -23,7 +23,7 @@ from femprep.wall.clipping.improve import improve, onto_exact
 from femprep.wall.clipping.mend import mend
 from femprep.wall.clipping.rim import refine_rims
 from femprep.wall.clipping.thickness import push_apart, pushed, require_nested, summary
-from femprep.wall.joining.checks import check_sheet, check_surface, check_wall
+from femprep.wall.joining.checks import check_clipped, check_surface, check_wall
 from femprep.wall.joining.planar import flat_cap
 from femprep.wall.joining.solid import join
 
@@ -99,20 +99,20 @@ def build_wall(
     outer = clip(replace(epi, name="epi"), planes)
     inner = {name: clip(replace(endo[name], name=name), own) for name, own in _planes_of(endo, planes).items()}
     repaired = []
-    for sheet, surface in zip((outer, *inner.values()), (epi, *endo.values())):
-        repaired += _even(sheet, surface, chosen)
+    for clipped, surface in zip((outer, *inner.values()), (epi, *endo.values())):
+        repaired += _even(clipped, surface, chosen)
         report("wall", 0.3)
-    for sheet in inner.values():
-        repaired += _thicken(outer, sheet, chosen)
+    for clipped in inner.values():
+        repaired += _thicken(outer, clipped, chosen)
     repaired += _thicken_again(outer, list(inner.values()), chosen)
     report("wall", 0.7)
     triangles, source = join(outer, inner)
     # Only now: the boolean engine would take new vertices in the middle of straight edges out again.
     if len(inner) > 1 and refine_rims([outer, *inner.values()]):
         triangles, source = _facets(outer, list(inner.values()))
-    sheets = [outer, *inner.values()]
+    clipped_surfaces = [outer, *inner.values()]
     numbers = np.array([FACET_TAGS["epi"], *(FACET_TAGS[tag] for tag in tags.values())], dtype=np.int32)
-    wall = _with_caps(sheets, triangles, numbers[source], planes)
+    wall = _with_caps(clipped_surfaces, triangles, numbers[source], planes)
     report("wall", 0.9)
     info = {
         "vertices": len(epi.points),
@@ -120,7 +120,7 @@ def build_wall(
         "thickness": summary(outer, list(inner.values())),
         "repaired": repaired,
         "quality": _quality_info(wall),
-        "volumes_mm3": _volumes(sheets, wall),
+        "volumes_mm3": _volumes(clipped_surfaces, wall),
         "planes": {name: plane.record() for name, plane in planes.items()},
     }
     wall = Wall(wall.points, wall.triangles, wall.facet_tag, wall.template, planes, info)
@@ -163,14 +163,14 @@ def _templates(epi: Surface, endo: Mapping[str, Surface], base: Plane | None) ->
     return laid(epi), {name: laid(surface) for name, surface in endo.items()}
 
 
-def _even(sheet: ClippedSurface, surface: Surface, options: WallOptions) -> list[dict[str, Any]]:
+def _even(clipped: ClippedSurface, surface: Surface, options: WallOptions) -> list[dict[str, Any]]:
     """Even out the triangles of a clipped surface; what had to be mended."""
-    improve(sheet)
+    improve(clipped)
     if surface.shape is not None:
-        slid = (sheet.template < 0) | (sheet.points != surface.points[sheet.template]).any(axis=1)
-        onto_exact(sheet, surface.shape, slid)
-    steps = [mend(sheet)] if options.policy == "repair" else []
-    check_sheet(sheet)
+        slid = (clipped.template < 0) | (clipped.points != surface.points[clipped.template]).any(axis=1)
+        onto_exact(clipped, surface.shape, slid)
+    steps = [mend(clipped)] if options.policy == "repair" else []
+    check_clipped(clipped)
     return [step for step in steps if step is not None]
 
 
@@ -195,7 +195,7 @@ def _thicken(epi: ClippedSurface, endo: ClippedSurface, options: WallOptions) ->
     if further is not None:
         step["thickness_after_mm"] = further["thickness_after_mm"]
         step["farthest_push_mm"] += further["farthest_push_mm"]
-    check_sheet(epi)
+    check_clipped(epi)
     return [pushed(step)]
 
 
@@ -210,33 +210,35 @@ def _thicken_again(epi: ClippedSurface, endos: list[ClippedSurface], options: Wa
         if not any(found):
             break
     if steps:
-        check_sheet(epi)
+        check_clipped(epi)
     return steps
 
 
 def _facets(epi: ClippedSurface, endos: list[ClippedSurface]) -> tuple[IntArray, IntArray]:
-    """All facets of the sheets, wound out of the wall, numbered over the sheets; and the sheet each comes from."""
-    starts = np.cumsum([len(epi.points), *(len(sheet.points) for sheet in endos)])
-    inner = [sheet.triangles[:, ::-1] + start for sheet, start in zip(endos, starts)]
+    """All facets of the clipped surfaces, wound out of the wall, numbered over all; and the surface each comes from."""
+    starts = np.cumsum([len(epi.points), *(len(clipped.points) for clipped in endos)])
+    inner = [clipped.triangles[:, ::-1] + start for clipped, start in zip(endos, starts)]
     count = [len(epi.triangles), *map(len, inner)]
     return np.concatenate([epi.triangles, *inner]), np.repeat(np.arange(len(count)), count)
 
 
-def _with_caps(sheets: list[ClippedSurface], triangles: IntArray, tag: TagArray, planes: Mapping[str, Plane]) -> Wall:
-    """Close the joined sheets by well-shaped caps between their rims."""
-    points = [sheet.points for sheet in sheets]
-    starts = np.cumsum([0, *(len(sheet.points) for sheet in sheets)])
+def _with_caps(
+    clipped_surfaces: list[ClippedSurface], triangles: IntArray, tag: TagArray, planes: Mapping[str, Plane]
+) -> Wall:
+    """Close the joined clipped surfaces by well-shaped caps between their rims."""
+    points = [clipped.points for clipped in clipped_surfaces]
+    starts = np.cumsum([0, *(len(clipped.points) for clipped in clipped_surfaces)])
     count = int(starts[-1])
     cells, tags = [triangles], [tag]
     for number, (name, plane) in enumerate(planes.items()):
-        rims = [(k, loop) for k, sheet in enumerate(sheets) for loop in rim_loops(sheet, number)]
-        added, cap = flat_cap([sheets[k].points[rim] for k, rim in rims], plane)
+        rims = [(k, loop) for k, clipped in enumerate(clipped_surfaces) for loop in rim_loops(clipped, number)]
+        added, cap = flat_cap([clipped_surfaces[k].points[rim] for k, rim in rims], plane)
         vertex = np.concatenate([*(rim + starts[k] for k, rim in rims), count + np.arange(len(added))])
         points.append(added)
         count += len(added)
         cells.append(vertex[cap])
         tags.append(np.full(len(cap), FACET_TAGS[name], dtype=np.int32))
-    template = np.concatenate([*(sheet.template for sheet in sheets), np.full(count - starts[-1], -1)])
+    template = np.concatenate([*(clipped.template for clipped in clipped_surfaces), np.full(count - starts[-1], -1)])
     return Wall(np.concatenate(points), np.concatenate(cells), np.concatenate(tags), template, planes)
 
 
@@ -261,9 +263,9 @@ def _quality_info(wall: Wall) -> dict[str, Any]:
     }
 
 
-def _volumes(sheets: list[ClippedSurface], wall: Wall) -> dict[str, float]:
+def _volumes(clipped_surfaces: list[ClippedSurface], wall: Wall) -> dict[str, float]:
     """Volumes within the planes, which have to add up: epicardium = cavities + wall."""
-    inside = {sheet.name: enclosed_volume(sheet.points, sheet.triangles) for sheet in sheets}
+    inside = {clipped.name: enclosed_volume(clipped.points, clipped.triangles) for clipped in clipped_surfaces}
     outer, *cavities = inside.values()
     if abs(outer - sum(cavities) - wall.volume) > 1e-9 * outer:
         raise StageError(

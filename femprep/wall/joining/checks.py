@@ -1,4 +1,4 @@
-"""Surfaces, sheets and walls in, errors out that say what is wrong, and where."""
+"""Surfaces, clipped ones and walls in, errors out that say what is wrong, and where."""
 
 from __future__ import annotations
 
@@ -50,25 +50,25 @@ def check_surface(surface: Surface) -> None:
         raise InputError(f"{what} is wound inward (volume {surface.volume:.1f} mm3); reverse its triangles")
 
 
-def check_sheet(sheet: ClippedSurface) -> None:
+def check_clipped(clipped: ClippedSurface) -> None:
     """Refuse a clipped surface that crosses itself or is in several pieces.
 
     Raises
     ------
     InputError
     """
-    pairs = self_intersections(sheet.points, sheet.triangles)
+    pairs = self_intersections(clipped.points, clipped.triangles)
     if len(pairs):
-        at = sheet.points[sheet.triangles[pairs[0, 0]]].mean(axis=0)
+        at = clipped.points[clipped.triangles[pairs[0, 0]]].mean(axis=0)
         raise InputError(
-            f"surface {sheet.name!r} crosses itself: {len(pairs)} pairs of triangles, the first at {spot(at)}; "
+            f"surface {clipped.name!r} crosses itself: {len(pairs)} pairs of triangles, the first at {spot(at)}; "
             "fit it with fewer control points or mend the labels there"
         )
-    piece = pieces(sheet.triangles)
+    piece = pieces(clipped.triangles)
     if piece.max() > 0:
-        at = sheet.points[sheet.triangles[piece == 1]].mean(axis=(0, 1))
+        at = clipped.points[clipped.triangles[piece == 1]].mean(axis=(0, 1))
         raise InputError(
-            f"the planes cut surface {sheet.name!r} into {piece.max() + 1} pieces, one at {spot(at)}; move the plane"
+            f"the planes cut surface {clipped.name!r} into {piece.max() + 1} pieces, one at {spot(at)}; move the plane"
         )
 
 

@@ -1,6 +1,6 @@
-"""Sheets in, the joined wall out: the only file that knows manifold3d.
+"""Clipped surfaces in, the joined wall out: the only file that knows manifold3d.
 
-The epicardial sheet is closed by a plug that stands out of its planes, each endocardial one by a plug that reaches out
+The clipped epicardium is closed by a plug that stands out of its planes, each endocardium by one that reaches out
 through it, and the wall is the difference of the solids. In the planes themselves nothing is cut: edges of a cap there
 would cross those of rims and put vertices on them. manifold3d keeps the origin of every triangle, so tags are exact.
 """
@@ -22,7 +22,7 @@ from femprep.model.products import product
 from femprep.wall.clipping.clip import rim_loops
 from femprep.wall.clipping.clipped_surface import ClippedSurface
 
-#: A vertex of the result is one of the sheets' where it lies this near to it, mm.
+#: A vertex of the result is one of the clipped surfaces' where it lies this near to it, mm.
 _SAME = 1e-6
 
 
@@ -52,10 +52,10 @@ def join(epi: ClippedSurface, endo: Mapping[str, ClippedSurface]) -> tuple[IntAr
     Returns
     -------
     triangles : (m, 3) array
-        The facets of the sheets that bound the wall, wound out of it; vertices are numbered over all sheets, ``epi``
+        The facets of the surfaces that bound the wall, wound out of it; vertices are numbered over all of them, ``epi``
         first, then ``endo`` in its order. The caps are left out.
-    sheet : (m,) array
-        Number of the sheet each comes from, in the same order.
+    source : (m,) array
+        Number of the clipped surface each comes from, in the same order.
 
     Raises
     ------
@@ -66,33 +66,33 @@ def join(epi: ClippedSurface, endo: Mapping[str, ClippedSurface]) -> tuple[IntAr
     """
     import manifold3d
 
-    sheets = [epi, *endo.values()]
+    clipped_surfaces = [epi, *endo.values()]
     frame_plane = next(iter(epi.planes.values()), None)
     rotation, origin = np.eye(3), epi.points.mean(axis=0)
     if frame_plane is not None:
         rotation, origin = plane_frame(frame_plane), frame_plane.point
     size = float(np.ptp(epi.points, axis=0).max())
-    first_id = manifold3d.Manifold.reserve_ids(len(sheets))
+    first_id = manifold3d.Manifold.reserve_ids(len(clipped_surfaces))
     solids = []
-    for number, sheet in enumerate(sheets):
-        points, triangles = _close(sheet, plug=(0.1 if number else 0.05) * size)
+    for number, clipped in enumerate(clipped_surfaces):
+        points, triangles = _close(clipped, plug=(0.1 if number else 0.05) * size)
         turned = product(points - origin, rotation.T)
         # In this frame the base is exactly z = 0: what the vertices on it were projected to.
-        turned[: len(sheet.points)][sheet.on_plane == 0, 2] = 0.0
-        # Triangles that close a sheet get an identity of their own, so that they can be told apart.
+        turned[: len(clipped.points)][clipped.on_plane == 0, 2] = 0.0
+        # Triangles that close a clipped surface get an identity of their own, so that they can be told apart.
         closing = manifold3d.Manifold.reserve_ids(1)
-        solid = _solid(turned, triangles, [0, len(sheet.triangles)], [first_id + number, closing])
+        solid = _solid(turned, triangles, [0, len(clipped.triangles)], [first_id + number, closing])
         if solid.status() != manifold3d.Error.NoError:
-            raise StageError(f"surface {sheet.name!r}, clipped and closed, is no solid: {solid.status().name}")
+            raise StageError(f"surface {clipped.name!r}, clipped and closed, is no solid: {solid.status().name}")
         if solid.volume() <= 0:
             raise InputError(
-                f"surface {sheet.name!r} is wound inward (volume {solid.volume():.1f} mm3); reverse its triangles"
+                f"surface {clipped.name!r} is wound inward (volume {solid.volume():.1f} mm3); reverse its triangles"
             )
         solids.append(solid)
     wall = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Subtract)
     if wall.status() != manifold3d.Error.NoError:
         raise StageError(f"the boolean difference of the surfaces failed: {wall.status().name}")
-    return _sheet_facets(wall.to_mesh64(), sheets, first_id, rotation, origin)
+    return _clipped_facets(wall.to_mesh64(), clipped_surfaces, first_id, rotation, origin)
 
 
 def _solid(points: FloatArray, triangles: IntArray, starts: Sequence[int], ids: Sequence[int]) -> Any:
@@ -108,56 +108,56 @@ def _solid(points: FloatArray, triangles: IntArray, starts: Sequence[int], ids: 
     return manifold3d.Manifold(mesh)
 
 
-def _close(sheet: ClippedSurface, plug: float) -> tuple[FloatArray, IntArray]:
-    """Close a sheet by prisms of a length, mm, that stand out of its planes."""
-    points, triangles = [sheet.points], [sheet.triangles]
-    count = len(sheet.points)
-    for number in range(len(sheet.planes)):
-        plane = sheet.plane_of(number)
+def _close(clipped: ClippedSurface, plug: float) -> tuple[FloatArray, IntArray]:
+    """Close a clipped surface by prisms of a length, mm, that stand out of its planes."""
+    points, triangles = [clipped.points], [clipped.triangles]
+    count = len(clipped.points)
+    for number in range(len(clipped.planes)):
+        plane = clipped.plane_of(number)
         rotation = plane_frame(plane)
-        for loop in rim_loops(sheet, number):
+        for loop in rim_loops(clipped, number):
             back = loop[::-1]
             top = count + np.arange(len(back))
-            points.append(sheet.points[back] + plug * plane.normal)
+            points.append(clipped.points[back] + plug * plane.normal)
             count += len(back)
             u, v = back, np.roll(back, -1)
             tu, tv = top, np.roll(top, -1)
             triangles += [np.stack([u, v, tv], axis=1), np.stack([u, tv, tu], axis=1)]
-            flat = product(sheet.points[back] - plane.point, rotation[:2].T)
+            flat = product(clipped.points[back] - plane.point, rotation[:2].T)
             triangles.append(top[triangulate_rings(flat, [np.arange(len(back))])])
     return np.concatenate(points), np.concatenate(triangles)
 
 
-def _sheet_facets(
-    mesh: Any, sheets: Sequence[ClippedSurface], first_id: int, rotation: FloatArray, origin: FloatArray
+def _clipped_facets(
+    mesh: Any, clipped_surfaces: Sequence[ClippedSurface], first_id: int, rotation: FloatArray, origin: FloatArray
 ) -> tuple[IntArray, IntArray]:
-    """The facets that come from sheets, in the sheets' numbering."""
+    """The facets that come from clipped surfaces, in their numbering."""
     points = product(np.asarray(mesh.vert_properties)[:, :3], rotation) + origin
     triangles = np.asarray(mesh.tri_verts, dtype=np.int64)
     runs = np.asarray(mesh.run_index, dtype=np.int64) // 3
     origin_id = np.repeat(np.asarray(mesh.run_original_id, dtype=np.int64), np.diff(runs))
-    all_points = np.concatenate([sheet.points for sheet in sheets])
+    all_points = np.concatenate([clipped.points for clipped in clipped_surfaces])
     away, number = (np.asarray(found) for found in cKDTree(all_points).query(points))
-    starts = np.cumsum([0, *(len(sheet.points) for sheet in sheets)])
+    starts = np.cumsum([0, *(len(clipped.points) for clipped in clipped_surfaces)])
     found, source = [], []
-    for k, sheet in enumerate(sheets):
+    for k, clipped in enumerate(clipped_surfaces):
         own = triangles[origin_id == first_id + k]
         strange = np.unique(own[away[own] > _SAME])
         if len(strange):
-            others = ", ".join(repr(other.name) for other in sheets if other is not sheet)
+            others = ", ".join(repr(other.name) for other in clipped_surfaces if other is not clipped)
             raise InputError(
-                f"surface {sheet.name!r} meets {others}: {len(strange)} crossings, the first near "
+                f"surface {clipped.name!r} meets {others}: {len(strange)} crossings, the first near "
                 f"{spot(points[strange[0]])}; the endocardium must lie inside the epicardium"
             )
         mapped = number[own]
         sides = mapped != np.roll(mapped, 1, axis=1)
         mapped = mapped[sides.all(axis=1)]
-        if len(mapped) != len(sheet.triangles):
-            own = sheet.triangles + int(starts[k])
+        if len(mapped) != len(clipped.triangles):
+            own = clipped.triangles + int(starts[k])
             lost = own[none_of(own, mapped)]
             raise InputError(
-                f"{len(lost)} of {len(sheet.triangles)} facets of surface {sheet.name!r} do not bound the wall, one "
-                f"near {spot(all_points[lost].mean(axis=(0, 1)))}; the endocardium must lie inside the epicardium"
+                f"{len(lost)} of {len(clipped.triangles)} facets of surface {clipped.name!r} do not bound the wall, "
+                f"one near {spot(all_points[lost].mean(axis=(0, 1)))}; the endocardium must lie inside the epicardium"
             )
         found.append(mapped)
         source.append(np.full(len(mapped), k))

@@ -18,57 +18,57 @@ SHAPE = Ellipsoid(AXES)
 
 
 def test_what_lies_beyond_the_plane_is_gone():
-    sheet = clip(template_surface(SHAPE), {"base": plane_z(12.0)})
-    assert sheet.points[:, 2].max() == 12.0
-    assert (sheet.points[sheet.on_plane == 0, 2] == 12.0).all()
-    assert (sheet.points[sheet.on_plane < 0, 2] < 12.0).all()
+    clipped = clip(template_surface(SHAPE), {"base": plane_z(12.0)})
+    assert clipped.points[:, 2].max() == 12.0
+    assert (clipped.points[clipped.on_plane == 0, 2] == 12.0).all()
+    assert (clipped.points[clipped.on_plane < 0, 2] < 12.0).all()
 
 
 @settings(deadline=None, max_examples=25)
 @given(st.floats(-25.0, 25.0), st.floats(-0.4, 0.4), st.floats(-0.4, 0.4))
 def test_the_rim_is_one_loop_on_plane_and_surface_without_slivers(height, tilt_x, tilt_y):
     plane = Plane(np.array([0.0, 0.0, height]), np.array([tilt_x, tilt_y, 1.0]))
-    sheet = clip(template_surface(SHAPE), {"base": plane})
-    before = triangle_quality(sheet.points, sheet.triangles).min()
-    improve(sheet)
-    after = triangle_quality(sheet.points, sheet.triangles).min()
+    clipped = clip(template_surface(SHAPE), {"base": plane})
+    before = triangle_quality(clipped.points, clipped.triangles).min()
+    improve(clipped)
+    after = triangle_quality(clipped.points, clipped.triangles).min()
     assert before > 0.15
     assert after >= min(before, 0.4)
     assert after > 0.35
-    (loop,) = rim_loops(sheet, 0)
-    rim = sheet.points[loop]
-    assert len(border_edges(sheet.triangles)) == len(loop)
+    (loop,) = rim_loops(clipped, 0)
+    rim = clipped.points[loop]
+    assert len(border_edges(clipped.triangles)) == len(loop)
     assert np.abs(plane.signed_distance(rim)).max() < 1e-12
-    assert np.abs(SHAPE.off(sheet.points)).max() < 2e-4
-    assert is_consistently_wound(sheet.triangles)
-    assert pieces(sheet.triangles).max() == 0
+    assert np.abs(SHAPE.off(clipped.points)).max() < 2e-4
+    assert is_consistently_wound(clipped.triangles)
+    assert pieces(clipped.triangles).max() == 0
 
 
 def test_vertices_away_from_the_rim_stay_as_they_were():
     # Nearly a sphere: no triangle is so poor that it would be improved wherever it lies.
     surface = template_surface(Ellipsoid((30.0, 30.0, 38.0)), 1500)
-    sheet = clip(surface, {"base": plane_z(12.0)})
-    improve(sheet)
-    far = sheet.points[:, 2] < -15.0
+    clipped = clip(surface, {"base": plane_z(12.0)})
+    improve(clipped)
+    far = clipped.points[:, 2] < -15.0
     assert far.sum() > 300
-    assert (sheet.template[far] >= 0).all()
-    assert (sheet.points[far] == surface.points[sheet.template[far]]).all()
+    assert (clipped.template[far] >= 0).all()
+    assert (clipped.points[far] == surface.points[clipped.template[far]]).all()
 
 
 def test_template_numbers_name_vertices_once():
-    sheet = clip(template_surface(SHAPE), {"base": plane_z(7.3)})
-    kept = sheet.template[sheet.template >= 0]
+    clipped = clip(template_surface(SHAPE), {"base": plane_z(7.3)})
+    kept = clipped.template[clipped.template >= 0]
     assert len(np.unique(kept)) == len(kept)
-    assert (sheet.on_plane[sheet.template < 0] == 0).all()
+    assert (clipped.on_plane[clipped.template < 0] == 0).all()
 
 
 def test_the_clipped_volume_converges_to_the_closed_form():
     exact = cap_volume(AXES, 12.0)
     errors = []
     for vertices in (300, 1200, 4800):
-        sheet = clip(template_surface(SHAPE, vertices), {"base": plane_z(12.0)})
-        improve(sheet)
-        errors.append(exact - enclosed_volume(sheet.points, sheet.triangles))
+        clipped = clip(template_surface(SHAPE, vertices), {"base": plane_z(12.0)})
+        improve(clipped)
+        errors.append(exact - enclosed_volume(clipped.points, clipped.triangles))
     rates = np.log2(np.array(errors[:-1]) / errors[1:])
     assert rates == pytest.approx(2.0, abs=0.3)
     assert abs(errors[1]) < 0.01 * exact
@@ -76,11 +76,11 @@ def test_the_clipped_volume_converges_to_the_closed_form():
 
 def test_two_planes_leave_a_tube():
     planes = {"base": plane_z(12.0), "apex": plane_z(-30.0, up=False)}
-    sheet = clip(template_surface(SHAPE), planes)
-    improve(sheet)
-    assert [len(rim_loops(sheet, k)) for k in (0, 1)] == [1, 1]
-    assert sheet.points[:, 2].min() == -30.0
-    assert sheet.points[:, 2].max() == 12.0
+    clipped = clip(template_surface(SHAPE), planes)
+    improve(clipped)
+    assert [len(rim_loops(clipped, k)) for k in (0, 1)] == [1, 1]
+    assert clipped.points[:, 2].min() == -30.0
+    assert clipped.points[:, 2].max() == 12.0
 
 
 def test_a_turned_surface_is_clipped_alike():
@@ -95,9 +95,9 @@ def test_a_turned_surface_is_clipped_alike():
 def test_a_plane_through_vertices_is_no_trouble():
     surface = template_surface(SHAPE)
     height = float(np.sort(surface.points[:, 2])[400])
-    sheet = clip(surface, {"base": plane_z(height)})
-    improve(sheet)
-    assert triangle_quality(sheet.points, sheet.triangles).min() > 0.35
+    clipped = clip(surface, {"base": plane_z(height)})
+    improve(clipped)
+    assert triangle_quality(clipped.points, clipped.triangles).min() > 0.35
 
 
 @pytest.mark.parametrize(("height", "message"), [(60.0, "cuts nothing away"), (-60.0, "cuts all of it away")])

@@ -28,40 +28,40 @@ def folded() -> Surface:
 
 def test_a_fold_is_smoothed_and_reported():
     surface = folded()
-    sheet = clip(surface, {"base": plane_z(10.0)})
-    assert len(self_intersections(sheet.points, sheet.triangles)) > 0
+    clipped = clip(surface, {"base": plane_z(10.0)})
+    assert len(self_intersections(clipped.points, clipped.triangles)) > 0
     middles = surface.points[surface.cells].mean(axis=1)
     poor = middles[triangle_quality(surface.points, surface.cells) < 0.5]
-    info = mend(sheet)
-    assert len(self_intersections(sheet.points, sheet.triangles)) == 0
-    assert triangle_quality(sheet.points, sheet.triangles).min() >= 0.25
-    assert fold_angles(sheet.points, sheet.triangles)[1].max() < 110.0
+    info = mend(clipped)
+    assert len(self_intersections(clipped.points, clipped.triangles)) == 0
+    assert triangle_quality(clipped.points, clipped.triangles).min() >= 0.25
+    assert fold_angles(clipped.points, clipped.triangles)[1].max() < 110.0
     assert info["surface"] == "lv"
     assert 0.1 < info["farthest_off_the_fit_mm"] < 4.0
     # Far from the fold, and from other triangles of the stretched template that are slid to better ones, nothing moved.
-    far = (np.linalg.norm(sheet.points[:, None] - poor, axis=2) > 18.0).all(axis=1)
-    far &= np.linalg.norm(sheet.points - [20.0, 0.0, -25.0], axis=1) > 25.0
-    inner = far & (sheet.template >= 0) & (sheet.points[:, 2] < -5.0)
+    far = (np.linalg.norm(clipped.points[:, None] - poor, axis=2) > 18.0).all(axis=1)
+    far &= np.linalg.norm(clipped.points - [20.0, 0.0, -25.0], axis=1) > 25.0
+    inner = far & (clipped.template >= 0) & (clipped.points[:, 2] < -5.0)
     assert inner.sum() > 200
-    assert np.abs(sheet.points[inner] - surface.points[sheet.template[inner]]).max() < 1e-9
+    assert np.abs(clipped.points[inner] - surface.points[clipped.template[inner]]).max() < 1e-9
 
 
 def test_a_fair_surface_is_left_alone():
-    sheet = clip(template_surface(Ellipsoid((25.0, 25.0, 40.0)), 600), {"base": plane_z(10.0)})
-    improve(sheet)
-    before = sheet.points.copy()
-    assert mend(sheet) is None
-    assert (sheet.points == before).all()
+    clipped = clip(template_surface(Ellipsoid((25.0, 25.0, 40.0)), 600), {"base": plane_z(10.0)})
+    improve(clipped)
+    before = clipped.points.copy()
+    assert mend(clipped) is None
+    assert (clipped.points == before).all()
 
 
 def test_a_sharp_rim_stays():
     """A lens, as a right ventricle at its end: where vertices slide off its rim, triangles cut it off."""
-    sheet = clip(template_surface(Ellipsoid((30.0, 5.0, 40.0)), 800), {"base": plane_z(10.0)})
-    before, edge = sheet.points.copy(), float(edge_lengths(sheet.points, sheet.triangles).mean())
-    poor = int((triangle_quality(sheet.points, sheet.triangles) < 0.3).sum())
-    improve(sheet)
-    assert ClosestFinder(sheet.points, sheet.triangles)(before).distance.max() <= 0.12 * edge
-    assert (triangle_quality(sheet.points, sheet.triangles) < 0.3).sum() < poor
+    clipped = clip(template_surface(Ellipsoid((30.0, 5.0, 40.0)), 800), {"base": plane_z(10.0)})
+    before, edge = clipped.points.copy(), float(edge_lengths(clipped.points, clipped.triangles).mean())
+    poor = int((triangle_quality(clipped.points, clipped.triangles) < 0.3).sum())
+    improve(clipped)
+    assert ClosestFinder(clipped.points, clipped.triangles)(before).distance.max() <= 0.12 * edge
+    assert (triangle_quality(clipped.points, clipped.triangles) < 0.3).sum() < poor
 
 
 @pytest.mark.slow
@@ -72,10 +72,10 @@ def test_the_tip_of_a_right_ventricle_stays_in_the_wall(data, case):
     seg = fp.read_segmentation(data / "acdc" / "training" / case[:10] / f"{case}_gt.nii.gz", preset="acdc")
     fitted = fp.fit_surface(seg.object("rv"))
     base = fp.find_common_base(seg)
-    sheet = clip(fitted, {"base": base})
-    improve(sheet)
-    mend(sheet)
-    cut = Surface(sheet.points, sheet.triangles, "rv")
+    clipped = clip(fitted, {"base": base})
+    improve(clipped)
+    mend(clipped)
+    cut = Surface(clipped.points, clipped.triangles, "rv")
     (record,) = surface_fidelity({"rv": cut}, {"rv": seg.object("rv")}, seg.grid, [base]).records
     assert record.greatest_pixels < 2.0
-    assert triangle_quality(sheet.points, sheet.triangles).min() > 0.2
+    assert triangle_quality(clipped.points, clipped.triangles).min() > 0.2

@@ -35,10 +35,10 @@ def test_caps_of_thin_walls_have_no_slivers(heart):
 def test_new_vertices_lie_in_the_plane_beside_the_near_rim_alone(heart):
     epi, endo = heart
     planes = {"base": plane_z(5.0)}
-    sheets = [clip(epi, planes), clip(endo["rv"], planes)]
-    before = [len(sheet.points) for sheet in sheets]
-    refine_rims(sheets)
-    epicardium, count = sheets[0], before[0]
+    clipped_surfaces = [clip(epi, planes), clip(endo["rv"], planes)]
+    before = [len(clipped.points) for clipped in clipped_surfaces]
+    refine_rims(clipped_surfaces)
+    epicardium, count = clipped_surfaces[0], before[0]
     added = epicardium.points[count:]
     assert len(added)
     np.testing.assert_allclose(added[:, 2], 5.0, atol=1e-12)
@@ -47,4 +47,4 @@ def test_new_vertices_lie_in_the_plane_beside_the_near_rim_alone(heart):
     (loop,) = rim_loops(epicardium, 0)
     assert np.isin(np.arange(count, len(epicardium.points)), loop).all()
     # The other rim's edges are short enough beside the gap of 2 mm.
-    assert len(sheets[1].points) == before[1]
+    assert len(clipped_surfaces[1].points) == before[1]

@@ -11,13 +11,13 @@ from femprep.wall.clipping.improve import improve
 from femprep.wall.clipping.thickness import measure, push_apart, require_nested, summary
 
 
-def sheets(inner, outer, vertices=600, height=10.0):
+def clipped_surfaces(inner, outer, vertices=600, height=10.0):
     epi, endo = ellipsoids(inner, outer, vertices)
     return clip(epi, {"base": plane_z(height)}), clip(endo, {"base": plane_z(height)})
 
 
 def test_the_shell_of_a_sphere_is_as_thick_as_its_radii_differ():
-    epi, endo = sheets((20.0,) * 3, (29.0,) * 3, vertices=2000)
+    epi, endo = clipped_surfaces((20.0,) * 3, (29.0,) * 3, vertices=2000)
     # Above the equator the base cuts the way between a point and its foot.
     low = endo.points[:, 2] < 0
     thickness = measure(epi, endo)
@@ -26,7 +26,7 @@ def test_the_shell_of_a_sphere_is_as_thick_as_its_radii_differ():
 
 
 def test_thickness_is_negative_where_the_surfaces_changed_sides():
-    epi, endo = sheets((25.0, 25.0, 45.0), (33.0, 33.0, 43.0))
+    epi, endo = clipped_surfaces((25.0, 25.0, 45.0), (33.0, 33.0, 43.0))
     thickness = measure(epi, endo)
     apex = int(endo.points[:, 2].argmin())
     assert thickness.endo[apex] == pytest.approx(-2.0, abs=0.2)
@@ -34,7 +34,7 @@ def test_thickness_is_negative_where_the_surfaces_changed_sides():
 
 
 def test_the_summary_says_where_the_wall_is_thinnest():
-    epi, endo = sheets((25.0, 25.0, 45.0), (33.0, 33.0, 47.0))
+    epi, endo = clipped_surfaces((25.0, 25.0, 45.0), (33.0, 33.0, 47.0))
     found = summary(epi, [endo])
     assert found["minimum_mm"] == pytest.approx(2.0, abs=0.1)
     assert found["minimum_at_mm"][2] < -43.0
@@ -43,7 +43,7 @@ def test_the_summary_says_where_the_wall_is_thinnest():
 
 @pytest.mark.parametrize("depth", [45.2, 43.0, 41.0])
 def test_a_thin_wall_is_pushed_to_the_limit_and_no_further_than_needed(depth):
-    epi, endo = sheets((25.0, 25.0, 45.0), (33.0, 33.0, depth), vertices=1500)
+    epi, endo = clipped_surfaces((25.0, 25.0, 45.0), (33.0, 33.0, depth), vertices=1500)
     start = epi.points.copy()
     info = push_apart(epi, endo, limit=2.0, most=10.0)
     assert measure(epi, endo).least >= 2.0
@@ -58,7 +58,7 @@ def test_a_thin_wall_is_pushed_to_the_limit_and_no_further_than_needed(depth):
 
 
 def test_a_thick_wall_is_left_alone():
-    epi, endo = sheets((25.0, 25.0, 45.0), (33.0, 33.0, 53.0))
+    epi, endo = clipped_surfaces((25.0, 25.0, 45.0), (33.0, 33.0, 53.0))
     before = epi.points.copy()
     assert push_apart(epi, endo, limit=2.0, most=5.0) is None
     assert (epi.points == before).all()
@@ -74,7 +74,7 @@ def test_rim_vertices_are_pushed_within_their_plane():
 
 
 def test_what_would_need_too_long_a_push_is_refused_with_the_place():
-    epi, endo = sheets((25.0, 25.0, 45.0), (33.0, 33.0, 41.0))
+    epi, endo = clipped_surfaces((25.0, 25.0, 45.0), (33.0, 33.0, 41.0))
     with pytest.raises(
         InputError, match=r"is -[34]\.\d\d mm thick near \(.*-4\d\.\d\), beside 'lv'.*maximum_push = 2 mm"
     ):
@@ -82,6 +82,6 @@ def test_what_would_need_too_long_a_push_is_refused_with_the_place():
 
 
 def test_swapped_surfaces_are_refused():
-    epi, endo = sheets((33.0, 33.0, 53.0), (25.0, 25.0, 45.0))
+    epi, endo = clipped_surfaces((33.0, 33.0, 53.0), (25.0, 25.0, 45.0))
     with pytest.raises(InputError, match=r"'lv' does not lie inside surface 'epi': 100 % of its vertices are outside"):
         require_nested(epi, endo)
