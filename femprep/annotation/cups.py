@@ -16,11 +16,12 @@ from femprep.annotation.cavities import looks_at, smoothed
 from femprep.annotation.chambers import name_cavities, wall_thickness
 from femprep.annotation.flat import spread
 from femprep.annotation.hollows import hollows
+from femprep.annotation.openings import look_apart
 from femprep.annotation.reading import Name, NoReading, Reading
 from femprep.annotation.shell import Shell
 from femprep.annotation.space import flood
 from femprep.mesh.topology import components
-from femprep.model import FACET_TAGS, BoolArray
+from femprep.model import FACET_TAGS, BoolArray, FloatArray
 
 #: A base leans less than this against the mouth's plane, degrees, as creases of a base do.
 _LEVEL: Final = 45.0
@@ -48,8 +49,9 @@ def by_hull(shell: Shell) -> Reading:
     doubt = 2.0 * max(space.step, shell.edge)
     for own in endo:
         mouths = _mouths(shell, own, looks == outside, doubt)
-        if mouths > _MOUTHS:
-            raise NoReading(f"a cavity of the convex hull has {mouths} mouths: an atrium, and no ventricle")
+        if len(mouths) > _MOUTHS or look_apart(mouths - shell.centre[own].mean(axis=0)):
+            where = " on opposite sides" if len(mouths) <= _MOUTHS else ""
+            raise NoReading(f"a cavity of the convex hull has {len(mouths)} mouths{where}: an atrium, and no ventricle")
         base |= _rim(shell, own, looks == outside, doubt)
     # A mouth's rim stands out of the hull's voxels in places: what the base parts from the epicardium is none.
     outer = shell.pieces((looks == outside) & ~base) == 0
@@ -65,15 +67,16 @@ def by_hull(shell: Shell) -> Reading:
     return Reading("convex hull", smoothed(shell, tag.astype(np.int64)).astype(np.int32), given, tuple(questions))
 
 
-def _mouths(shell: Shell, endo: BoolArray, outer: BoolArray, doubt: float) -> int:
-    """How many lines, wider than a mouth is at least, part a cavity from the outside."""
+def _mouths(shell: Shell, endo: BoolArray, outer: BoolArray, doubt: float) -> FloatArray:
+    """Middles of the lines, wider than a mouth is at least, that part a cavity from the outside."""
     apart = shell.pairs[(endo[shell.pairs].sum(axis=1) == 1) & (outer[shell.pairs].sum(axis=1) == 1)]
     at = shell.centre[apart].mean(axis=1)
     if not len(at):
-        return 0
+        return np.empty((0, 3))
     near = cKDTree(at).query_pairs(doubt, output_type="ndarray")
     line = components(near[:, 0], near[:, 1], len(at))
-    return sum(bool(np.ptp(at[line == k], axis=0).max() > _LEAST) for k in np.unique(line))
+    mouths = [at[line == k] for k in np.unique(line)]
+    return np.array([own.mean(axis=0) for own in mouths if np.ptp(own, axis=0).max() > _LEAST]).reshape(-1, 3)
 
 
 def _rim(shell: Shell, endo: BoolArray, outer: BoolArray, doubt: float) -> BoolArray:

@@ -155,13 +155,23 @@ def test_holes_through_a_closed_top_are_valves_and_no_vessels(cad: None, tmp_pat
         assert shell.area[own & (found.mesh.facet_tag == tag)].sum() > 0.9 * shell.area[own].sum()
 
 
-def test_one_atrium_alone_is_no_ventricle(cad: None, tmp_path: Path) -> None:
+WAYS = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)]
+
+
+@pytest.mark.parametrize(
+    ("count", "wide", "words"),
+    [
+        (5, 7.0, "5 mouths: an atrium, and no ventricle"),
+        (3, 12.0, "3 mouths on opposite sides: an atrium, and no ventricle"),
+        (2, 7.0, "2 openings on opposite sides: an atrium or a vessel"),
+    ],
+)
+def test_one_atrium_alone_is_no_ventricle(cad: None, tmp_path: Path, count: int, wide: float, words: str) -> None:
     middle = (0.0, 0.0, 0.0)
-    ways = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)]
-    veins = [[(3, gmsh.model.occ.addCylinder(*middle, *(60 * x for x in way), 7.0))] for way in ways]
+    veins = [[(3, gmsh.model.occ.addCylinder(*middle, *(60 * x for x in way), wide))] for way in WAYS[:count]]
     without(ball((30.0, 30.0, 30.0)), ball((26.0, 26.0, 26.0)), *veins)
     theirs = meshed(tmp_path / "theirs.msh", 5.0, lambda points: "wall")
-    with pytest.raises(fp.InputError, match="5 mouths: an atrium, and no ventricle"):
+    with pytest.raises(fp.InputError, match=words):
         fp.annotate(bare(theirs))
 
 
