@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -25,6 +27,7 @@ def level(points: np.ndarray, body) -> np.ndarray:
     return np.sqrt(((local / axes) ** 2).sum(axis=1))
 
 
+@cache
 def biventricular(edge: float = 4.0) -> VolumeMesh:
     """The mesh, with facets ``endo_lv``, ``endo_rv``, ``epi`` and ``base``; anatomical, not mirrored."""
     gmsh = pytest.importorskip("gmsh")

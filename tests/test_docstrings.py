@@ -55,6 +55,7 @@ def test_every_public_name_has_an_example() -> None:
     assert [name for name, found in asked if ">>>" not in (found.__doc__ or "")] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*PUBLIC, "Convertible"])
 def test_examples_are_so(name: str, names: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

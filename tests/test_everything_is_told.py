@@ -13,6 +13,7 @@ import pytest
 from anatomy_meshes import ellipsoid as thick_ellipsoid
 from biventricular import biventricular as gmsh_ventricles
 from meshes import quadratic as with_middles
+from slow_params import slow_but
 from wall_shapes import Ellipsoid, ellipsoids, plane_z, stack, template_surface
 
 import femprep as fp
@@ -162,6 +163,8 @@ RUNS = [
 ]
 
 #: What is done, how; kind, words, unit, and whether there is a place to name.
+#: Walls and sweeps that take seconds.
+SLOW = ("thin layers", "cavities", "thin wall")
 CASES: dict[str, tuple[Any, str, str, str | None, bool]] = {
     "pieces": (
         lambda: solid(box(5, 20), box(25, 28)),
@@ -227,7 +230,7 @@ CASES: dict[str, tuple[Any, str, str, str | None, bool]] = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", slow_but([case for case in CASES if case not in SLOW], CASES))
 def test_it_is_said(case: str) -> None:
     make, kind, words, unit, placed = CASES[case]
     found = make()

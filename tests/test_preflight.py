@@ -231,6 +231,7 @@ def test_a_second_surface_that_cannot_be_fitted(ventricle, monkeypatch) -> None:
         fit_surfaces(ventricle, {"lv": ("lv",), "rv": ("rv",)}, Options())
 
 
+@pytest.mark.slow
 def test_a_mesh_whose_fibres_fail_is_written_without(ventricle, tmp_path: Path, monkeypatch) -> None:
     def fails(*_: Any, **__: Any) -> None:
         raise StageError("the field does not converge")

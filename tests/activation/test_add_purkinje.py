@@ -11,6 +11,7 @@ from anatomy_meshes import ellipsoid, grown
 from biventricular import biventricular
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from slow_params import slow_but
 
 import femprep as fp
 from femprep.activation import growth
@@ -43,7 +44,7 @@ def away(mesh: fp.VolumeMesh, net: PurkinjeNet, tag: int) -> float:
     return float(ClosestFinder(mesh.points, facet_triangles(mesh, name))(points).distance.max())
 
 
-@pytest.mark.parametrize("kind", ["tetra", "wedge", "hexahedron", "tetra10", "both ventricles"])
+@pytest.mark.parametrize("kind", slow_but(["tetra"], ["tetra", "wedge", "hexahedron", "tetra10", "both ventricles"]))
 def test_the_net_fits_the_mesh(kind: str) -> None:
     mesh = with_net(kind)
     net = mesh.purkinje

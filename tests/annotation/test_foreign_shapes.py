@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from slow_params import slow_but
 
 import femprep as fp
 from femprep.annotation.given import given_facets
@@ -116,7 +117,7 @@ CUTS = {
 }
 
 
-@pytest.mark.parametrize("cut", CUTS)
+@pytest.mark.parametrize("cut", slow_but(["flat", "a step between them"], CUTS))
 def test_both_ventricles_are_named_however_their_base_is_cut(cut: str, cad: None, tmp_path: Path) -> None:
     ventricles(22.0, *CUTS[cut](22.0))
     truth = meshed(tmp_path / "theirs.msh", 6.0, name_of_ventricles(22.0))
@@ -134,6 +135,7 @@ def test_a_mirrored_heart_in_centimetres_of_ten_node_elements_is_named(cad: None
     assert "fiber" in found.mesh.cell_data
 
 
+@pytest.mark.slow
 def test_holes_through_a_closed_top_are_valves_and_no_vessels(cad: None, tmp_path: Path) -> None:
     outer, inner = (34.0, 34.0, 60.0), (25.0, 25.0, 50.0)
     holes = [[(3, gmsh.model.occ.addCylinder(x, 0, 0, x, 0, 100, radius))] for x, radius in ((9.0, 12.0), (-15.0, 8.0))]

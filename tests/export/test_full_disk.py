@@ -10,11 +10,14 @@ from pathlib import Path
 import pytest
 from full_disks import small_disk
 from meshes import truncated_ellipsoid, with_fibres
+from slow_params import slow_but
 
 import femprep as fp
 from femprep.export import FORMATS, write_format, write_mesh
 
 HERE = Path(__file__).parents[1]
+#: One written by VTK, one by HDF5, one as text.
+QUICK = ("vtu", "dolfinx", "abaqus")
 
 # In a process of its own: native code that does not bear it ends the process.
 WRITE = """
@@ -52,14 +55,14 @@ def written(mesh_file: Path, folder: Path, name: str, limit: int = 0) -> int:
     return done.returncode
 
 
-@pytest.mark.parametrize("name", [*FORMATS, "facets"])
+@pytest.mark.parametrize("name", slow_but(QUICK, [*FORMATS, "facets"]))
 def test_limit_of_file_size(mesh_file: Path, tmp_path: Path, name: str) -> None:
     assert written(mesh_file, tmp_path, name, 1000) == 3
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("size", ["8k", "32k"])
-@pytest.mark.parametrize("name", ["vtu", "dolfinx", "fenics", "svmultiphysics", "med", "abaqus"])
+@pytest.mark.parametrize("name", slow_but(QUICK, ["vtu", "dolfinx", "fenics", "svmultiphysics", "med", "abaqus"]))
 def test_small_disk(mesh_file: Path, tmp_path: Path, name: str, size: str) -> None:
     with small_disk(tmp_path / "disk", size) as disk:
         assert written(mesh_file, disk, name) == 3

@@ -45,6 +45,7 @@ def test_acdc_agrees_with_its_table(data, step):
             assert (found.pieces, found.tunnels) == expected, (row["id"], name)
 
 
+@pytest.mark.slow
 def test_every_acdc_map_gives_both_objects(data, caplog):
     caplog.set_level(logging.ERROR)
     for row in rows(data):

@@ -56,6 +56,7 @@ def sound(surface: object) -> None:
     assert len(self_intersections(points, cells)) == 0
 
 
+@pytest.mark.slow
 def test_central_charge_and_a_sphere_s_points_give_the_exact_sphere() -> None:
     # The paper's steps with one charge at the centre: every stage has a closed form.
     centre, radius = np.array([3.0, -5.0, 8.0]), 21.0
@@ -70,7 +71,7 @@ def test_central_charge_and_a_sphere_s_points_give_the_exact_sphere() -> None:
     np.testing.assert_allclose(shape(sphere_points(300)), centre + radius * sphere_points(300), atol=1e-9)
 
 
-@pytest.mark.parametrize("method", ["paper", "smooth"])
+@pytest.mark.parametrize("method", [pytest.param("paper", marks=pytest.mark.slow), "smooth"])
 @pytest.mark.parametrize("spacing", [(1.0, 1.0, 1.0), (1.44, 1.44, 8.0)])
 def test_ellipsoid(spacing: tuple[float, float, float], method: str) -> None:
     axes = (24.0, 20.0, 40.0)

@@ -46,7 +46,7 @@ def test_any_number_of_vertices(vertices: int) -> None:
     assert faults_of_sphere(charge_template(vertices), vertices) == []
 
 
-@pytest.mark.parametrize("vertices", [748, 1500, 2472])
+@pytest.mark.parametrize("vertices", [748, 1500, pytest.param(2472, marks=pytest.mark.slow)])
 def test_sizes_of_the_paper_are_even(vertices: int) -> None:
     template = charge_template(vertices)
     assert faults_of_sphere(template, vertices) == []

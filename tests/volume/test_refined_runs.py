@@ -64,6 +64,7 @@ def test_base_and_caps_are_flat_and_every_boundary_facet_is_tagged(mesh):
     assert (inside > 0) == ("cap_lv" in names)
 
 
+@pytest.mark.slow
 def test_a_direct_run_when_asked(wall, monkeypatch):
     from femprep.volume import runs
 

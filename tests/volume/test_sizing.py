@@ -61,6 +61,7 @@ def test_no_field_where_one_length_holds():
     assert sizing_field(ball_wall(), VolumeOptions()) is None
 
 
+@pytest.mark.slow
 def test_lengths_grow_outside_of_what_is_filled():
     """Blood is filled: in a cavity with it edges are as the wall next to them wants them."""
     wall = ball_wall()

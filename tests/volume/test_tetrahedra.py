@@ -188,6 +188,7 @@ def test_attempts_follow_the_outcome():
     assert [a.stop_energy for a in planned_runs(given, lambda: "crashed")] == [5.0, 5.0, 5.0]
 
 
+@pytest.mark.slow
 def test_the_best_of_runs_is_the_one_nearest_to_what_was_asked(mesher):
     """Not the one whose smallest angle is larger, where that is enough and it is the mean ratio that both miss."""
     given = truncated_ellipsoid("tetra", heights=6, around=24, layers=3, lean=0.0)

@@ -22,6 +22,7 @@ def wrong(mesh: fp.VolumeMesh) -> float:
     return float(size[(mesh.region == fp.REGION_TAGS["scar"]) != true].sum() / size[true].sum())
 
 
+@pytest.mark.slow
 def test_a_scar_in_the_middle_of_the_wall_has_its_own_faces() -> None:
     wall, image = fp.add_pericardium(ventricle(size=7)), late_enhancement(stack(PIXELS), 0.25, 0.75)
     plain, found = fp.add_regions(wall, image), fp.add_regions(wall, image, conforming=True)
@@ -47,6 +48,7 @@ def test_a_scar_in_the_middle_of_the_wall_has_its_own_faces() -> None:
     assert fp.add_regions(wall, image, conforming=True).points.tobytes() == found.points.tobytes()
 
 
+@pytest.mark.slow
 def test_border_zone_beside_a_scar() -> None:
     image = late_enhancement(stack((2.0, 2.0, 8.0)))
     found = fp.add_regions(ventricle(size=7), image, {"scar": 1, "border": 2, "healthy": 3}, conforming=True)
@@ -77,6 +79,7 @@ def test_options_that_do_not_go_with_it_are_refused() -> None:
         fp.mesh_segmentation(seg, conforming=True)
 
 
+@pytest.mark.slow
 def test_purkinje_fibres_are_left_out_and_told() -> None:
     pytest.importorskip("fractal_tree")
     wall = fp.add_purkinje(ventricle(size=5), generations=2)

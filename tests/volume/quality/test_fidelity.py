@@ -104,6 +104,7 @@ def test_a_slice_that_the_surface_does_not_reach_is_told_with_its_distance():
     assert missed[1].mean_mm == pytest.approx(8.0, abs=0.2)
 
 
+@pytest.mark.slow
 def test_where_a_neighbour_joins_the_outline_is_none_of_the_facets():
     """Facets are measured where nothing else is near, from the outline to them alone."""
     seg = rings()

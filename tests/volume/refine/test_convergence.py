@@ -43,7 +43,7 @@ def solved(mesh: VolumeMesh, value, source) -> tuple[FloatArray, float, float]:
     return found, float(np.sqrt(error)), float(np.sqrt(energy))
 
 
-@pytest.mark.parametrize("improved", [False, True])
+@pytest.mark.parametrize("improved", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_errors_of_linear_elements_fall_by_four_and_their_slopes_by_two(improved: bool) -> None:
     length = 20.0
 
@@ -60,7 +60,7 @@ def test_errors_of_linear_elements_fall_by_four_and_their_slopes_by_two(improved
     assert np.abs(rates - [2.0, 1.0]).max() < 0.1, errors
 
 
-@pytest.mark.parametrize("improved", [False, True])
+@pytest.mark.parametrize("improved", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_linear_field_is_solved_exactly_on_every_level(improved: bool) -> None:
     """The patch test: no node hangs, no element is turned inside out, whatever moved."""
 

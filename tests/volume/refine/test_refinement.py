@@ -111,7 +111,7 @@ def test_boundary_without_tags_and_interfaces_between_regions_stay_while_element
         )
 
 
-@pytest.mark.parametrize("element", ["tetra", "wedge"])
+@pytest.mark.parametrize("element", ["tetra", pytest.param("wedge", marks=pytest.mark.slow)])
 def test_error_of_volume_and_surface_falls_by_four_with_each_level(element: str) -> None:
     """Facets through nodes on an ellipsoid are off it by the square of their edge; refined flat, they would stay so."""
     mesh = layered(rings=8, layers=2, element=element)

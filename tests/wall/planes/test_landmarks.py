@@ -117,6 +117,7 @@ def test_unknown_options_are_refused():
         find_base(stack(list("ooo")), basal_ends="first")
 
 
+@pytest.mark.slow
 @pytest.mark.data
 def test_basal_end_of_every_acdc_map(data):
     """cases.csv says which end is basal: all maps that are there agree but one, where it goes by the LV alone.
