@@ -177,6 +177,7 @@ def _one(
         "edge_length_mm": sizes.range(parameters.levels, parameters.follows),
         "envelope_mm": parameters.envelope,
         "stop_energy": parameters.stop_energy,
+        "passes": parameters.passes,
         "time_limit_s": limit,
     }
     status: Status = "crashed"
@@ -229,6 +230,7 @@ def _mesh(
             "edge_length_abs": float(longest),
             "epsilon": float(parameters.envelope / diagonal),
             "stop_energy": float(parameters.stop_energy),
+            "num_opt_iter": parameters.passes,
             "num_threads": 1,
         },
         arrays={} if field is None else {"bg_vertices": field.points, "bg_tets": field.tets, "bg_values": field.values},

@@ -15,6 +15,10 @@ Status = Literal["reached", "missed", "too long", "crashed", "wrong mesh"]
 
 #: Lowest stop energy of a run: with 5 fTetWild may not come to an end.
 _LOWEST_ENERGY: Final = 6.0
+#: Passes of improvement that fTetWild makes at most, and that it makes with the lowest stop energy: the mean ratio
+#: rises with the first ones (two thin walls: by .012 and .026 with eight), the others wait for a few elements.
+_PASSES: Final = 80
+_PASSES_LOWEST: Final = 10
 #: A run may take so many times the seconds estimated, so many seconds where those are few, and for each triangle of the
 #: boundary, which is what coarse meshes wait for (left ventricles took .5 to 4 ms each, both 3 to 6). By luck a run
 #: takes many times as long as the next one, or comes to no end.
@@ -62,7 +66,7 @@ class Change:
     less : float
         What is taken off the stop energy, down to the lowest.
     lowest : bool
-        The stop energy is the lowest; tried once.
+        The stop energy is the lowest, with few passes; tried once.
     follows : bool
         As of :class:`FillingWay`.
     """
@@ -109,6 +113,8 @@ class RunParameters:
         As of :class:`FillingWay`.
     patience : float
         How many times the seconds estimated it may take.
+    passes : int
+        Passes of improvement at most.
     """
 
     envelope: float
@@ -117,6 +123,7 @@ class RunParameters:
     way: str = "direct"
     follows: bool = False
     patience: float = _PATIENCE
+    passes: int = _PASSES
 
     def time_limit(self, estimate: float, triangles: int, longest: float) -> float:
         """Processor seconds the run may take, by those estimated, the boundary's triangles and the most any run may."""
@@ -137,6 +144,7 @@ class RunRecord(Record):
     edge_length_mm: tuple[float, float] = Field(description="Shortest and longest edges asked of it, mm.")
     envelope_mm: float = Field(description="How far it might leave the wall, mm.")
     stop_energy: float = Field(description="Shape energy at which it stops.")
+    passes: int = Field(_PASSES, description="Passes of improvement it might make.")
     time_limit_s: float = Field(description="Processor time it was allowed, s.")
     seconds: float | None = Field(None, description="Time it took by the clock, s.")
     processor_seconds: float | None = Field(None, description="Processor time it took, s.")
@@ -178,23 +186,28 @@ def planned_runs(
     for way in ways:
         parameters = _first(options, way, edge, levels - way.fewer if way.refined else 0)
         yield replace(parameters, patience=patience)
-        patience *= 2.0 if status() == "too long" else 1.0
+        came = status()
+        patience *= 2.0 if came == "too long" else 1.0
     # The mesher alone may try again after the refined ways, too: of a small heart in systole it misses the mean ratio
     # with its own stop energy and reaches it with the lowest one.
     least = 1 if len(ways) > 1 and targets.retries > 1 else 0
     for _ in range(max(targets.retries - len(ways) + 1, least)):
-        (change,) = [change for change in CHANGES if change.after == status()]
+        (change,) = [change for change in CHANGES if change.after == came]
         if change.lowest and parameters.stop_energy <= _LOWEST_ENERGY:
             return  # what it misses no run reaches
+        if came == "too long" and parameters.passes < _PASSES:
+            return  # a mesh that misses is at hand, and a higher stop energy gives no better one
         parameters = replace(
             parameters,
             envelope=change.envelope * parameters.envelope,
             stop_energy=_changed(parameters.stop_energy, change),
+            passes=_PASSES_LOWEST if change.lowest else _PASSES,
             follows=parameters.follows or change.follows,
             patience=patience,
         )
         yield parameters
-        patience *= 2.0 if status() == "too long" else 1.0
+        came = status()
+        patience *= 2.0 if came == "too long" else 1.0
 
 
 def _changed(energy: float, change: Change) -> float:
