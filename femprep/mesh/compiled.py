@@ -8,9 +8,11 @@ import threading
 from collections.abc import Callable
 from functools import cache, wraps
 from importlib import import_module
+from inspect import signature
 from typing import Any, Final
 
 import numba
+import numpy as np
 from numba.core.caching import FunctionCache
 
 _log = logging.getLogger(__name__)
@@ -21,7 +23,9 @@ _SPREAD: Final = threading.Lock()
 _WAITING: Final = "OMP_WAIT_POLICY"
 
 
-def compiled(parallel: bool = False, part: bool = False) -> Callable[[Callable[..., Any]], Any]:
+def compiled(
+    parallel: bool = False, part: bool = False, writes: str | None = None
+) -> Callable[[Callable[..., Any]], Any]:
     """Compile a kernel with numba and keep the machine code for the next process.
 
     numba keeps it beside the source, in the user's cache folder, or in ``NUMBA_CACHE_DIR``. Where none of them can
@@ -36,6 +40,10 @@ def compiled(parallel: bool = False, part: bool = False) -> Callable[[Callable[.
     part : bool
         This function is only a part of other kernels: it becomes one with each of them. Without that, a kernel that
         has just been compiled may call another version of it than the one read back from disk.
+    writes : str, optional
+        Names of the arguments that it writes to, with blanks between; all others it gets read-only. numba compiles a
+        kernel once more for each mix of arrays that may be written and that may not, of which the calls of one had up
+        to nine. Not for kernels that another one calls.
     """
     # numpy's error model: x / 0 is infinite. Python's would test each divisor, and a loop with a test in it is not
     # vectorised.
@@ -55,7 +63,8 @@ def compiled(parallel: bool = False, part: bool = False) -> Callable[[Callable[.
             kernel._cache = _Kept(function)
         except RuntimeError as error:
             _log.info("compiled code of %s is not kept: %s", function.__name__, error)
-        return _alone(kernel) if parallel else kernel
+        call = _alone(kernel) if parallel else kernel
+        return call if writes is None else _reading(call, function, writes.split())
 
     return decorate
 
@@ -81,6 +90,27 @@ def _alone(kernel: Callable[..., Any]) -> Callable[..., Any]:
             return kernel(*args)
 
     return call
+
+
+def _reading(kernel: Callable[..., Any], function: Callable[..., Any], writes: list[str]) -> Callable[..., Any]:
+    """The kernel, given what it does not write to as arrays that cannot be written."""
+    names = list(signature(function).parameters)
+    written = {names.index(name) for name in writes}
+
+    @wraps(function)
+    def call(*args: Any) -> Any:
+        return kernel(*(each if k in written else _read_only(each) for k, each in enumerate(args)))
+
+    return call
+
+
+def _read_only(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return tuple(map(_read_only, value))
+    if isinstance(value, np.ndarray) and value.flags.writeable:
+        value = value.view()
+        value.flags.writeable = False
+    return value
 
 
 @cache

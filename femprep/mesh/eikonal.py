@@ -131,7 +131,7 @@ def _over_face(g: FloatArray, t0: float, t1: float, t2: float) -> float:
     return best
 
 
-@compiled()
+@compiled(writes="times")
 def _run(
     points: FloatArray,
     tets: IntArray,

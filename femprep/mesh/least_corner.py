@@ -132,7 +132,7 @@ def distinct_pairs(blocks: Sequence[BlockParts]) -> IntArray:
     return np.concatenate(found)
 
 
-@compiled()
+@compiled(writes="count")
 def _count(cells: IntArray, corners: IntArray, count: IntArray) -> None:
     """Add up how many parts have each node as their smallest corner."""
     for f in range(len(corners)):
@@ -143,7 +143,7 @@ def _count(cells: IntArray, corners: IntArray, count: IntArray) -> None:
             count[least] += 1
 
 
-@compiled()
+@compiled(writes="at others number element")
 def _place(
     cells: IntArray,
     corners: IntArray,
@@ -180,7 +180,7 @@ def _place(
             element[to] = start + i
 
 
-@compiled()
+@compiled(writes="before")
 def _equal_before(end: IntArray, others: TagArray, before: TagArray) -> None:
     """Find the last equal part before each among those of the same smallest corner."""
     width = others.shape[1]

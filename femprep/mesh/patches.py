@@ -139,7 +139,7 @@ def _heights(points: FloatArray, frames: FloatArray, near: IntArray) -> FloatArr
     return found
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="found")
 def _fit_heights(points: Any, frames: Any, near: Any, found: Any) -> None:
     for i in prange(len(points)):
         _fit_height(points, frames[i], i, near[i], found[i])
@@ -304,7 +304,7 @@ def settle(
     return near
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="moving normals near")
 def settle_all(moving: Any, normals: Any, near: Any, flat: Any, planes: Any, surface: Any) -> None:
     """Put all points onto their surface and planes, in place."""
     points, frames, coefficients, reach, ring = surface

@@ -12,7 +12,7 @@ from femprep.mesh.compiled import compiled
 from femprep.model import BoolArray, IntArray
 
 
-@compiled()
+@compiled(writes="")
 def stars(cells: IntArray, count: int) -> tuple[IntArray, IntArray]:
     """Elements around each point: those of point v are ``around[start[v]:start[v + 1]]``, ascending."""
     corners = cells.shape[1]
@@ -32,7 +32,7 @@ def stars(cells: IntArray, count: int) -> tuple[IntArray, IntArray]:
     return start, around
 
 
-@compiled()
+@compiled(writes="")
 def coloured(t: IntArray, start: IntArray, around: IntArray, nodes: IntArray) -> tuple[IntArray, IntArray]:
     """Points in the order of their colours, and where each colour begins.
 

@@ -184,7 +184,7 @@ def test_attempts_follow_the_outcome():
     assert [a.follows for a in planned_runs(options, lambda: "wrong mesh")] == [False, True, True, True]
     assert [a.envelope for a in planned_runs(options, lambda: "missed")] == [0.1] * 2
     assert [a.stop_energy for a in planned_runs(VolumeOptions(), lambda: "missed")] == [10.0, 6.0]
-    assert [a.passes for a in planned_runs(VolumeOptions(), lambda: "missed")] == [80, 10]
+    assert [a.passes for a in planned_runs(VolumeOptions(), lambda: "missed")] == [80, 20]
     told = iter(["missed", "too long"])
     # What the lowest energy takes too long for is not tried with a higher one than missed.
     assert len(list(planned_runs(VolumeOptions(), lambda: next(told)))) == 2

@@ -123,7 +123,7 @@ class Ideal:
         return np.asarray(2.0 * np.einsum("ij,ij->i", area_vectors(points, self.cells), up) / self.area)
 
 
-@compiled()
+@compiled(writes="each gradient by_normal")
 def _measure(
     points: Any, normals: Any, ideal: Any, size: float, delta: float, each: Any, gradient: Any, by_normal: Any
 ) -> float:

@@ -41,7 +41,7 @@ def tetra_volumes(points: FloatArray, cells: IntArray) -> FloatArray:
     return out
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="out")
 def _volumes(p: FloatArray, t: IntArray, out: FloatArray) -> None:
     for i in numba.prange(len(t)):
         a, b, c, d = t[i, 0], t[i, 1], t[i, 2], t[i, 3]
@@ -58,7 +58,7 @@ def _angle(along: float, volume: float, dot: float) -> float:
     return float(np.degrees(np.arctan2(along * volume, 0.0 - dot)))
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="out")
 def _measure(p: FloatArray, t: IntArray, out: FloatArray) -> None:
     for i in numba.prange(len(t)):
         a, b, c, d = t[i, 0], t[i, 1], t[i, 2], t[i, 3]

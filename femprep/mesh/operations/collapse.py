@@ -91,7 +91,7 @@ def _one_pass(points: FloatArray, normals: FloatArray, cells: IntArray, most: in
     return target
 
 
-@compiled()
+@compiled(writes="target")
 def _collapse(points: Any, normals: Any, cells: Any, starts: Any, fan: Any, nodes: Any, most: int, target: Any) -> int:
     """Collapse edges in their order, each towards the end that leaves better triangles, none near another."""
     used = np.zeros(len(points), dtype=np.bool_)

@@ -21,7 +21,7 @@ def smooth_tangentially(points: FloatArray, triangles: IntArray, passes: int) ->
     return points
 
 
-@compiled()
+@compiled(writes="points")
 def _spread(points: Any, triangles: Any, passes: int, pace: float) -> None:
     count = len(points)
     size = np.empty(count)

@@ -211,7 +211,7 @@ def _try(
     return best
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="triangle weights")
 def _search(
     queries: FloatArray,
     points: FloatArray,

@@ -56,7 +56,7 @@ def _beside(low: FloatArray, high: FloatArray, other_low: FloatArray, other_high
     return beside
 
 
-@compiled()
+@compiled(writes="")
 def _search(points: FloatArray, cells: IntArray, low: FloatArray, high: FloatArray, order: IntArray) -> IntArray:
     """Look each triangle up in the tree over all of them; every pair once."""
     found = np.empty((64, 2), dtype=np.int64)

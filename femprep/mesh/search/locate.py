@@ -149,7 +149,7 @@ def _try(
     return best
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="tet weights found")
 def _search(
     queries: FloatArray,
     places: FloatArray,

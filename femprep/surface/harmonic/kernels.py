@@ -126,7 +126,7 @@ def _slopes(room: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any) -> None
         room[_GZ + i] = gz * factor
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="out")
 def potential(points: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out: Any) -> None:
     """u at points ``(n, 3)``, into ``out``."""
     for block in prange((points.shape[0] + _BLOCK - 1) // _BLOCK):
@@ -138,7 +138,7 @@ def potential(points: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out
             out[first + i] = room[_SUM + i]
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="out")
 def gradient(points: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out: Any) -> None:
     """Gradient of u at points ``(n, 3)``, into ``out`` ``(n, 3)``."""
     for block in prange((points.shape[0] + _BLOCK - 1) // _BLOCK):
@@ -149,7 +149,7 @@ def gradient(points: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out:
         _take(room, _GX, first, count, out)
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="out")
 def flow(
     points: Any, start: Any, stop: Any, steps: int, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out: Any
 ) -> None:
@@ -190,7 +190,7 @@ def flow(
         _take(room, _X, first, count, out)
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="points")
 def settle(points: Any, level: Any, sweeps: int, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any) -> None:
     """Newton steps along grad u, in place, that put points near their level onto it."""
     for block in prange((points.shape[0] + _BLOCK - 1) // _BLOCK):

@@ -51,7 +51,7 @@ def _kernel(z: float, degree: int) -> float:
     return value
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="out")
 def _rows(directions: Any, knots: Any, degree: int, scale: float, mean: float, out: Any) -> None:
     """Basis functions at directions: a column of ones, then psi about each knot."""
     for i in prange(directions.shape[0]):
@@ -61,7 +61,7 @@ def _rows(directions: Any, knots: Any, degree: int, scale: float, mean: float, o
             out[i, k + 1] = scale * (_kernel(z, degree) - mean)
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="out")
 def _values(directions: Any, knots: Any, degree: int, scale: float, mean: float, coefficients: Any, out: Any) -> None:
     """The spline at directions, without its basis in memory."""
     for i in prange(directions.shape[0]):

@@ -84,7 +84,7 @@ def _newton(gradient: Any, hessian: Any, basis: Any, free: int, step: Any) -> fl
     return float(np.sqrt(step[0] ** 2 + step[1] ** 2 + step[2] ** 2))
 
 
-@compiled()
+@compiled(writes="points normals near")
 def move_nodes(
     points: Any,
     moving: Any,

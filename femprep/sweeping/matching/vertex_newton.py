@@ -170,7 +170,7 @@ def _move(
     return 0.0
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="lines normals near moved")
 def slide(
     lines: Any,
     normals: Any,

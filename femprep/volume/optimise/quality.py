@@ -59,7 +59,7 @@ def _shape(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float]
     return ratio, six * np.sqrt(square / product) / REGULAR_SINE
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, writes="out")
 def qualities(p: FloatArray, t: IntArray, moved: BoolArray, out: FloatArray) -> None:
     """Lesser of mean ratio and least sine of each tetrahedron some point of which has moved; the others stay."""
     for i in numba.prange(len(t)):
