@@ -15,6 +15,7 @@ import pytest
 import SimpleITK as sitk
 from same_heart import WAYS, moved
 from scipy.spatial.transform import Rotation
+from slow_params import slow_but
 
 import femprep as fp
 from femprep.model.stages import Stages
@@ -49,9 +50,7 @@ def _fitted(seg: fp.Segmentation, objects: dict[str, tuple[str, ...]] = OBJECTS)
 QUICK = ("axes j, k, i, one backwards", "all backwards", "cropped", "a quarter about x", "another way in all")
 
 
-@pytest.mark.parametrize(
-    "way", [way if way in QUICK else pytest.param(way, marks=pytest.mark.slow) for way in WAYS if "I" not in way]
-)
+@pytest.mark.parametrize("way", slow_but(QUICK, [way for way in WAYS if "I" not in way]))
 def test_the_same_surface_to_rounding(heart: fp.Segmentation, surface: fp.Surface, way: str) -> None:
     other = _fitted(WAYS[way].change(heart))
     assert np.array_equal(other.triangles, surface.triangles)

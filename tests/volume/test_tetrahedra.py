@@ -94,6 +94,7 @@ def tube(rings: int = 12, around: int = 40) -> Wall:
     return Wall(flat, np.concatenate(triangles), np.array(tags), np.full(len(points), -1), planes)
 
 
+@pytest.mark.slow
 def test_closed_cavity_stays_a_cavity():
     from test_validate import shells
 

@@ -270,6 +270,7 @@ def test_wrong_meshes_and_limits_are_refused():
         check(mesh, dihedral=5)
 
 
+@pytest.mark.slow
 def test_mesh_of_a_wall_is_judged(coarse_mesh):
     report = check(coarse_mesh)
     assert report.passed, report.failures
