@@ -11,4 +11,8 @@ import pytest
 def slow_but(quick: Iterable[Any], values: Iterable[Any]) -> list[Any]:
     """All values; slow are those that are not among the quick ones."""
     kept = list(quick)
-    return [value if value in kept else pytest.param(value, marks=pytest.mark.slow) for value in values]
+    rows = [value if isinstance(value, tuple) else (value,) for value in values]
+    return [
+        pytest.param(*row) if row in kept or row[0] in kept else pytest.param(*row, marks=pytest.mark.slow)
+        for row in rows
+    ]

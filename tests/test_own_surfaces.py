@@ -57,6 +57,7 @@ def test_a_wall_is_built_from_surfaces_without_a_template_and_of_unequal_numbers
     assert wall.volume == pytest.approx(shapes.PHANTOM.wall_volume, rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_whole_way_by_the_sweep_writes_a_folder_with_hashes_and_distances(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -60,6 +60,7 @@ def refusal(monkeypatch: pytest.MonkeyPatch) -> Refusal:
     return refused
 
 
+@pytest.mark.slow
 def test_nothing_is_refused_without_a_reason(ventricle, heart, open_heart, monkeypatch) -> None:
     valve = (0.0, 0.0, 49.0, 0.0, 0.0, 1.0, 10.0)
 

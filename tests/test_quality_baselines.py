@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 from quality_cases import ACDC, BASELINE, KINDS, PHANTOMS, VENTRICLES, figures, make
+from slow_params import slow_but
 
 RECORD = json.loads(BASELINE.read_text())
 
@@ -32,6 +33,7 @@ def test_swept_phantom(case, kind):
     assert fallen(case, kind) == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["tetwild-fast", pytest.param("tetwild-good-10", marks=pytest.mark.slow)])
 def test_tetwild_phantom(kind):
     assert fallen("round", kind) == {}
@@ -50,7 +52,9 @@ def test_ventricles_of_a_phantom(kind):
 
 
 @pytest.mark.data
-@pytest.mark.parametrize(("case", "kind"), swept(ACDC))
+@pytest.mark.parametrize(
+    ("case", "kind"), slow_but([one for one in swept(ACDC) if one[1] != "sweep-tetra"], swept(ACDC))
+)
 def test_swept_map(data, case, kind):
     assert fallen(case, kind) == {}
 

@@ -46,6 +46,7 @@ def cavity(endo: tuple[float, float, float], base: float) -> float:
     return float(np.pi * a * b * ((base + c) - (base**3 + c**3) / (3.0 * c * c)))
 
 
+@pytest.mark.slow
 def test_each_phase_is_judged_as_in_its_sequence(out: Path) -> None:
     for name, phase in zip(PHASES, json.loads((out / "run.json").read_text())["phases"], strict=True):
         report = fp.check(fp.read_mesh(out / "phases" / name / "mesh.vtu"))
@@ -54,6 +55,7 @@ def test_each_phase_is_judged_as_in_its_sequence(out: Path) -> None:
         assert "mesher sweep" in report.limits_from
 
 
+@pytest.mark.slow
 def test_phases_share_their_connectivity_and_move_as_the_heart_does(out: Path) -> None:
     ed, es = (fp.read_mesh(out / "phases" / name / "mesh.vtu") for name in PHASES)
     assert np.array_equal(ed.cells["tetra"], es.cells["tetra"])
@@ -70,12 +72,14 @@ def test_phases_share_their_connectivity_and_move_as_the_heart_does(out: Path) -
     assert inward.min() > 4.0
 
 
+@pytest.mark.slow
 def test_the_names_known_before_are_written(out: Path) -> None:
     files = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
     assert set(sequence_names(PHASES, ())) <= files
     assert set(json.loads((out / "run.json").read_text())["files"]) == files
 
 
+@pytest.mark.slow
 def test_the_record_tells_volumes_and_ejection_fraction(out: Path) -> None:
     record = json.loads((out / "run.json").read_text())
     jsonschema.validate(record, json.loads((SCHEMAS / "sequence.json").read_text()))
@@ -95,6 +99,7 @@ def test_the_record_tells_volumes_and_ejection_fraction(out: Path) -> None:
     assert any(line.startswith(told) for line in record["notices"])
 
 
+@pytest.mark.slow
 def test_the_series_files_hold_every_phase(out: Path) -> None:
     with meshio.xdmf.TimeSeriesReader(out / "sequence.xdmf") as reader:
         reader.read_points_cells()
@@ -124,6 +129,7 @@ def test_the_series_files_hold_every_phase(out: Path) -> None:
     assert len({grid.find("Topology/DataItem").text for grid in grids[1:]}) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.slow
 def test_another_heart_on_the_template_has_its_connectivity(out: Path, tmp_path: Path) -> None:
     heart = lv_ellipsoid(endo=(20.0, 23.0, 50.0), epi=(30.0, 33.0, 60.0), base=15.0)

@@ -35,6 +35,8 @@ _log = logging.getLogger(__name__)
 
 #: Above this share, negative tetrahedra are those of a program that does not mind their sense.
 _SENSELESS = 0.1
+#: Points lie in a plane where they spread across it by less than this share of along it.
+_FLAT = 1e-6
 #: How names of the file's own are known.
 _TOLD: Final = Name(1.0, "the file's own name, or one given for it")
 
@@ -80,6 +82,7 @@ def annotate(
     with stages("boundary"):
         mesh, unit, scale = _in_millimetres(mesh, options)
         mesh = _used(_positive(mesh))
+        _check_solid(mesh)
         shell = shell_of(mesh)
     with stages("facets"):
         given = given_facets(mesh, shell, options.names)
@@ -128,6 +131,14 @@ def _positive(mesh: VolumeMesh) -> VolumeMesh:
     return replace(
         mesh, cells=cells, info=noted(mesh.info, Notice.of("repaired", words, amount=turned, unit="elements"))
     )
+
+
+def _check_solid(mesh: VolumeMesh) -> None:
+    """Refuse a mesh whose points lie in a plane."""
+    apart = mesh.points - mesh.points.mean(axis=0)
+    across = np.linalg.eigvalsh(apart.T @ apart)
+    if not across[0] > _FLAT**2 * across[-1]:
+        raise InputError("all points of the mesh lie in a plane; a mesh of a heart's wall has elements with a volume")
 
 
 def _used(mesh: VolumeMesh) -> VolumeMesh:

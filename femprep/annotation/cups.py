@@ -16,17 +16,19 @@ from femprep.annotation.cavities import looks_at, smoothed
 from femprep.annotation.chambers import name_cavities, wall_thickness
 from femprep.annotation.flat import spread
 from femprep.annotation.hollows import hollows
-from femprep.annotation.openings import look_apart
 from femprep.annotation.reading import Name, NoReading, Reading
 from femprep.annotation.shell import Shell
 from femprep.annotation.space import flood
 from femprep.mesh.topology import components
 from femprep.model import FACET_TAGS, BoolArray, FloatArray
+from femprep.model.products import product, unit_vectors
 
 #: A base leans less than this against the mouth's plane, degrees, as creases of a base do.
 _LEVEL: Final = 45.0
 #: Mouths of a ventricle at most, and how wide one is at least, mm; atria have four or more.
 _MOUTHS, _LEAST = 3, 5.0
+#: Ways out of a ventricle differ by less than this, degrees; those of an atrium from vein to vein by more.
+_APART: Final = 120.0
 
 
 def by_hull(shell: Shell) -> Reading:
@@ -49,7 +51,8 @@ def by_hull(shell: Shell) -> Reading:
     doubt = 2.0 * max(space.step, shell.edge)
     for own in endo:
         mouths = _mouths(shell, own, looks == outside, doubt)
-        if len(mouths) > _MOUTHS or look_apart(mouths - shell.centre[own].mean(axis=0)):
+        # A ventricle with a hole in its apex has two that look apart.
+        if len(mouths) > _MOUTHS or (len(mouths) > 2 and _look_apart(mouths - shell.centre[own].mean(axis=0))):
             where = " on opposite sides" if len(mouths) <= _MOUTHS else ""
             raise NoReading(f"a cavity of the convex hull has {len(mouths)} mouths{where}: an atrium, and no ventricle")
         base |= _rim(shell, own, looks == outside, doubt)
@@ -65,6 +68,12 @@ def by_hull(shell: Shell) -> Reading:
     tag = spread(shell, tag)
     tag[base] = FACET_TAGS["base"]
     return Reading("convex hull", smoothed(shell, tag.astype(np.int64)).astype(np.int32), given, tuple(questions))
+
+
+def _look_apart(ways: FloatArray) -> bool:
+    """Whether two of the ways ``(n, 3)`` out of a cavity differ by more than ways out of a ventricle do."""
+    unit = unit_vectors(ways)
+    return bool((product(unit, unit.T) < np.cos(np.radians(_APART))).any())
 
 
 def _mouths(shell: Shell, endo: BoolArray, outer: BoolArray, doubt: float) -> FloatArray:

@@ -13,7 +13,6 @@ from femprep.annotation.reading import CavityOpening, NoReading
 from femprep.annotation.shell import Shell
 from femprep.annotation.space import Space
 from femprep.model import FloatArray, IntArray
-from femprep.model.products import product, unit_vectors
 
 #: Openings by what they lie between; None is the outside.
 OPENINGS: Final = {
@@ -30,8 +29,6 @@ OPENINGS: Final = {
 VESSELS: Final = {"aortic": "aorta_wall", "pulmonary": "pulmonary_artery_wall"}
 #: An opening has this area at least, mm2.
 _AREA: Final = 20.0
-#: Ways out of a ventricle differ by less than this, degrees; those of an atrium from vein to vein by more.
-_APART: Final = 120.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +63,7 @@ def without_atria(
     Raises
     ------
     NoReading
-        A cavity has another number of openings, or they look apart, or another one is too wide to keep a ball out.
+        A cavity has another number of openings, or another one is too wide to keep a ball out.
     """
     held = hollows(shell)[2]
     if held > count + vessels:
@@ -76,17 +73,9 @@ def without_atria(
         own = sorted((one for one in openings if one[0].cavity == name), key=lambda one: -one[1].area)
         if len(own) != 2:
             raise NoReading(f"{len(own)} openings; a ventricle without an atrium has 2, or is open all round")
-        if look_apart(np.array([patch.normal for _, patch in own])):
-            raise NoReading("2 openings on opposite sides: an atrium or a vessel, and no ventricle")
         led = next((k for k, (_, patch) in enumerate(own) if patch.led), 1)
         found += [(replace(own[1 - led][0], name=upper), own[1 - led][1]), own[led]]
     return found
-
-
-def look_apart(ways: FloatArray) -> bool:
-    """Whether two of the ways ``(n, 3)`` out of a cavity differ by more than ways out of a ventricle do."""
-    unit = unit_vectors(ways)
-    return bool((product(unit, unit.T) < np.cos(np.radians(_APART))).any())
 
 
 def _patches(space: Space, basin: IntArray, one: int, other: int) -> list[Patch]:

@@ -69,6 +69,7 @@ def test_the_net_fits_the_mesh(kind: str) -> None:
     assert np.all(net.lengths < 20.0)
 
 
+@pytest.mark.slow
 def test_roots_lie_high_on_the_septum_and_run_down() -> None:
     mesh = with_net("both ventricles")
     axes, net = fp.ventricular_axes(mesh), mesh.purkinje

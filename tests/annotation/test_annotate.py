@@ -248,7 +248,7 @@ def test_wrong_options_are_told_in_one_line(
 
 def test_a_mesh_in_a_plane_is_refused() -> None:
     mesh = truncated_ellipsoid("tetra", heights=3, around=8, layers=1)
-    with pytest.raises(fp.InputError, match="read in none of the ways"):
+    with pytest.raises(fp.InputError, match="all points of the mesh lie in a plane"):
         fp.annotate(bare(replace(mesh, points=mesh.points * [1.0, 1.0, 0.0])))
 
 

@@ -165,7 +165,6 @@ WAYS = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)]
     [
         (5, 7.0, "5 mouths: an atrium, and no ventricle"),
         (3, 12.0, "3 mouths on opposite sides: an atrium, and no ventricle"),
-        (2, 7.0, "2 openings on opposite sides: an atrium or a vessel"),
     ],
 )
 def test_one_atrium_alone_is_no_ventricle(cad: None, tmp_path: Path, count: int, wide: float, words: str) -> None:

@@ -159,6 +159,7 @@ def test_a_shell_that_completes_words_is_answered(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_reader_that_has_gone_is_no_error(tmp_path: Path) -> None:
     read, write = os.pipe()
     os.close(read)

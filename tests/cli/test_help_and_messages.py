@@ -59,6 +59,7 @@ def test_python_m_femprep_is_the_command_line() -> None:
     assert done.stdout.startswith("femprep ")
 
 
+@pytest.mark.slow
 def test_shells_complete_commands_options_and_choices() -> None:
     def offered(words: str) -> str:
         given = {

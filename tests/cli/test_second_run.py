@@ -28,6 +28,7 @@ def once(heart: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 SURFACES = ["--preset", "acdc", "--vertices", "300", "--quiet"]
 
 
+@pytest.mark.slow
 def test_surfaces_made_anew_leave_what_was_added(heart: Path, once: Path) -> None:
     (once / "state.pvsm").write_text("view")
     (once / "surfaces" / "lv_cut.vtp").write_text("cut")

@@ -16,8 +16,7 @@ import femprep as fp
 from femprep.export import FORMATS, write_format, write_mesh
 
 HERE = Path(__file__).parents[1]
-#: One written by VTK, one by HDF5, one as text.
-QUICK = ("vtu", "dolfinx", "abaqus")
+QUICK = ("abaqus",)
 
 # In a process of its own: native code that does not bear it ends the process.
 WRITE = """

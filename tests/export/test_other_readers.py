@@ -149,6 +149,7 @@ def test_febio_file_without_a_step_has_no_loads(tmp_path: Path) -> None:
 # --------------------------------------------------------------------------------------------- LS-DYNA
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["tetra", "tetra10", "wedge", "hexahedron", "mixed"])
 def test_pydyna_reads_the_keyword_file(kind: str, tmp_path: Path) -> None:
     dyna = pytest.importorskip("ansys.dyna.core")

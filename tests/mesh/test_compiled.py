@@ -69,6 +69,7 @@ print(told, os.environ.get("OMP_WAIT_POLICY"))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("given", "found"),
     [({}, "[('numba.np.ufunc.omppool', 'passive')] None"), ({"OMP_WAIT_POLICY": "active"}, "[] active")],

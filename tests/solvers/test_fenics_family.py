@@ -47,6 +47,7 @@ def volumes_and_areas(mesh: VolumeMesh) -> tuple[dict[str, float], dict[str, flo
     )
 
 
+@pytest.mark.slow
 @pytest.mark.solver
 @pytest.mark.parametrize(
     ("program", "format", "module"),
@@ -74,6 +75,7 @@ def test_tags_and_displacement(program: str, format: str, module: str, kind: str
     assert found["greatest"] == pytest.approx(calculix_greatest(tets, tmp_path), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.solver
 @pytest.mark.parametrize("format", ["gmsh", "gmsh41"])
 def test_dolfinx_reads_the_msh_through_gmsh(format: str, tmp_path: Path) -> None:
@@ -88,6 +90,7 @@ def test_dolfinx_reads_the_msh_through_gmsh(format: str, tmp_path: Path) -> None
     assert found["greatest"] == pytest.approx(calculix_greatest(mesh, tmp_path), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.solver
 @pytest.mark.parametrize("written", ["hexahedron", pytest.param("hexahedron20", marks=pytest.mark.slow)])
 def test_dolfinx_solves_on_hexahedra(written: str, tmp_path: Path) -> None:
@@ -99,6 +102,7 @@ def test_dolfinx_solves_on_hexahedra(written: str, tmp_path: Path) -> None:
     assert found["greatest"] == pytest.approx(calculix_greatest(mesh, tmp_path), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.solver
 def test_dolfinx_solves_on_quadratic_tetrahedra(tmp_path: Path) -> None:
     require_system_module("dolfinx")

@@ -92,6 +92,7 @@ def test_ellipsoid(spacing: tuple[float, float, float], method: str) -> None:
     assert off[between].mean() < 0.15 * spacing[0]
 
 
+@pytest.mark.slow
 def test_finer_voxels_come_closer() -> None:
     axes = (24.0, 20.0, 30.0)
     errors = []

@@ -81,6 +81,7 @@ def test_the_check_tells_an_interface_without_tags_and_facets_inside_the_wall(fi
     assert fp.check(replace(filled, region=np.ones(filled.n_cells, dtype=int))).validity.interface_facets == endo.sum()
 
 
+@pytest.mark.slow
 def test_elements_through_the_wall_are_counted_in_the_wall(filled, coarse_mesh):
     through, alone = (fp.check(mesh).elements_through_wall for mesh in (filled, coarse_mesh))
     assert through.max == pytest.approx(alone.max, abs=2)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from analytic_walls import cut_ellipsoid_volume, ellipsoid_wall
+from slow_params import slow_but
 
 from femprep.mesh.elements import boundary_faces
 from femprep.model import FACET_TAGS, VolumeMesh
@@ -21,7 +22,7 @@ def wall():
     return ellipsoid_wall(ENDO, EPI, HEIGHT, rings=10, layers=2)
 
 
-@pytest.fixture(scope="module", params=["wall", "wall and blood"])
+@pytest.fixture(scope="module", params=slow_but(["wall"], ["wall", "wall and blood"]))
 def mesh(wall, request) -> VolumeMesh:
     blood = fill_cavities(wall) if request.param == "wall and blood" else None
     return tetrahedralize(wall, edge_length=3.2, refinement="auto", blood=blood)
@@ -82,6 +83,7 @@ def test_a_direct_run_when_asked(wall, monkeypatch):
         assert asked == expected
 
 
+@pytest.mark.slow
 def test_edges_that_vary_are_asked_for_twice_as_long(wall, monkeypatch):
     from femprep.volume import runs
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from faults import faults
+from slow_params import slow_but
 
 from femprep.image import Segmentation, read_segmentation
 from femprep.mesh.measures.triangles import triangle_quality
@@ -75,7 +76,7 @@ def faults_of_wall(seg: Segmentation, wall) -> list[str]:
 
 
 @pytest.mark.data
-@pytest.mark.parametrize("case", FEW)
+@pytest.mark.parametrize("case", slow_but(FEW[:1], FEW))
 def test_a_wall_from_labels(data, case):
     assert faults_of_wall(*make(data, case)) == []
 

@@ -27,6 +27,7 @@ def alone(fine: VolumeMesh) -> WallFields:
     return WallFields(replace(fine, nested=None))
 
 
+@pytest.mark.slow
 def test_fields_are_those_of_the_mesh_alone(fine: VolumeMesh, alone: WallFields) -> None:
     assert fine.nested is not None
     assert fine.nested.coarse.nested is not None

@@ -65,6 +65,7 @@ def test_file_cut_off_in_its_last_array(ball: Path) -> None:
         fp.read_surface(ball)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ending", "damage"), [(".vtp", b"</Points>"), (".vtp", b"eNo"), (".vtk", b"POLYGONS")])
 def test_nothing_of_vtk_is_on_the_screen(tmp_path: Path, ending: str, damage: bytes) -> None:
     path = tmp_path / f"ball{ending}"

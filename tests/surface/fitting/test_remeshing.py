@@ -91,6 +91,7 @@ def test_a_body_on_a_stem_gets_even_triangles_numbered_as_the_template_s() -> No
     assert np.linalg.norm(drawn.points - carried.points, axis=1).mean() < 15.0
 
 
+@pytest.mark.slow
 def test_the_same_surface_is_drawn_the_same() -> None:
     first, again = (remesh(TEMPLATE.directions, DUMBBELL) for _ in range(2))
     assert first is not None

@@ -32,6 +32,7 @@ def passed_by(matched, endo: Surface) -> float:
     return float(ClosestFinder(matched.inner, matched.cup.cells)(inside).distance.max())
 
 
+@pytest.mark.slow
 def test_cells_follow_a_stub_as_wide_as_one_of_them(monkeypatch) -> None:
     endo, epi = ellipsoid((16.0, 16.0, 34.0), "lv", 12.0), ellipsoid((36.0, 36.0, 60.0), "epi")
 

@@ -32,6 +32,7 @@ def message(seg: fp.Segmentation, options: Options, error: Exception) -> str:
     return str(caught.value)
 
 
+@pytest.mark.slow
 def test_an_error_keeps_what_it_holds(displaced: fp.Segmentation) -> None:
     error = NoMeshError("no mesh after 3 attempts", [])
     words = message(displaced, OPTIONS, error)
@@ -39,6 +40,7 @@ def test_an_error_keeps_what_it_holds(displaced: fp.Segmentation) -> None:
     assert error.records == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [StageError, InputError])
 def test_shifts_of_centimetres_are_said(displaced: fp.Segmentation, kind: type[Exception]) -> None:
     line = message(displaced, OPTIONS, kind("the surface folds"))

@@ -88,6 +88,7 @@ def test_crash_becomes_one_line(monkeypatch, tmp_path, temporary):
     assert not list(temporary.iterdir())
 
 
+@pytest.mark.slow
 def test_result_that_finds_no_room_blames_the_folder_for_temporary_files(temporary):
     with small_files(4096), pytest.raises(DiskFullError, match=rf"'{temporary}', became full .* set TMPDIR") as error:
         guard.run_tetwild(
@@ -185,6 +186,7 @@ SLOW = """
 """
 
 
+@pytest.mark.slow
 @linux
 def test_a_child_that_gets_little_of_a_busy_machine_may_use_all_of_its_time(monkeypatch, tmp_path, temporary):
     fake_worker(monkeypatch, tmp_path, SLOW.format(pid=str(tmp_path / "pid")))
@@ -277,6 +279,7 @@ WATCHED = """
 """
 
 
+@pytest.mark.slow
 @linux
 def test_watchdog_ends_a_process_and_removes_its_folder_when_this_one_is_killed(tmp_path):
     """What other systems than Linux rely on."""

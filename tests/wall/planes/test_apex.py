@@ -84,6 +84,7 @@ def test_a_bare_shoulder_between_two_slices_is_left_to_the_labels():
     assert (heights(seg, plain.points[moved], 4) == 4.0).all()
 
 
+@pytest.mark.slow
 def test_a_last_slice_that_is_shifted_and_small_keeps_its_outline():
     """As where a breath was held otherwise: 10 mm beside the others and half as wide."""
     seg = shifted_end(10.0)
