@@ -272,6 +272,7 @@ def test_edges_made_straight_are_said(module: str, monkeypatch: pytest.MonkeyPat
     assert (notice.amount, notice.unit) == (1, "edges")
 
 
+@pytest.mark.slow
 def test_whoever_warns_tells() -> None:
     """A file of the package that warns in the log says so in a notice as well, or is known to be told elsewhere."""
     silent = []

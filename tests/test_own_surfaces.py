@@ -50,6 +50,7 @@ def test_labels_keep_what_is_for_labels_alone() -> None:
         fp.fit_surface(shapes.closed("lv"), method="paper")
 
 
+@pytest.mark.slow
 def test_a_wall_is_built_from_surfaces_without_a_template_and_of_unequal_numbers(tmp_path: Path) -> None:
     files = _write({"lv": shapes.closed("lv", 300), "epi": shapes.closed("epi", 400)}, tmp_path)
     found = _read(files)

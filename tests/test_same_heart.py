@@ -99,6 +99,7 @@ def test_both_ventricles_are_the_same(heart: fp.Segmentation) -> None:
         assert np.abs(way.back(other[name].points) - surface.points).max() < 1e-6, name
 
 
+@pytest.mark.slow
 def test_mirrored_is_nearly_a_mirrored_surface(heart: fp.Segmentation, surface: fp.Surface) -> None:
     """Not to rounding: a template has a hand, and is turned to a heart's right ventricle, not mirrored."""
     mirror = np.diag([-1.0, 1.0, 1.0])

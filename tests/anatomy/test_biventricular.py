@@ -51,6 +51,7 @@ def _wall_angles(fields: WallFields, **options) -> dict[str, np.ndarray]:
     return {k: helix_angle(fibre[at], nodes.to_base[at], outward[side][at]) for k, (side, at) in groups.items()}
 
 
+@pytest.mark.slow
 def test_mesh_is_found_anatomical_and_its_twin_mirrored(fields):
     assert fields.axes.mirrored is False
     assert fields.axes.septal[0] < -0.9

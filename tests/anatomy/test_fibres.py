@@ -86,6 +86,7 @@ def test_sheet_angle_turns_the_sheet_about_the_fibre():
     )
 
 
+@pytest.mark.slow
 def test_error_on_the_ellipsoid_is_below_three_degrees_and_falls():
     means = []
     for size, layers in ((4, 3), (8, 6), (16, 12)):

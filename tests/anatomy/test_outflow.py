@@ -91,6 +91,7 @@ def test_closed_valves_are_refused() -> None:
         fp.add_fibres(ellipsoid("hexahedron", size=3, layers=1).mesh, rule="doste")
 
 
+@pytest.mark.slow
 def test_a_ventricle_without_its_valves_has_no_outflow_tract_and_that_is_said() -> None:
     centres = {("mitral", "aortic"): np.zeros(3), ("tricuspid", "pulmonary"): np.array([-75.0, 0.0, 0.0])}
     both = open_valves(biventricular(6.0), centres, axis=1)

@@ -63,6 +63,7 @@ def test_a_coarse_swept_wall_is_named_whole_though_its_apex_is_all_but_flat(elem
     assert set(found.mesh.facet_names) == {"endo", "epi", "base"}
 
 
+@pytest.mark.slow
 def test_both_ventricles_are_told_apart_with_their_regions() -> None:
     truth = biventricular()
     found = fp.annotate(bare(truth), fibres=None)

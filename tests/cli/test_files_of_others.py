@@ -65,6 +65,7 @@ def test_names_of_objects_are_no_paths(tmp_path: Path, name: str, capsys: pytest
         assert sorted(tmp_path.rglob("*")) == before
 
 
+@pytest.mark.slow
 def test_pages_show_names_and_do_not_run_them(tmp_path: Path) -> None:
     mesh = named({SCRIPT: 301, "base": 103})
     region = np.full_like(mesh.region, 77)

@@ -57,6 +57,7 @@ def test_every_odd_case_that_is_read(tmp_path: Path) -> None:
     assert sum(one["status"] == 2 for one in found) > 350
 
 
+@pytest.mark.slow
 def test_cases_are_the_same_for_a_seed(tmp_path: Path) -> None:
     sources = Sources(tmp_path / "sources")
     for kind in KINDS.keys() - {REAL}:

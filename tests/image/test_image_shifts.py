@@ -142,6 +142,7 @@ def test_isotropic_voxels_and_barycentre_honour_offsets():
         np.testing.assert_allclose(even.grid.to_world([[*middle, level]])[0, :2], world[:2], atol=0.15)
 
 
+@pytest.mark.slow
 def test_the_command_line_corrects_and_records(tmp_path):
     from femprep.cli import main
 

@@ -32,6 +32,7 @@ assert all(np.array_equal(distance, alone) for distance in found)
 """
 
 
+@pytest.mark.slow
 def test_kernels_of_two_threads_are_spread_one_after_the_other():
     layer = {"NUMBA_THREADING_LAYER": "workqueue", "NUMBA_NUM_THREADS": "2"}
     done = subprocess.run(

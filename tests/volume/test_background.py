@@ -15,6 +15,7 @@ def wall():
     return ellipsoid_wall(rings=16)
 
 
+@pytest.mark.slow
 def test_edges_are_as_asked_for_in_the_wall_and_grow_with_the_distance_from_it(wall):
     field = background_field(Filling(wall, None), 2.0, 0.3)
     far = ClosestFinder(wall.points, wall.triangles).signed(field.points)
@@ -34,6 +35,7 @@ def test_the_background_mesh_covers_the_box_about_the_wall_as_far_as_its_longest
     assert (field.points.max(axis=0) > wall.points.max(axis=0) + 12.0).all()
 
 
+@pytest.mark.slow
 def test_edges_longer_than_those_far_from_the_body_are_kept(wall):
     field = background_field(Filling(wall, None), 15.0, 0.3)
     assert (field.values == 15.0).all()

@@ -33,6 +33,7 @@ def region_volume(mesh: VolumeMesh, name: str) -> float:
     return float(element_volumes(mesh.points, own, "tetra").sum())
 
 
+@pytest.mark.slow
 def test_it_has_the_regions_and_tags_and_passes_the_check(filled):
     assert set(filled.region_names) == {"lv", "blood_lv"}
     assert set(filled.facet_names) == {"endo", "epi", "base", "cap_lv"}

@@ -156,6 +156,7 @@ def test_edges_bent_too_far_are_made_straight_and_counted(kind):
     assert set(both.tolist()) == {17, 40}
 
 
+@pytest.mark.slow
 def test_edges_of_poor_elements_are_made_straight_though_none_is_inverted():
     mesh = truncated_ellipsoid("tetra")
     edges = number_edges(mesh)

@@ -32,6 +32,7 @@ def nodes_of(mesh: VolumeMesh, name: str) -> np.ndarray:
     return np.unique(mesh.facets["triangle"][mesh.facet_tag == FACET_TAGS[name]])
 
 
+@pytest.mark.slow
 def test_it_says_how_it_was_made(mesh):
     assert mesh.info["refinement"]["levels"] == 1
     assert mesh.info["refinement"]["surfaces"] == "of the wall"

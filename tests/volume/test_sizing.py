@@ -243,6 +243,7 @@ def test_elements_through_the_wall_are_as_many_as_asked_for():
     assert count.max() <= 4
 
 
+@pytest.mark.slow
 def test_edges_follow_a_wall_that_is_thinner_than_they_are_long():
     wall = ellipsoid_wall((22.0, 22.0, 42.0), (31.0, 25.0, 51.0), 10.0, rings=24)
     thickness = measured_thickness(wall)

@@ -164,6 +164,7 @@ def filled(wall: Wall) -> TetwildRun:
     return TetwildRun(wall.points.copy(), cells[np.abs(volume) > 1e-9], 1.0, None, 1.0)
 
 
+@pytest.mark.slow
 def test_retries_tighter_after_a_crash_and_says_so(mesher, coarse_wall, coarse_mesh):
     used = mesher(StageError("the mesher was ended by SIGSEGV"), result(coarse_mesh))
     mesh = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82)
@@ -236,6 +237,7 @@ def test_the_time_of_a_run_follows_from_its_estimate():
     assert attempt.time_limit(1.0, 6000, longest=5.0) == 5.0
 
 
+@pytest.mark.slow
 def test_a_run_that_takes_too_long_is_followed_by_another_one(mesher, coarse_wall, coarse_mesh):
     used = mesher(TooLongError("the mesher did not finish within 40 s").after(55.0, 40.1), result(coarse_mesh))
     mesh = tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=0.82)
@@ -259,6 +261,7 @@ def test_a_run_begins_with_the_energy_of_its_quality_or_the_users(options, first
     assert next(planned_runs(VolumeOptions(**options), str)).stop_energy == first
 
 
+@pytest.mark.slow
 def test_a_run_that_misses_a_limit_of_the_check_is_followed_by_another_one(mesher, coarse_wall, coarse_mesh):
     """What the mesh will be judged by is what its mesher aims at."""
     mesher(result(coarse_mesh))
@@ -272,6 +275,7 @@ def test_a_run_that_misses_a_limit_of_the_check_is_followed_by_another_one(meshe
     assert [item["status"] for item in mesh.info["attempts"]] == ["reached"]
 
 
+@pytest.mark.slow
 def test_filled_cavity_is_refused(mesher, coarse_wall):
     mesher(filled(coarse_wall))
     with pytest.raises(
@@ -321,6 +325,7 @@ def test_best_mesh_is_kept_where_the_quality_asked_for_is_out_of_reach(mesher, c
     assert not check(mesh, mean_of_mean_ratio=0.99).passed
 
 
+@pytest.mark.slow
 def test_points_that_left_the_wall_are_put_back(mesher, coarse_wall, coarse_mesh):
     rng = np.random.default_rng(0)
     boundary = np.unique(coarse_mesh.facets["triangle"])
@@ -347,6 +352,7 @@ def test_inputs_are_left_alone(coarse_wall, mesher, coarse_mesh):
     assert before == (coarse_wall.points.tobytes(), coarse_wall.triangles.tobytes())
 
 
+@pytest.mark.slow
 def test_one_thread_and_several_give_the_same_bytes(coarse_wall, mesher, coarse_mesh):
     mesher(result(coarse_mesh))
     found = []
@@ -362,6 +368,7 @@ def test_one_thread_and_several_give_the_same_bytes(coarse_wall, mesher, coarse_
     assert found[0] == found[1]
 
 
+@pytest.mark.slow
 def test_a_boundary_that_is_wrong_is_told_before_tags_that_cannot_be(coarse_wall, mesher, coarse_mesh, monkeypatch):
     def fail(*_):
         raise StageError("no tags")

@@ -197,6 +197,7 @@ def test_absurdly_small_edge_length_names_one_that_fits(wall):
         check_edge_length(wall, VolumeOptions(edge_length=0.97 * named))
 
 
+@pytest.mark.slow
 def test_estimate_is_near_what_the_mesher_makes(coarse_wall, coarse_mesh):
     need = check_amount(coarse_wall.volume, 10.0, VolumeOptions(edge_length=6.0))
     assert need.elements == int(TETS_PER_CUBE * coarse_wall.volume / 216.0)

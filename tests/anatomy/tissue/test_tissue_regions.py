@@ -75,6 +75,7 @@ def test_border_zone_beside_a_scar_and_healthy_wall_named() -> None:
     np.testing.assert_array_equal(again.cell_data["wall_region"], 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["hexahedron", pytest.param("wedge", marks=pytest.mark.slow)])
 def test_every_element_type_takes_tissue_and_every_format_names_it(kind: str, tmp_path: Path) -> None:
     found = fp.add_regions(ventricle(kind, 3, 3), late_enhancement(stack((2.0, 2.0, 8.0))))
@@ -85,6 +86,7 @@ def test_every_element_type_takes_tissue_and_every_format_names_it(kind: str, tm
     assert back.region_names == found.region_names
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", [pytest.param(0.0, marks=pytest.mark.slow), 25.0])
 def test_a_thin_layer_has_the_volume_of_its_own_voxels(tilt: float) -> None:
     # A third of the wall is two pixels: an endocardium a tenth of a millimetre off would lose three percent.
@@ -117,6 +119,7 @@ def test_labels_of_something_else_than_the_wall_do_not_count() -> None:
     assert label_volumes(mesh, locator, labels, grid, 1)[0] == pytest.approx(below * grid.voxel_volume, abs=2.0)
 
 
+@pytest.mark.slow
 def test_wall_beyond_the_image_has_no_tissue_and_is_told() -> None:
     whole = stack((2.0, 2.0, 8.0))
     half = whole.window((0, 0, 0), (*whole.shape[:2], 7))

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from meshes import truncated_ellipsoid, with_fibres
+from slow_params import slow_but
 
 from femprep.errors import FileError
 from femprep.export import read_mesh, write_format
@@ -91,7 +92,7 @@ def test_a_febio_file_without_the_section_asked_for_is_told(tmp_path: Path) -> N
         read_mesh(tmp_path / "deck.feb")
 
 
-@pytest.mark.parametrize("suffix", [".inp", ".k", ".feb"])
+@pytest.mark.parametrize("suffix", slow_but([".inp"], [".inp", ".k", ".feb"]))
 def test_files_that_double_with_each_step_come_to_an_end(tmp_path: Path, suffix: str) -> None:
     doubled = {
         ".inp": "*INCLUDE, INPUT={0}\n*INCLUDE, INPUT={0}\n",

@@ -13,6 +13,7 @@ from femprep.export.deck.springs import pericardial_springs
 from femprep.options import ExportOptions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", ["mm", "cm"])
 def test_pydyna_reads_springs_and_ring(unit: str, tmp_path: Path) -> None:
     dyna = pytest.importorskip("ansys.dyna.core")

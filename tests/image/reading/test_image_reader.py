@@ -313,6 +313,7 @@ def test_big_endian_header_is_understood(tmp_path, nifti):
         read_segmentation(path, preset="acdc")
 
 
+@pytest.mark.slow
 def test_nothing_is_written_to_standard_error(tmp_path, nifti):
     """ITK and MetaIO complain from native code; the user gets femprep's line alone."""
     struct.pack_into("<2h", nifti, 252, 0, 2)

@@ -183,6 +183,7 @@ def _upright_over_one_line(one, two) -> bool:
     return not any(a[0] * b[1] - a[1] * b[0] for a, b in combinations(corners.tolist(), 2))
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.25]))
 @example(1500, 0.25)

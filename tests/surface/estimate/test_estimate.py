@@ -8,6 +8,7 @@ import pickle
 import numpy as np
 import pytest
 import trimesh
+from slow_params import slow_but
 
 from femprep.image import Grid, LabelObject, make_object
 from femprep.mesh.curvature import Curvature
@@ -38,7 +39,7 @@ def stack(phantom: Phantom, region: str, seed: int) -> LabelObject:
     return phantom.segmentation((1.4, 1.4, 8.0), direction=direction, offset=offset).object(region)
 
 
-@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("body", slow_but(["lv"], BODIES))
 def test_closer_than_slice_interpolation(body: str) -> None:
     phantom, region = BODIES[body]
     obj, true = stack(phantom, region, 7), truth(phantom, region)
@@ -54,6 +55,7 @@ def test_closer_than_slice_interpolation(body: str) -> None:
     assert len(ours.cells) <= 2500
 
 
+@pytest.mark.slow
 def test_shape_gives_the_points_and_more_of_the_surface() -> None:
     phantom, region = BODIES["lv"]
     surface = fit_surface(stack(phantom, region, 1), method="smooth", vertices=1250)

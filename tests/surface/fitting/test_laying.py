@@ -26,6 +26,7 @@ def test_a_surface_that_is_too_far_itself_excuses_nothing() -> None:
     assert Off(0.5, 1.0).short(Off(2.0 * ACCEPTANCE.distance, 1.0), 10.0).mean == pytest.approx(0.5 / 0.25)
 
 
+@pytest.mark.slow
 @pytest.mark.data
 def test_a_stub_in_one_slice_of_a_real_cavity_is_followed(data: Path) -> None:
     seg = read_segmentation(data / "acdc/training/patient071/patient071_frame01_gt.nii.gz", preset="acdc")

@@ -72,6 +72,7 @@ def test_quartered_triangles_cover_the_same_surface() -> None:
     np.testing.assert_allclose(np.linalg.norm(curved, axis=1), 20.0, atol=0.02)
 
 
+@pytest.mark.slow
 def test_a_body_on_a_stem_gets_even_triangles_numbered_as_the_template_s() -> None:
     drawn = remesh(TEMPLATE.directions, DUMBBELL)
     carried = place_evenly(TEMPLATE.directions, TEMPLATE.cells, DUMBBELL, connectivity="auto")

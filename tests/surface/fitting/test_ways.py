@@ -83,6 +83,7 @@ def test_attempts_are_told_where_the_harmonic_field_is_taken_instead(
     assert plain(surface.info["attempts"]) == surface.info["attempts"]
 
 
+@pytest.mark.slow
 def test_a_mesh_that_cannot_be_bent_leaves_it_to_the_next_beginning(monkeypatch: pytest.MonkeyPatch) -> None:
     fitted = smooth._fitted
 

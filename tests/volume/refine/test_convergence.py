@@ -43,6 +43,7 @@ def solved(mesh: VolumeMesh, value, source) -> tuple[FloatArray, float, float]:
     return found, float(np.sqrt(error)), float(np.sqrt(energy))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("improved", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_errors_of_linear_elements_fall_by_four_and_their_slopes_by_two(improved: bool) -> None:
     length = 20.0

@@ -136,6 +136,7 @@ def test_error_of_volume_and_surface_falls_by_four_with_each_level(element: str)
         assert (rates < 4.8).all(), figures
 
 
+@pytest.mark.slow
 def test_without_the_wall_smooth_surfaces_go_through_the_facets() -> None:
     mesh = layered(rings=10, layers=2, element="tetra")
     exact = cut_ellipsoid_volume(EPI, HEIGHT) - cut_ellipsoid_volume(ENDO, HEIGHT)

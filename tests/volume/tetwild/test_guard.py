@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from full_disks import small_disk, small_files
+from slow_params import slow_but
 
 from femprep.errors import DiskFullError, FileError, MissingDependencyError, ResourceError, StageError
 from femprep.volume.tetwild import guard
@@ -245,7 +246,7 @@ PARENT = """
 
 
 @linux
-@pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM", "SIGINT"])
+@pytest.mark.parametrize("name", slow_but(["SIGKILL"], ["SIGKILL", "SIGTERM", "SIGINT"]))
 def test_neither_orphan_nor_folder_when_the_parent_is_ended(tmp_path, name):
     pid = tmp_path / "pid"
     script = PARENT.format(folder=str(tmp_path), worker=str(guard.WORKER), pid=str(pid))

@@ -78,6 +78,7 @@ def test_a_thin_wall_is_told_or_refused():
         thin_wall(bodies, "la", cavity, WallOptions(minimum_thickness=2.0, policy="strict"))
 
 
+@pytest.mark.slow
 def test_a_fold_in_a_narrow_groove_is_told_and_goes_where_the_groove_is_filled():
     one, other = replace(sphere(20.0), name="lv_epi"), replace(sphere(15.0, 35.0), name="rv")
     narrow = Envelope([Part(one, 0.0, 0.0), Part(other, 1.0, 0.2)])

@@ -24,6 +24,7 @@ def test_what_lies_beyond_the_plane_is_gone():
     assert (clipped.points[clipped.on_plane < 0, 2] < 12.0).all()
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=25)
 @given(st.floats(-25.0, 25.0), st.floats(-0.4, 0.4), st.floats(-0.4, 0.4))
 def test_the_rim_is_one_loop_on_plane_and_surface_without_slivers(height, tilt_x, tilt_y):

@@ -96,6 +96,7 @@ def test_volumes_and_thickness_are_reported():
     json.dumps(dict(wall.info))
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=12)
 @given(
     height=st.floats(-15.0, 20.0),
@@ -140,6 +141,7 @@ def test_cavities_that_overlap_are_refused_with_the_place():
         build_wall(epi=epi, endo={"lv": lv, "rv": rv}, base=plane_z(10.0))
 
 
+@pytest.mark.slow
 def test_a_thin_apex_is_repaired_or_refused_by_policy():
     epi, endo = ellipsoids(INNER, (33.0, 33.0, 45.2), vertices=1500)
     wall = build_wall(epi=epi, endo={"lv": endo}, base=plane_z(12.0), minimum_thickness=1.5)
@@ -151,6 +153,7 @@ def test_a_thin_apex_is_repaired_or_refused_by_policy():
         build_wall(epi=epi, endo={"lv": endo}, base=plane_z(12.0), minimum_thickness=1.5, policy="strict")
 
 
+@pytest.mark.slow
 def test_the_same_input_gives_the_same_bytes():
     epi, endo = ellipsoids(INNER, (33.0, 33.0, 45.2))
     walls = [build_wall(epi=epi, endo={"lv": endo}, base=plane_z(11.0)) for _ in range(2)]
