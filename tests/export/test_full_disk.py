@@ -60,6 +60,7 @@ def test_limit_of_file_size(mesh_file: Path, tmp_path: Path, name: str) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", ["8k", "32k"])
 @pytest.mark.parametrize("name", slow_but(QUICK, ["vtu", "dolfinx", "fenics", "svmultiphysics", "med", "abaqus"]))
 def test_small_disk(mesh_file: Path, tmp_path: Path, name: str, size: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from slow_params import slow_but
 
 from femprep.image import read_segmentation
 from femprep.model import Surface
@@ -42,7 +43,7 @@ def heart(data):
 
 
 @pytest.mark.parametrize("chamber", LABELS)
-@pytest.mark.parametrize("method", [*KNOWN, *OURS])
+@pytest.mark.parametrize("method", slow_but(OURS, [*KNOWN, *OURS]))
 def test_distance_to_the_truth(heart, method, chamber):
     seg, truth = heart
     obj = seg.object(chamber)
