@@ -43,6 +43,7 @@ def test_it_has_the_regions_and_tags_and_passes_the_check(filled):
     assert report.facet_tags["cap_lv"].off_plane <= 1e-9
 
 
+@pytest.mark.slow
 def test_volumes_are_those_of_wall_and_cavity(filled, coarse_wall):
     assert region_volume(filled, "blood_lv") == pytest.approx(
         cut_ellipsoid_volume((22.0, 22.0, 42.0), HEIGHT), rel=0.03
@@ -50,12 +51,14 @@ def test_volumes_are_those_of_wall_and_cavity(filled, coarse_wall):
     assert region_volume(filled, "lv") == pytest.approx(coarse_wall.volume, rel=0.01)
 
 
+@pytest.mark.slow
 def test_the_closed_surface_of_the_cavity_has_the_volume_of_the_blood(filled):
     surface = fp.cavity_surface(filled)
     assert surface.volume == pytest.approx(region_volume(filled, "blood_lv"), rel=1e-10)
     assert surface.info["cap_triangles"] == int((filled.facet_tag == FACET_TAGS["cap_lv"]).sum())
 
 
+@pytest.mark.slow
 def test_every_endocardial_facet_lies_between_one_element_of_the_wall_and_one_of_blood(filled):
     endo = facet_triangles(filled, "endo")
     for name, turn in (("lv", slice(None)), ("blood_lv", slice(None, None, -1))):
@@ -69,6 +72,7 @@ def test_every_endocardial_facet_lies_between_one_element_of_the_wall_and_one_of
     assert ((np.cross(b - a, c - a) * (a * [1, 1, 0])).sum(axis=1) < 1e-9).mean() > 0.95  # wound into the cavity
 
 
+@pytest.mark.slow
 def test_the_check_tells_an_interface_without_tags_and_facets_inside_the_wall(filled):
     endo = filled.facet_tag == FACET_TAGS["endo"]
     bare = replace(filled, facets={"triangle": filled.facets["triangle"][~endo]}, facet_tag=filled.facet_tag[~endo])
@@ -117,6 +121,7 @@ FILES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_formats_keep_regions_and_interface(filled, tmp_path, name):
     fp.write_mesh(filled, tmp_path / FILES[name], format=name)
@@ -129,11 +134,13 @@ def test_formats_keep_regions_and_interface(filled, tmp_path, name):
     assert sound.untagged_interface_facets == sound.misplaced_interface_facets == sound.stray_facets == 0
 
 
+@pytest.mark.slow
 def test_a_deck_with_a_step_is_refused(filled, tmp_path):
     with pytest.raises(InputError, match="this mesh has blood pools"):
         fp.write_mesh(filled, tmp_path / "mesh.inp", step="inflation")
 
 
+@pytest.mark.slow
 def test_fibres_go_to_the_wall(filled):
     with pytest.raises(InputError, match="the mesh has blood pools"):
         fp.add_fibres(filled)
@@ -157,6 +164,7 @@ def test_the_sweep_and_steps_are_refused():
         fp.mesh_segmentation(None, blood_pool=True, export={"step": "inflation"})
 
 
+@pytest.mark.slow
 def test_regions_that_are_not_their_bodies_are_told(filled, coarse_wall):
     filling = Filling(coarse_wall, fp.fill_cavities(coarse_wall))
     cells, region = filled.cells["tetra"], np.array(filled.region)

@@ -68,6 +68,7 @@ def test_a_good_mesh_is_left_as_it_is(matched):
     assert np.array_equal(points, before)
 
 
+@pytest.mark.slow
 def test_the_same_mesh_is_mended_to_the_same_bytes(matched):
     element = "wedge" if matched.cup.cells.shape[1] == 3 else "hexahedron"
     found = []
