@@ -34,7 +34,7 @@ def test_swept_phantom(case, kind):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["tetwild-fast", pytest.param("tetwild-good-10", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", ["tetwild-fast", "tetwild-good-10"])
 def test_tetwild_phantom(kind):
     assert fallen("round", kind) == {}
 

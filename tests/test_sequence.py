@@ -130,7 +130,6 @@ def test_the_series_files_hold_every_phase(out: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 def test_another_heart_on_the_template_has_its_connectivity(out: Path, tmp_path: Path) -> None:
     heart = lv_ellipsoid(endo=(20.0, 23.0, 50.0), epi=(30.0, 33.0, 60.0), base=15.0)
     fp.write_segmentation(heart.segmentation(spacing=(1.4, 1.4, 8.0), apex="uncapped"), tmp_path / "other.nii.gz")

@@ -16,7 +16,6 @@ import femprep as fp
 from femprep.export import FORMATS, write_format, write_mesh
 
 HERE = Path(__file__).parents[1]
-QUICK = ("abaqus",)
 
 # In a process of its own: native code that does not bear it ends the process.
 WRITE = """
@@ -54,7 +53,7 @@ def written(mesh_file: Path, folder: Path, name: str, limit: int = 0) -> int:
     return done.returncode
 
 
-@pytest.mark.parametrize("name", slow_but(QUICK, [*FORMATS, "facets"]))
+@pytest.mark.parametrize("name", slow_but(["abaqus"], [*FORMATS, "facets"]))
 def test_limit_of_file_size(mesh_file: Path, tmp_path: Path, name: str) -> None:
     assert written(mesh_file, tmp_path, name, 1000) == 3
     assert not list(tmp_path.iterdir())
@@ -62,7 +61,7 @@ def test_limit_of_file_size(mesh_file: Path, tmp_path: Path, name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("size", ["8k", "32k"])
-@pytest.mark.parametrize("name", slow_but(QUICK, ["vtu", "dolfinx", "fenics", "svmultiphysics", "med", "abaqus"]))
+@pytest.mark.parametrize("name", ["vtu", "dolfinx", "fenics", "svmultiphysics", "med", "abaqus"])
 def test_small_disk(mesh_file: Path, tmp_path: Path, name: str, size: str) -> None:
     with small_disk(tmp_path / "disk", size) as disk:
         assert written(mesh_file, disk, name) == 3

@@ -52,9 +52,9 @@ def volumes_and_areas(mesh: VolumeMesh) -> tuple[dict[str, float], dict[str, flo
 @pytest.mark.parametrize(
     ("program", "format", "module"),
     # Old FEniCS compiles for ten seconds and more.
-    [("dolfinx", "dolfinx", "dolfinx"), pytest.param("fenics", "fenics", "dolfin", marks=pytest.mark.slow)],
+    [("dolfinx", "dolfinx", "dolfinx"), ("fenics", "fenics", "dolfin")],
 )
-@pytest.mark.parametrize("kind", ["tetra", *(pytest.param(k, marks=pytest.mark.slow) for k in ("wedge", "mixed"))])
+@pytest.mark.parametrize("kind", ["tetra", "wedge", "mixed"])
 def test_tags_and_displacement(program: str, format: str, module: str, kind: str, tmp_path: Path) -> None:
     require_system_module(module)
     mesh = with_fibres(mixed() if kind == "mixed" else truncated_ellipsoid(kind))
@@ -92,7 +92,7 @@ def test_dolfinx_reads_the_msh_through_gmsh(format: str, tmp_path: Path) -> None
 
 @pytest.mark.slow
 @pytest.mark.solver
-@pytest.mark.parametrize("written", ["hexahedron", pytest.param("hexahedron20", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("written", ["hexahedron", "hexahedron20"])
 def test_dolfinx_solves_on_hexahedra(written: str, tmp_path: Path) -> None:
     require_system_module("dolfinx")
     write_mesh(truncated_ellipsoid(written), tmp_path / "mesh.xdmf", format="dolfinx")

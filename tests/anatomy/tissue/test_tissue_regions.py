@@ -76,7 +76,7 @@ def test_border_zone_beside_a_scar_and_healthy_wall_named() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["hexahedron", pytest.param("wedge", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", ["hexahedron", "wedge"])
 def test_every_element_type_takes_tissue_and_every_format_names_it(kind: str, tmp_path: Path) -> None:
     found = fp.add_regions(ventricle(kind, 3, 3), late_enhancement(stack((2.0, 2.0, 8.0))))
     assert "scar" in found.region_names
@@ -87,7 +87,7 @@ def test_every_element_type_takes_tissue_and_every_format_names_it(kind: str, tm
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tilt", [pytest.param(0.0, marks=pytest.mark.slow), 25.0])
+@pytest.mark.parametrize("tilt", [0.0, 25.0])
 def test_a_thin_layer_has_the_volume_of_its_own_voxels(tilt: float) -> None:
     # A third of the wall is two pixels: an endocardium a tenth of a millimetre off would lose three percent.
     grid = stack(PIXELS, tilt)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from analytic_walls import ellipsoid_wall
 
-from femprep.mesh.measures.volume_elements import element_measures
+from femprep.mesh.measures.volume_elements import element_measures, element_volumes
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import enclosed_volume
 from femprep.model import FACET_TAGS, Plane, Wall
@@ -81,9 +81,9 @@ def test_targets_are_the_closest_points_of_the_own_surface(coarse_wall, coarse_m
     assert np.abs(radius[:, None] - rings).min(axis=1).max() < 0.15
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("size", [1.2, 1.8, 2.4])
 def test_spoiled_mesh_is_mended(coarse_wall, coarse_mesh, held, size):
+    """Of 800 meshes thrown about by .4 of their edges 25 kept an inverted element, which no single point mends."""
     cells = coarse_mesh.cells["tetra"]
     points = spoiled(coarse_mesh, size)
     before = tet_quality(points, cells)
@@ -96,7 +96,8 @@ def test_spoiled_mesh_is_mended(coarse_wall, coarse_mesh, held, size):
     found = element_measures(outcome.points, cells, "tetra")
     assert found["mean_ratio"].mean() > 0.8
     # Facets of 6 mm are chords of the wall: points that slide along it change the volume by less than chords cost.
-    whole, volume = float(enclosed_volume(coarse_wall.points, coarse_wall.triangles)), coarse_mesh.info["volume_mm3"]
+    whole = float(enclosed_volume(coarse_wall.points, coarse_wall.triangles))
+    volume = float(element_volumes(coarse_mesh.points, cells, "tetra").sum())
     assert 0.0 < whole - volume < 0.005 * whole
     assert found["volume"].sum() == pytest.approx(volume, abs=whole - volume)
     assert (outcome.points[held.plane_points["base"], 2] == 10.0).all()
@@ -106,7 +107,6 @@ def test_spoiled_mesh_is_mended(coarse_wall, coarse_mesh, held, size):
     assert outcome.off_wall < 0.05
 
 
-@pytest.mark.slow
 def test_sound_mesh_gets_no_worse(coarse_mesh, held):
     cells = coarse_mesh.cells["tetra"]
     outcome = optimise(coarse_mesh.points, cells, held)
@@ -115,7 +115,6 @@ def test_sound_mesh_gets_no_worse(coarse_mesh, held):
     assert tet_quality(outcome.points, cells).min() >= min(POOR, tet_quality(coarse_mesh.points, cells).min())
 
 
-@pytest.mark.slow
 def test_same_bytes_on_repeat(coarse_mesh, held):
     points = spoiled(coarse_mesh, 1.5)
     original = points.copy()

@@ -271,8 +271,8 @@ def test_wrong_meshes_and_limits_are_refused():
 
 
 @pytest.mark.slow
-def test_mesh_of_a_wall_is_judged(coarse_mesh):
-    report = check(coarse_mesh)
+def test_mesh_of_a_wall_is_judged(fresh_mesh):
+    report = check(fresh_mesh)
     assert report.passed, report.failures
     exact = cut_ellipsoid_volume((31, 31, 51), 10) - cut_ellipsoid_volume((22, 22, 42), 10)
     assert report.volume == pytest.approx(exact, rel=0.02)

@@ -44,7 +44,7 @@ def solved(mesh: VolumeMesh, value, source) -> tuple[FloatArray, float, float]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("improved", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("improved", [False, True])
 def test_errors_of_linear_elements_fall_by_four_and_their_slopes_by_two(improved: bool) -> None:
     length = 20.0
 
