@@ -25,7 +25,7 @@ from femprep.model.products import product, unit_vectors
 
 #: A base leans less than this against the mouth's plane, degrees, as creases of a base do.
 _LEVEL: Final = 45.0
-#: Mouths of a ventricle at most, and how wide one is at least, mm; atria have four or more.
+#: Mouths of a ventricle at most, and how wide one is at least, mm; left atria have four or more.
 _MOUTHS, _LEAST = 3, 5.0
 #: Ways out of a ventricle differ by less than this, degrees; those of an atrium from vein to vein by more.
 _APART: Final = 120.0

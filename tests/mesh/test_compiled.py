@@ -4,9 +4,12 @@ import errno
 import os
 import subprocess
 import sys
+from itertools import product
 
+import numpy as np
 import pytest
 from numba.core.caching import FunctionCache
+from numba.core.errors import NumbaError
 
 from femprep.mesh.compiled import compiled
 
@@ -81,3 +84,33 @@ def test_threads_sleep_while_they_wait_unless_the_user_tells_them_how(given, fou
         [sys.executable, "-c", _ASLEEP], env={**kept, **given}, capture_output=True, text=True, timeout=300
     )
     assert done.stdout.strip() == found, done.stderr
+
+
+def test_a_kernel_is_compiled_once_whatever_of_its_arrays_may_be_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+    monkeypatch.setattr(FunctionCache, "load_overload", lambda self, sig, context: None)
+    monkeypatch.setattr(FunctionCache, "save_overload", lambda self, sig, data: made.append(sig))
+
+    @compiled(writes="out")
+    def add(one: np.ndarray, rest: tuple[np.ndarray, np.ndarray], out: np.ndarray) -> None:
+        for i in range(len(out)):
+            out[i] = one[i] + rest[0][i] + rest[1][i]
+
+    given, kept, out = np.ones(3), np.ones(3), np.zeros(3)
+    kept.flags.writeable = False
+    for one, two, three in product((given, kept), repeat=3):
+        add(one, (two, three), out)
+    assert len(made) == 1
+    assert (out == 3.0).all()
+    assert given.flags.writeable
+    with pytest.raises(NumbaError, match="read"):
+        add(given, (given, given), kept)
+
+
+def test_what_a_kernel_does_not_say_it_writes_to_it_cannot() -> None:
+    @compiled(writes="")
+    def spoil(values: np.ndarray) -> None:
+        values[0] = 1.0
+
+    with pytest.raises(NumbaError, match="read"):
+        spoil(np.zeros(3))
