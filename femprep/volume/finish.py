@@ -31,6 +31,9 @@ from femprep.volume.tetwild.ways import RunParameters
 #: Smallest dihedral angle asked of a mesh that was refined, degrees, where no angle was asked for and the quality's own
 #: is lower: the mesher itself mostly makes one of 25, of 20 at least.
 _REFINED_DIHEDRAL: Final = 20.0
+#: Gain of mean quality for which a mesh that misses its mean ratio is gone through once more: that takes a tenth of a
+#: second, another run of the mesher a hundred times as long. It brought thin walls .002 to .004.
+_WORTH: Final = 0.0005
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,8 @@ def finish(
     if filling.cavities:
         check_cavities(given, cells, region, filling, 2.0 * VOLUME_LIMIT)
     poor = poor_quality(options.targets.poor_angle, limits)
-    points, record = _improved(given, cells, constraints, poor if options.optimise else None)
+    asked = options.targets.mean_ratio
+    points, record = _improved(given, cells, constraints, poor if options.optimise else None, asked)
     check_positive(points, cells, element_volumes(points, cells, "tetra"))
     step = np.linalg.norm(points - given, axis=1)
     info = {
@@ -217,12 +221,15 @@ def _held(points: FloatArray, facets: TaggedFacets, filling: Filling, envelope: 
 
 
 def _improved(
-    points: FloatArray, cells: IntArray, constraints: Constraints, poor: float | None
+    points: FloatArray, cells: IntArray, constraints: Constraints, poor: float | None, mean_ratio: float
 ) -> tuple[FloatArray, dict[str, Any]]:
     """Points ``(n, 3)`` put in place and, where a quality is asked for, moved for better elements; what was done."""
     if poor is None:
         flat = points.copy()
         constraints.flatten(flat)
         return flat, {}
-    outcome = optimise(points, cells, constraints, poor=poor)
-    return outcome.points, {**outcome.record(), "greatest_distance_from_wall_mm": outcome.off_wall}
+    found = optimise(points, cells, constraints, poor=poor)
+    if element_measures(found.points, cells, "tetra")["mean_ratio"].mean() < mean_ratio:
+        more = optimise(found.points, cells, constraints, poor=poor, worth=_WORTH)
+        found = replace(more, sweeps=found.sweeps + more.sweeps, poor_before=found.poor_before)
+    return found.points, {**found.record(), "greatest_distance_from_wall_mm": found.off_wall}

@@ -325,6 +325,19 @@ def test_best_mesh_is_kept_where_the_quality_asked_for_is_out_of_reach(mesher, c
     assert not check(mesh, mean_of_mean_ratio=0.99).passed
 
 
+def test_a_mesh_that_misses_its_mean_ratio_is_improved_further(mesher, coarse_wall, coarse_mesh):
+    points = coarse_mesh.points + np.random.default_rng(0).uniform(-0.3, 0.3, coarse_mesh.points.shape)
+    mesher(replace(result(coarse_mesh), points=points))
+    content, short = (
+        tetrahedralize(coarse_wall, edge_length=6.0, mean_ratio=asked, retries=0, envelope=0.4) for asked in (0.5, 0.99)
+    )
+    before, after = (
+        element_measures(mesh.points, mesh.cells["tetra"], "tetra")["mean_ratio"] for mesh in (content, short)
+    )
+    assert after.mean() > before.mean() + 2e-3
+    assert after.min() > 0
+
+
 @pytest.mark.slow
 def test_points_that_left_the_wall_are_put_back(mesher, coarse_wall, coarse_mesh):
     rng = np.random.default_rng(0)

@@ -66,7 +66,13 @@ def tet_quality(points: FloatArray, tets: IntArray) -> FloatArray:
 
 
 def optimise(
-    points: FloatArray, tets: IntArray, constraints: Constraints, *, poor: float = POOR, sweeps: int = 12
+    points: FloatArray,
+    tets: IntArray,
+    constraints: Constraints,
+    *,
+    poor: float = POOR,
+    worth: float = WORTH,
+    sweeps: int = 12,
 ) -> Optimised:
     """Put boundary points onto the wall and improve the worst elements.
 
@@ -84,6 +90,8 @@ def optimise(
         What holds the boundary points.
     poor : float
         Quality below which elements are improved.
+    worth : float
+        Gain of mean quality by going through all points for which it is done once more.
     sweeps : int
         Most sweeps.
     """
@@ -101,7 +109,7 @@ def optimise(
         mesh.relax(poor)
         mesh.put_back(SOUND)
         after = float(mesh.quality().mean())
-        if after - before < WORTH:
+        if after - before < worth:
             break
         before = after
     done, last = 0, (-np.inf, 0)
