@@ -203,7 +203,12 @@ def slide(
             v = order[first + k]
             measure = (mesh, judged, layers, delta, steep)
             held = (flat[v], planes)
-            inside, outside = (normals[0], near[0]), (normals[1], near[1])
-            a = _move(lines, inside, v, True, held, inner_surface, inner_pulls, measure, edge)
-            b = _move(lines, outside, v, False, held, outer_surface, outer_pulls, measure, edge)
-            moved[v] = max(a, b)
+            surfaces = (inner_surface, outer_surface)
+            pulls = (inner_pulls, outer_pulls)
+            far = 0.0
+            # One call for both sides: all that it calls becomes a part of this kernel, once for each call.
+            for side in range(2):
+                feet = (normals[side], near[side])
+                inside = side == 0
+                far = max(far, _move(lines, feet, v, inside, held, surfaces[side], pulls[side], measure, edge))
+            moved[v] = far
