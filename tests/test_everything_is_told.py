@@ -164,7 +164,7 @@ RUNS = [
 
 #: What is done, how; kind, words, unit, and whether there is a place to name.
 #: Walls and sweeps that take seconds.
-SLOW = ("thin layers", "cavities", "thin wall")
+SLOW = ("thin layers", "cavities", "thin wall", "mirrored", "fold")
 CASES: dict[str, tuple[Any, str, str, str | None, bool]] = {
     "pieces": (
         lambda: solid(box(5, 20), box(25, 28)),

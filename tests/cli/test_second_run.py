@@ -21,7 +21,7 @@ def heart(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def once(heart: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("once") / "out"
-    assert main(["surface", str(heart), "-o", str(out), *SURFACES, "--object", "epi=lv+myo", "--object", "lv"]) == 0
+    assert main(["surface", str(heart), "-o", str(out), *SURFACES, "--object", "cavity=lv", "--object", "lv"]) == 0
     return out
 
 

@@ -1,4 +1,4 @@
-"""Damaged input is answered: a few cases of the kinds that read in every run, three hundred of all in the slow one.
+"""Damaged input is answered: some cases of the kinds that read, three hundred of all.
 
 ``run.py`` runs as many as one likes; what it found stands in ``docs/damaged-input.md``.
 """
@@ -31,6 +31,7 @@ def outcomes(tmp_path: Path, *arguments: str) -> list[dict[str, object]]:
     return [json.loads(line) for line in records.read_text().splitlines()]
 
 
+@pytest.mark.slow
 def test_a_few_damaged_files_and_options(tmp_path: Path) -> None:
     found = outcomes(tmp_path, "--cases", "40", "--seed", "5", "--kinds", *QUICK, "--read-only")
     assert len(found) == 40

@@ -72,7 +72,7 @@ def test_central_charge_and_a_sphere_s_points_give_the_exact_sphere() -> None:
 
 
 @pytest.mark.parametrize("method", [pytest.param("paper", marks=pytest.mark.slow), "smooth"])
-@pytest.mark.parametrize("spacing", [(1.0, 1.0, 1.0), (1.44, 1.44, 8.0)])
+@pytest.mark.parametrize("spacing", [pytest.param((1.0, 1.0, 1.0), marks=pytest.mark.slow), (1.44, 1.44, 8.0)])
 def test_ellipsoid(spacing: tuple[float, float, float], method: str) -> None:
     axes = (24.0, 20.0, 40.0)
     obj = ellipsoid(axes, spacing)
@@ -180,7 +180,7 @@ def test_defaults_grow_with_the_object() -> None:
     assert small.info["control_points"] == small.info["singularities"]
 
 
-@BOTH
+@pytest.mark.parametrize("options", [SMALL, pytest.param(SMOOTH, marks=pytest.mark.slow)], ids=["paper", "smooth"])
 def test_given_boundary_points_are_used(options: dict) -> None:
     obj = ellipsoid((24.0, 20.0, 40.0), (1.5, 1.5, 6.0))
     points = boundary_points(obj)

@@ -40,7 +40,7 @@ def faults_of_sphere(template: Template, vertices: int) -> list[str]:
     )
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=10)
 @given(st.integers(12, 300))
 def test_any_number_of_vertices(vertices: int) -> None:
     assert faults_of_sphere(charge_template(vertices), vertices) == []

@@ -163,7 +163,7 @@ WORK = """
 
 
 @linux
-@pytest.mark.parametrize("worker", [HANG, WORK])
+@pytest.mark.parametrize("worker", [pytest.param(HANG, marks=pytest.mark.slow), WORK], ids=["hang", "work"])
 def test_time_limit_ends_the_child(monkeypatch, tmp_path, temporary, worker):
     fake_worker(monkeypatch, tmp_path, worker.format(pid=str(tmp_path / "pid")))
     with pytest.raises(guard.TooLongError, match="did not finish within 1 s; choose a larger edge_length") as error:
