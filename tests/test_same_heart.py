@@ -67,7 +67,7 @@ def test_the_paper_s_surface_is_the_same_as_well(heart: fp.Segmentation) -> None
 
 
 @pytest.mark.parametrize("anatomy", ["lv", "biv"])
-@pytest.mark.parametrize("spacing", [(2.0, 2.0, 2.0), (2.5, 2.5, 8.0)])
+@pytest.mark.parametrize("spacing", [pytest.param((2.0, 2.0, 2.0), marks=pytest.mark.slow), (2.5, 2.5, 8.0)])
 def test_the_same_planes_and_axes(anatomy: str, spacing: tuple[float, float, float]) -> None:
     """Of cubic voxels as well, which do not tell the stack."""
     heart = biventricular().moved(rotation=TURN).segmentation(spacing)

@@ -86,7 +86,11 @@ def tags(mesh: VolumeMesh) -> np.ndarray:
     return np.array([of[row] for row in rows])
 
 
-@pytest.mark.parametrize("made", [lambda: ellipsoid("tetra").mesh, biventricular], ids=["one", "two"])
+@pytest.mark.parametrize(
+    "made",
+    [lambda: ellipsoid("tetra").mesh, pytest.param(biventricular, marks=pytest.mark.slow)],
+    ids=["one", "two"],
+)
 def test_flat_bases_are_read_by_the_hull_too(made: Callable[[], VolumeMesh]) -> None:
     mesh = made()
     shell = shell_of(VolumeMesh(mesh.points, mesh.cells, mesh.region))

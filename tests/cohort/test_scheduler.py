@@ -9,16 +9,13 @@ import pytest
 
 from femprep.errors import StageError
 
-distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
-
 
 @pytest.mark.parametrize("kind", ["closed", "cancelled", "cancelled by the loop"])
 def test_scheduler_that_went_away_is_one_line(kind: str) -> None:
-    from distributed.comm import CommClosedError
-
+    closed = pytest.importorskip("distributed.comm", reason="dask.distributed is not installed").CommClosedError
     from femprep.cohort.run import _scheduler_there
 
-    error = {"closed": CommClosedError, "cancelled": CancelledError, "cancelled by the loop": asyncio.CancelledError}
+    error = {"closed": closed, "cancelled": CancelledError, "cancelled by the loop": asyncio.CancelledError}
     with (
         pytest.raises(StageError, match="the scheduler went away, 3 subjects are done") as told,
         _scheduler_there([1, 2, 3]),

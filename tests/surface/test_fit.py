@@ -188,7 +188,7 @@ def test_given_boundary_points_are_used(options: dict) -> None:
     assert fit_surface(obj, boundary=grown, **options).volume == pytest.approx(1.1**3 * obj.volume, rel=0.03)
 
 
-@settings(deadline=None, max_examples=12)
+@settings(deadline=None, max_examples=8)
 @given(
     st.tuples(*[st.floats(14.0, 35.0)] * 3),
     st.tuples(st.floats(1.0, 2.5), st.floats(1.0, 2.5), st.floats(1.0, 8.0)),
