@@ -36,7 +36,7 @@ def folder(image: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What the command line makes of the phantom."""
     out = tmp_path_factory.mktemp("run") / "out"
     formats = [word for name in FORMATS for word in ("--format", name)]
-    arguments = ["mesh", str(image), "-o", str(out), "--preset", "acdc", "--edge-length", "4", "--vertices", "700"]
+    arguments = ["mesh", str(image), "-o", str(out), "--preset", "acdc", "--edge-length", "6", "--vertices", "500"]
     assert main([*arguments, "--quiet", *formats]) == 0
     return out
 
@@ -70,7 +70,7 @@ def test_record_says_units_input_options_and_stages(folder: Path, image: Path) -
     assert (manifest["length_unit"], manifest["coordinates"]) == ("mm", "LPS")
     assert manifest["input"]["path"] == image.name
     assert len(manifest["input"]["sha256"]) == 64
-    assert manifest["options"]["volume"]["edge_length"] == 4.0
+    assert manifest["options"]["volume"]["edge_length"] == 6.0
     assert manifest["deterministic"] is False
     assert [stage["name"] for stage in manifest["stages"]][-2:] == ["quality", "write"]
     (line,) = [line for line in manifest["notices"] if "extrapolated" in line]
@@ -81,8 +81,8 @@ def test_record_says_units_input_options_and_stages(folder: Path, image: Path) -
 def test_a_folder_holds_the_words_for_a_paper_and_their_references(folder: Path) -> None:
     words, references = (folder / "methods.md").read_text(), (folder / "methods.bib").read_text()
     assert {"methods.md", "methods.bib"} <= set(json.loads((folder / "run.json").read_text())["files"])
-    assert "700 vertices each" in words
-    assert "tetrahedra of 4 mm by fTetWild [@hu2020]" in words
+    assert "500 vertices each" in words
+    assert "tetrahedra of 6 mm by fTetWild [@hu2020]" in words
     assert "@article{hu2020," in references
     assert "doi 10.1145/3386569.3392385" in (folder / "report.html").read_text()
 
@@ -163,7 +163,7 @@ def test_page_shows_slices_and_needs_no_network(folder: Path) -> None:
 
 def test_the_same_from_python(image: Path, folder: Path) -> None:
     seg = fp.read_segmentation(image, preset="acdc")
-    run = fp.fit_surfaces(seg, {"lv": ("lv",)}, fp.Options(surface={"vertices": 700}))
+    run = fp.fit_surfaces(seg, {"lv": ("lv",)}, fp.Options(surface={"vertices": 500}))
     other = fp.read_surface(folder / "surfaces" / "lv.vtp")
     assert_allclose(run.surfaces["lv"].points, other.points, atol=1e-12)
 
