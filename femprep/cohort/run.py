@@ -167,9 +167,15 @@ def _work(client: Any, jobs: Sequence[Any], table: Table, tell: Any) -> None:
         waiting = as_completed(list(futures), loop=client.loop)
         for future in waiting:
             job, number = futures.pop(future)
-            if future.status in ("cancelled", "lost"):
+            status = future.status
+            if status == "cancelled":
                 raise CancelledError
-            outcome = _lost(job, number, future.exception()) if future.status == "error" else future.result()
+            if status == "lost":
+                # Its worker died, by another subject, before the row was fetched: dask makes it anew.
+                futures[future] = (job, number)
+                waiting.add(future)
+                continue
+            outcome = _lost(job, number, future.exception()) if status == "error" else future.result()
             if outcome is None:
                 again = hand_out(job, number + 1)
                 futures[again] = (job, number + 1)

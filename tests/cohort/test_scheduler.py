@@ -1,9 +1,10 @@
-"""A scheduler that goes away is told in one line, however dask tells it."""
+"""A scheduler that goes away is told in one line, however dask tells it; a row whose worker died is waited for."""
 
 from __future__ import annotations
 
 import asyncio
 from concurrent.futures import CancelledError
+from types import SimpleNamespace
 
 import pytest
 
@@ -22,3 +23,44 @@ def test_scheduler_that_went_away_is_one_line(kind: str) -> None:
     ):
         raise error[kind]("in <TCP local> while fetching")
     assert "\n" not in str(told.value)
+
+
+class Row:
+    """A future whose states are given, one for each time that it is asked."""
+
+    def __init__(self, *states: str) -> None:
+        self.states = list(states)
+
+    @property
+    def status(self) -> str:
+        return self.states.pop(0) if len(self.states) > 1 else self.states[0]
+
+    def result(self) -> SimpleNamespace:
+        return SimpleNamespace(record=SimpleNamespace(reason="done"), timing=None)
+
+    def release(self) -> None:
+        pass
+
+
+class InTurn(list[Row]):
+    """What dask calls ``as_completed``: futures as they end, and those that are added."""
+
+    def __init__(self, futures: list[Row], loop: object) -> None:
+        super().__init__(futures)
+
+    def add(self, future: Row) -> None:
+        self.append(future)
+
+
+def test_a_row_that_was_lost_with_its_worker_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
+
+    from femprep.cohort import run
+
+    monkeypatch.setattr(distributed, "as_completed", InTurn)
+    states = iter([("lost", "finished"), ("finished",)])
+    client = SimpleNamespace(loop=None, submit=lambda *_, **__: Row(*next(states)))
+    jobs = [SimpleNamespace(subject=SimpleNamespace(name=name), run="r") for name in ("one", "two")]
+    rows: list[object] = []
+    run._work(client, jobs, SimpleNamespace(add=lambda record, timing: rows.append(record)), lambda: None)
+    assert len(rows) == 2

@@ -136,7 +136,7 @@ class _Mesh:
 
     def __init__(self, points: FloatArray, tets: IntArray, constraints: Constraints) -> None:
         self.points = np.array(points, dtype=np.float64)
-        # Never written to, and said so: kernels are compiled once for arrays that may be and once for those that may not.
+        # Never written to, and said so: kernels compile once for arrays that may be and once for those that may not.
         self.cells = np.ascontiguousarray(tets, dtype=np.int64).view()
         self.cells.flags.writeable = False
         self._constraints = constraints
