@@ -72,13 +72,24 @@ class ClosestFinder:
         self._tree: BoxTree = build_tree(self.points, self.triangles)
         self._pseudonormals: tuple[FloatArray, FloatArray, FloatArray] | None = None
 
-    def __call__(self, queries: npt.ArrayLike) -> Closest:
-        """Closest points for queries ``(q, 3)``, mm."""
+    def __call__(self, queries: npt.ArrayLike, within: FloatArray | None = None) -> Closest:
+        """Closest points for queries ``(q, 3)``, mm.
+
+        Parameters
+        ----------
+        queries : (q, 3) array
+        within : (q,) array, optional
+            Distances, mm; a query that is not nearer has distance infinity, triangle -1 and weights 0. Small ones are
+            quick.
+        """
         q = _check_queries(queries)
-        triangle, weights = self._found(q, np.full(len(q), np.inf))
+        triangle, weights = self._found(q, np.full(len(q), np.inf) if within is None else within)
         nodes = self.triangles[triangle]
         foot = np.einsum("qi,qik->qk", weights, self.points[nodes])
-        return Closest(np.linalg.norm(q - foot, axis=1), foot, triangle, weights, nodes)
+        distance = np.linalg.norm(q - foot, axis=1)
+        if within is not None:
+            distance[triangle < 0] = np.inf
+        return Closest(distance, foot, triangle, weights, nodes)
 
     def any_within(self, queries: npt.ArrayLike, distance: npt.ArrayLike) -> BoolArray:
         """Whether some point of the surface is nearer than a distance, mm, to each of queries ``(q, 3)``.
@@ -100,12 +111,13 @@ class ClosestFinder:
         """Distance of queries ``(q, 3)`` from the closed surface, ``(q,)`` mm: negative inside, see :meth:`sided`."""
         return self.sided(queries)[0]
 
-    def sided(self, queries: npt.ArrayLike) -> tuple[FloatArray, Closest]:
+    def sided(self, queries: npt.ArrayLike, within: FloatArray | None = None) -> tuple[FloatArray, Closest]:
         """Distance of queries ``(q, 3)`` from the closed surface, ``(q,)`` mm: negative inside, positive outside;
         and the closest points.
 
-        The side is told by the normal of the triangle, the edge or the vertex the closest point lies on, each the
-        angle-weighted mean of the triangles there [1]_.
+        Where nothing of it is within a distance, this is infinity, whichever the side. The side is told by the normal
+        of the triangle, the edge or the vertex the closest point lies on, each the angle-weighted mean of the triangles
+        there [1]_.
 
         Raises
         ------
@@ -127,7 +139,7 @@ class ClosestFinder:
             edge = face[table.cells].sum(axis=1)[table.of_cell]
             self._pseudonormals = face, edge, vertex_normals(self.points, self.triangles)
         q = _check_queries(queries)
-        closest = self(q)
+        closest = self(q, within)
         face, edge, vertex = self._pseudonormals
         normal = face[closest.triangle]
         zero = closest.weights == 0.0
@@ -139,7 +151,8 @@ class ClosestFinder:
         corner = np.argmin(zero[at_vertex], axis=1)
         normal[at_vertex] = vertex[self.triangles[closest.triangle[at_vertex], corner]]
         outward = np.einsum("qk,qk->q", q - closest.points, normal)
-        return np.where(outward < 0.0, -closest.distance, closest.distance), closest
+        inside = (outward < 0.0) & (closest.triangle >= 0)
+        return np.where(inside, -closest.distance, closest.distance), closest
 
 
 def _check_queries(queries: npt.ArrayLike) -> FloatArray:

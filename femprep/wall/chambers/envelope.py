@@ -130,10 +130,11 @@ class Envelope:
         """
         value, gradient = self._part(0, self.parts[0], points)
         for number, part in enumerate(self.parts[1:], 1):
-            value, gradient = _joined((value, gradient), self._part(number, part, points), part.blend)
+            found = self._part(number, part, points, value + part.blend)
+            value, gradient = _joined((value, gradient), found, part.blend)
         if self.fill is None or self._grooves is None:
             return value, gradient
-        outline, slope = self._part(len(self.parts), self.fill, points)
+        outline, slope = self._part(len(self.parts), self.fill, points, value + self.fill.blend)
         away, nearest = self._grooves.query(points)
         beyond = (away - _AROUND > outline)[:, None]
         outward = (points - self._grooves.data[nearest]) / np.maximum(away, 1e-9)[:, None]
@@ -151,9 +152,17 @@ class Envelope:
         over = outline[(np.stack(list(nearest.values())) < _BESIDE).sum(axis=0) > 1]
         return cKDTree(over) if len(over) else None
 
-    def _part(self, number: int, part: Part, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _part(
+        self, number: int, part: Part, points: FloatArray, most: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Field of a part and its gradient; infinity and 0 where it is more than ``most``, which changes no join."""
         finder = self._finders[number]
-        signed, near = finder.sided(points)
+        within = None
+        if most is not None:
+            low, high = finder.points.min(axis=0), finder.points.max(axis=0)
+            outside = ((points < low) | (points > high)).any(axis=1)
+            within = np.where(outside, np.maximum(most + part.thickness + _NEAR, 0.0), np.inf)
+        signed, near = finder.sided(points, within)
         away = points - near.points
         normal = unit_vectors(near.at(self._normals[number]))
         # On the surface itself the way to the nearest point has no direction: the normal there serves.

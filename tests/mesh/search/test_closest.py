@@ -60,6 +60,19 @@ def test_agrees_with_another_library_on_a_ball():
     np.testing.assert_allclose(found.distance, distance, atol=1e-10)
 
 
+def test_what_is_not_within_a_distance_is_infinitely_far():
+    finder = ClosestFinder(*box())
+    q = np.random.default_rng(4).uniform(-2.5, 2.5, size=(500, 3))
+    exact, closest = finder.sided(q)
+    within = np.random.default_rng(5).uniform(0.0, 1.0, size=len(q))
+    near = closest.distance < within
+    assert 50 < near.sum() < 450
+    found, bounded = finder.sided(q, within)
+    np.testing.assert_array_equal(found, np.where(near, exact, np.inf))
+    np.testing.assert_array_equal(bounded.triangle, np.where(near, closest.triangle, -1))
+    np.testing.assert_array_equal(bounded.distance, np.abs(found))
+
+
 def test_a_point_on_a_vertex_has_distance_zero():
     points, cells = box()
     found = ClosestFinder(points, cells)(points)

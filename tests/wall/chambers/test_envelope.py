@@ -14,6 +14,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.options import WallOptions
 from femprep.surface.fitting.outlined import outline_surface
 from femprep.wall import Envelope, Part, thin_wall
+from femprep.wall.chambers.envelope import _joined
 
 GRID = Grid((4, 4, 4), np.ones(3), np.zeros(3), np.eye(3))
 
@@ -42,6 +43,16 @@ def test_the_join_never_takes_tissue_away_and_adds_at_most_a_quarter_of_the_blen
     added = least - envelope.values(points)
     assert added.min() >= -1e-12
     assert 1.0 < added.max() <= 6.0 / 4 + 1e-9
+
+
+def test_parts_that_are_too_far_to_be_joined_are_not_looked_for():
+    parts = [Part(sphere(20.0), 0.0, 0.0), Part(sphere(15.0, 22.0), 3.0, 6.0), Part(sphere(9.0, -14.0), -1.0, 2.0)]
+    points = np.random.default_rng(1).uniform(-40, 60, (4000, 3))
+    alone = [Envelope([part]).with_gradients(points) for part in parts]
+    for blend, other in zip((6.0, 2.0), alone[1:]):
+        alone[0] = _joined(alone[0], other, blend)
+    np.testing.assert_array_equal(Envelope(parts).values(points), alone[0][0])
+    np.testing.assert_array_equal(Envelope(parts).with_gradients(points)[1], alone[0][1])
 
 
 def test_blocks_of_voxels_are_decided_as_each_voxel_is(pair):
