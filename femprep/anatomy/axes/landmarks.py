@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from femprep.anatomy.axes.ventricular_axes import USUAL_RV, VentricularAxes, hand, rv_drift
 from femprep.errors import InputError
+from femprep.image.long_axis import is_stack, long_axis
 from femprep.image.slices import relative_slope
 from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.model.products import unit_vectors
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
 
 
-#: Voxels whose largest size is at least this many times the smallest make a stack of slices.
-_STACK: Final = 2.0
 #: Height of a level in an image that is no stack, mm.
 _SLAB: Final = 5.0
 #: Voxels that lie this near to a limit lie on it, mm: along whatever axes an image is stored, the same ones count.
@@ -62,8 +61,7 @@ def axes_from_labels(seg: Segmentation, *, basal_end: str = "auto") -> Ventricul
     if basal_end not in ("auto", "first", "last"):
         raise InputError(f"basal_end is {basal_end!r}; expected auto, first or last")
     cavity, muscle = seg.mask("lv"), seg.mask("myo")
-    spacing = seg.grid.spacing
-    stack = bool(spacing.max() >= _STACK * spacing.min())
+    stack = is_stack(seg.grid)
     rv = seg.mask("rv") if "rv" in seg.structures and set(seg.structures["rv"]) <= set(seg.present) else None
     line = _stack_line(seg, cavity, muscle, rv, basal_end) if stack else _free_line(seg, cavity, muscle)
     info: dict[str, Any] = dict(line.evidence)
@@ -121,22 +119,10 @@ def _basal_end(area: npt.NDArray[Any], right: npt.NDArray[Any], basal_end: str) 
 
 
 def _free_line(seg: Segmentation, cavity: BoolArray, muscle: BoolArray) -> _Line:
-    """The line from the cavity's far end (the most distant hundredth of its voxels) to the centre of its opening."""
-    free = ~(np.pad(cavity | muscle, 1))
-    inner = np.pad(cavity, 1)
-    open_ = np.zeros_like(inner)
-    for axis in range(3):
-        for shift in (1, -1):
-            open_ |= np.roll(free, shift, axis=axis)
-    open_ = (open_ & inner)[1:-1, 1:-1, 1:-1]
-    if not cavity.any() or not open_.any():
-        raise InputError("the LV cavity is empty or closed all round, so it has no base; check the label numbers")
-    points, opening = _world(cavity, seg), _world(open_, seg)
-    base = opening.mean(axis=0)
-    distance = np.linalg.norm(points - base, axis=1)
-    direction = unit_vectors(base - points[distance >= np.percentile(distance, 99) - _ALIKE].mean(axis=0))
-    low = float(((_world(muscle | cavity, seg) - base) @ direction).min())
-    return _Line(base + low * direction, base, {"open_voxels": int(open_.sum())}, None)
+    """The line from the cavity's far end to the centre of its opening, begun where the myocardium begins."""
+    axis = long_axis(seg)
+    low = float(((_world(muscle | cavity, seg) - axis.opening) @ axis.direction).min())
+    return _Line(axis.opening + low * axis.direction, axis.opening, {"open_voxels": axis.voxels}, None)
 
 
 def _septum(

@@ -136,5 +136,5 @@ def epicardium(manifest: RunManifest) -> list[str]:
 
 
 def amounts(records: Any, key: str) -> list[float]:
-    """The figures of some name in a list of records."""
-    return [float(one[key]) for one in records if key in one]
+    """The figures of some name in a list of records, where they have one."""
+    return [float(one[key]) for one in records if one.get(key) is not None]

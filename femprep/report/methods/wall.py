@@ -6,6 +6,7 @@ from typing import Any
 
 from femprep.report.manifest import RunManifest
 from femprep.report.methods.surfaces import amounts, listed
+from femprep.wall.planes.oblique import ACROSS
 
 
 def cuts(manifest: RunManifest) -> list[str]:
@@ -26,7 +27,13 @@ def cuts(manifest: RunManifest) -> list[str]:
         "Surfaces were cut at the base in the plane of the most basal slice in which the myocardium closes around the "
         f"left ventricle's cavity{both}{apical} [@skrinjar2009]."
     ]
-    moved = amounts(wall.get("planes", {}).get("base", {}).get("notices", []), "amount")
+    base = wall.get("planes", {}).get("base", {})
+    if ACROSS in base.get("source", ""):
+        found.append(
+            "Slices were those of the label map resampled across the left ventricle's long axis, from the end of its "
+            "cavity to the centre of its opening."
+        )
+    moved = amounts(base.get("notices", []), "amount")
     if moved:
         found.append(
             f"In this heart the base lies {sum(moved):.1f} mm nearer to the apex than the most basal closed ring."

@@ -9,10 +9,12 @@ import numpy as np
 from scipy.ndimage import label
 
 from femprep.errors import InputError
+from femprep.image.long_axis import is_stack
 from femprep.model import Plane
 from femprep.options import WallOptions, choose, takes
-from femprep.wall.planes.landmarks import base_moved, base_notices, base_slice, given_base, slice_plane
-from femprep.wall.planes.stack import read_stack
+from femprep.wall.planes.landmarks import base_moved, base_notices, base_slice, centre, given_base, slice_plane
+from femprep.wall.planes.oblique import look_across
+from femprep.wall.planes.stack import open_share, read_stack
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
@@ -31,7 +33,8 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     It is the base plane of the left ventricle (:func:`~femprep.wall.find_base`) where the right ventricle reaches it.
     Where the labels of the right ventricle end earlier, shrink to a remnant or fall into pieces (inflow and outflow),
     the plane moves towards the apex, slice by slice, to the first one in which both cavities are open; ``source`` says
-    so. A right ventricle that reaches further than the plane is cut there.
+    so. Where its wall is labelled, in voxels that are about cubic, that has to close around it as well. A right
+    ventricle that reaches further than the plane is cut there.
 
     Parameters
     ----------
@@ -59,10 +62,15 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     chosen = choose(WallOptions, options, changes)
     if chosen.base is not None:
         return given_base(chosen)
-    stack = read_stack(seg, basal_end=chosen.basal_end, what="the base")
+    view = look_across(seg, chosen.basal_end)
+    seg, stack = view.seg, read_stack(view.seg, basal_end=view.basal_end, what="the base")
     base = base_slice(seg, stack)
-    start, note, notices = base.number, base.note, base_notices(seg, stack, base)
+    start, note, notices = base.number, base.note, view.notices + base_notices(seg, stack, base)
     right = np.moveaxis(seg.mask("rv"), stack.axis, 0)
+    # Thin walls do not survive thick slices: there a ring of the right ventricle tells nothing.
+    walled = not is_stack(seg.grid) and set(seg.structures.get("rv_wall", ())) & set(seg.present)
+    body = np.moveaxis(seg.mask("rv", "rv_wall", "lv", "myo"), stack.axis, 0) if walled else None
+    where = "where the right ventricle is open" if body is None else "where the wall closes around the right ventricle"
     area = right.sum(axis=(1, 2))
     first, last = stack.ring
     allowed = max((last - first + 1) // 2, 1)
@@ -72,13 +80,14 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
         if not 0 <= below < len(area):
             break
         pieces = np.bincount(label(right[slice_], np.ones((3, 3)))[0].ravel())[1:]
+        if body is not None and open_share(right[slice_], body[slice_]) > 0.0:
+            continue
         if area[slice_] and area[slice_] >= _SHARE * area[below] and pieces.max() >= _WHOLE * area[slice_]:
             if step:
-                note += f"; {step} slice(s) below the left ventricle's base, where the right ventricle is open"
-                logger.warning("base plane moved %d slice(s) towards the apex, to where the RV is open", step)
-                why = "where the right ventricle is open as well"
-                notices += (base_moved(seg, stack, start, slice_, why),)
-            source = f"labels: centre of slice {slice_}, {stack.evidence['basal_end']} end basal{note}"
+                note += f"; {step} slice(s) below the left ventricle's base, {where}"
+                logger.warning("base plane moved %d slice(s) towards the apex, %s", step, where)
+                notices += (base_moved(seg, stack, start, slice_, f"{where} as well"),)
+            source = f"labels: {view.words or centre(stack, slice_)}{note}"
             return slice_plane(seg, stack, slice_, stack.basal, chosen.base_offset, source, notices)
     raise InputError(
         f"no slice from {start} on, within {allowed} of the base of the left ventricle, opens the cavity of the right "

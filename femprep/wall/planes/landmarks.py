@@ -16,6 +16,7 @@ from femprep.errors import InputError
 from femprep.model import Notice, Plane
 from femprep.model.products import length
 from femprep.options import WallOptions, choose, takes
+from femprep.wall.planes.oblique import look_across
 from femprep.wall.planes.stack import Stack, read_stack
 
 if TYPE_CHECKING:
@@ -83,12 +84,13 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     chosen = choose(WallOptions, options, changes)
     if chosen.base is not None:
         return given_base(chosen)
-    stack = read_stack(seg, basal_end=chosen.basal_end, what="the base")
-    base = base_slice(seg, stack)
-    source = f"labels: centre of slice {base.number}, {stack.evidence['basal_end']} end basal{base.note}"
+    view = look_across(seg, chosen.basal_end)
+    stack = read_stack(view.seg, basal_end=view.basal_end, what="the base")
+    base = base_slice(view.seg, stack)
+    source = f"labels: {view.words or centre(stack, base.number)}{base.note}"
     logger.info("base plane: %s; %s", source, stack.evidence)
-    notices = base_notices(seg, stack, base)
-    return slice_plane(seg, stack, base.number, stack.basal, chosen.base_offset, source, notices)
+    notices = view.notices + base_notices(view.seg, stack, base)
+    return slice_plane(view.seg, stack, base.number, stack.basal, chosen.base_offset, source, notices)
 
 
 def given_base(options: WallOptions) -> Plane:
@@ -193,7 +195,8 @@ def find_apex(seg: Segmentation, *, options: WallOptions | None = None, **change
     True
     """
     chosen = choose(WallOptions, options, changes)
-    stack = read_stack(seg, basal_end=chosen.basal_end, what="the apex")
+    view = look_across(seg, chosen.basal_end)
+    stack = read_stack(view.seg, basal_end=view.basal_end, what="the apex")
     ring = _rings(stack, "the apex")
     if ring[0] == ring[1]:
         raise InputError(
@@ -201,8 +204,13 @@ def find_apex(seg: Segmentation, *, options: WallOptions | None = None, **change
             "a wall clipped at the apex needs at least 2 such slices"
         )
     slice_ = ring[0] if stack.basal > 0 else ring[1]
-    source = f"labels: centre of slice {slice_}, {stack.evidence['basal_end']} end basal"
-    return slice_plane(seg, stack, slice_, -stack.basal, 0.0, source)
+    source = f"labels: {view.words or centre(stack, slice_)}"
+    return slice_plane(view.seg, stack, slice_, -stack.basal, 0.0, source)
+
+
+def centre(stack: Stack, number: int) -> str:
+    """Where a plane through the middle of a slice lies, in words."""
+    return f"centre of slice {number}, {stack.evidence['basal_end']} end basal"
 
 
 def _rings(stack: Stack, what: str) -> tuple[int, int]:

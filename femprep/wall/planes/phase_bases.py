@@ -16,6 +16,7 @@ import numpy as np
 from femprep.model import FloatArray, Notice
 from femprep.options import WallOptions, choose, takes
 from femprep.wall.planes.landmarks import base_slice
+from femprep.wall.planes.oblique import look_across
 from femprep.wall.planes.stack import read_stack
 
 if TYPE_CHECKING:
@@ -78,7 +79,8 @@ def base_moved_with_phases(distance: float) -> list[Notice]:
 
 def _profile(seg: Segmentation, options: WallOptions) -> tuple[FloatArray, FloatArray]:
     """Depths below the own base plane, mm, and the share of the cavity's voxels beyond each, ascending."""
-    stack = read_stack(seg, basal_end=options.basal_end, what="the base")
+    view = look_across(seg, options.basal_end)
+    seg, stack = view.seg, read_stack(view.seg, basal_end=view.basal_end, what="the base")
     slice_ = base_slice(seg, stack).number
     area = stack.cavity[:: -stack.basal].astype(float)
     base = len(area) - 1 - slice_ if stack.basal > 0 else slice_

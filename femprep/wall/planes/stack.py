@@ -87,7 +87,7 @@ def read_stack(seg: Segmentation, basal_end: str = "auto", what: str = "the base
     for name, mask in (("lv", inside), ("myo", tissue)):
         if not mask.any():
             raise InputError(f"structure {name!r} has no voxel, so {what} cannot be found; check the label numbers")
-    open_ = np.array([_open(c, b) for c, b in zip(inside, both)])
+    open_ = np.array([open_share(c, b) for c, b in zip(inside, both)])
     cavity_area, muscle_area = (m.sum(axis=(1, 2)).astype(np.int64) for m in (inside, tissue))
     slices = np.flatnonzero(cavity_area + muscle_area)
     if len(slices) < 2:
@@ -110,7 +110,7 @@ def read_stack(seg: Segmentation, basal_end: str = "auto", what: str = "the base
     return Stack(axis, cavity_area, bare, open_, basal, evidence)
 
 
-def _open(cavity: BoolArray, both: BoolArray) -> float:
+def open_share(cavity: BoolArray, both: BoolArray) -> float:
     """Share of the pixels next to the cavity in this slice that are no myocardium; beyond the image there is none."""
     if not cavity.any():
         return 1.0

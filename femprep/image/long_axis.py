@@ -1,0 +1,73 @@
+"""Label map of about cubic voxels in, the left ventricle's long axis out, whichever way the image lies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from femprep.errors import InputError
+from femprep.image.grid import Grid
+from femprep.image.segmentation import Segmentation
+from femprep.image.topology import used_box
+from femprep.model import FloatArray
+from femprep.model.products import unit_vectors
+
+#: Voxels whose largest size is at least this many times the smallest make a stack of slices.
+_STACK: Final = 2.0
+#: Voxels that lie this near to a limit lie on it, mm: along whatever axes an image is stored, the same ones count.
+_ALIKE: Final = 1e-6
+
+
+@dataclass(frozen=True)
+class LongAxis:
+    """Where a left ventricle opens, and the way there from its far end.
+
+    Attributes
+    ----------
+    opening : (3,) array
+        Centre of the voxels of the cavity that myocardium does not close off, mm LPS.
+    direction : (3,) array
+        Unit vector from the far end to the opening.
+    voxels : int
+        Open ones.
+    """
+
+    opening: FloatArray
+    direction: FloatArray
+    voxels: int
+
+
+def is_stack(grid: Grid) -> bool:
+    """Whether voxels are so thick along one axis that they are a stack of slices, which lie across the heart."""
+    return bool(grid.spacing.max() >= _STACK * grid.spacing.min())
+
+
+def long_axis(seg: Segmentation) -> LongAxis:
+    """From the cavity's far end (the most distant hundredth of its voxels) to the centre of its opening.
+
+    Raises
+    ------
+    InputError
+        The cavity is empty, or closed by myocardium all round.
+    """
+    cavity, muscle = seg.mask("lv"), seg.mask("myo")
+    if not cavity.any():
+        raise InputError("the LV cavity is empty, so it has no base; check the label numbers")
+    box = used_box(cavity | muscle)
+    cavity, muscle = cavity[box], muscle[box]
+    free, inner = ~np.pad(cavity | muscle, 1), np.pad(cavity, 1)
+    open_ = np.zeros_like(inner)
+    for axis in range(3):
+        for shift in (1, -1):
+            open_ |= np.roll(free, shift, axis=axis)
+    open_ = (open_ & inner)[1:-1, 1:-1, 1:-1]
+    if not open_.any():
+        raise InputError("the LV cavity is closed all round, so it has no base; check the label numbers")
+    first = [side.start for side in box]
+    points, opening = (seg.grid.to_world(np.argwhere(mask) + first) for mask in (cavity, open_))
+    centre = opening.mean(axis=0)
+    distance = np.linalg.norm(points - centre, axis=1)
+    far = points[distance >= np.percentile(distance, 99) - _ALIKE].mean(axis=0)
+    return LongAxis(centre, unit_vectors(centre - far), int(open_.sum()))

@@ -1,0 +1,103 @@
+"""A base across the long axis of a ventricle that an image of cubic voxels, as of CT, holds at any angle."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import femprep as fp
+from femprep.image import Grid, Segmentation
+from femprep.phantoms import biventricular, lv_ellipsoid
+from femprep.wall import extend_apex, find_apex, find_base, find_common_base
+from femprep.wall.planes.oblique import look_across, tilt
+
+RODERO = "rodero01/rodero01_4ch_1.0mm_label.nii.gz"
+
+
+def held(phantom, degrees: float, voxel: float = 1.5) -> Segmentation:
+    """A phantom, its long axis along z, in an image that is turned by some degrees about a slanted axis across it."""
+    grid = phantom.grid((voxel,) * 3)
+    turn = Rotation.from_rotvec(np.radians(degrees) * np.array([0.8, 0.6, 0.0])).as_matrix()
+    side = int(np.linalg.norm(np.multiply(grid.shape, voxel)) / voxel) + 2
+    middle = grid.to_world((np.array(grid.shape) - 1.0) / 2.0)
+    origin = middle - turn @ np.full(3, 0.5 * (side - 1) * voxel)
+    return phantom.segmentation(grid=Grid((side,) * 3, (voxel,) * 3, origin, turn))
+
+
+@pytest.mark.parametrize("degrees", [35.0, 50.0, 130.0])
+def test_the_base_lies_across_the_long_axis_below_the_opening(degrees):
+    seg = held(lv_ellipsoid(), degrees)
+    base = find_base(seg)
+    assert np.degrees(np.arccos(base.normal[2])) < 2.0
+    assert "across the long axis" in base.source
+    assert [notice.kind for notice in base.notices] == ["assumed"]
+    # The phantom ends flat at its base, of which the plane lies within three voxels.
+    away = base.signed_distance(seg.grid.to_world(np.argwhere(seg.mask("lv"))))
+    assert -0.5 < away.max() < 4.5
+    apex = find_apex(seg)
+    assert base.normal @ apex.normal == pytest.approx(-1.0)
+    assert extend_apex(seg, seg.object("lv", "myo")).info["apex"]["extrapolated_mm"] == 0.0
+
+
+def test_what_lies_across_already_stays_as_it_is():
+    seg = held(lv_ellipsoid(), 10.0)
+    assert tilt(seg) == pytest.approx(10.0, abs=1.5)
+    assert look_across(seg).seg is seg
+    assert "centre of slice" in find_base(seg).source
+
+
+def test_slices_tell_the_stack_and_so_does_a_basal_end_that_is_given():
+    turned = held(lv_ellipsoid(), 50.0)
+    assert look_across(turned, "last").seg is turned
+    thick = lv_ellipsoid().segmentation(spacing=(1.5, 1.5, 8.0))
+    assert look_across(thick).seg is thick
+
+
+def test_the_plane_is_the_same_whichever_way_the_image_is_stored():
+    seg = held(lv_ellipsoid(), 50.0, 2.0)
+    grid = seg.grid
+    order = [2, 0, 1]
+    stored = Grid(
+        tuple(grid.shape[a] for a in order),
+        grid.spacing[order],
+        grid.origin,
+        np.ascontiguousarray(grid.direction[:, order]),
+    )
+    other = Segmentation(np.ascontiguousarray(seg.labels.transpose(order)), stored, seg.structures)
+    one, two = find_base(seg), find_base(other)
+    np.testing.assert_allclose(one.normal, two.normal, atol=1e-9)
+    assert one.signed_distance(two.point) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_both_ventricles_are_opened():
+    seg = held(biventricular(), 50.0)
+    base = find_common_base(seg)
+    assert np.degrees(np.arccos(base.normal[2])) < 3.0
+    for name in ("lv", "rv"):
+        away = base.signed_distance(seg.grid.to_world(np.argwhere(seg.mask(name))))
+        assert away.min() < -20.0
+        assert away.max() > 0.0
+
+
+def test_a_turned_heart_is_meshed_as_it_is():
+    seg = held(lv_ellipsoid(), 50.0, 2.0)
+    run = fp.mesh_segmentation(seg, surface={"vertices": 600}, volume={"edge_length": 6.0})
+    assert run.quality.passed, run.quality.failures
+    normal = run.mesh.planes["base"].normal
+    assert np.degrees(np.arccos(normal[2])) < 2.0
+
+
+def test_a_heart_of_ct_is_cut_below_its_valves(data):
+    seg = fp.read_segmentation(data / RODERO, preset="rodero")
+    assert tilt(seg) == pytest.approx(48.8, abs=0.1)
+    left, both = find_base(seg), find_common_base(seg)
+    atrium, cavity = (seg.grid.to_world(np.argwhere(seg.mask(name))) for name in ("la", "lv"))
+    axis = atrium.mean(axis=0) - cavity.mean(axis=0)
+    # Its atrium lies beside the axis, not on it.
+    assert np.degrees(np.arccos(left.normal @ axis / np.linalg.norm(axis))) < 35.0
+    assert (left.signed_distance(cavity) < 0.0).mean() == pytest.approx(0.87, abs=0.03)
+    # Its right ventricle opens 9 mm further down.
+    assert left.signed_distance(both.point) == pytest.approx(-9.0, abs=1e-6)
+    right = seg.grid.to_world(np.argwhere(seg.mask("ra")))
+    assert (both.signed_distance(right) > 0.0).mean() > 0.9
