@@ -50,9 +50,9 @@ _GROOVE: Final = 6.0
 #: How far from another chamber the epicardium follows one alone, mm: from a labelled right ventricle, from any chamber
 #: of the whole heart, whose grooves are filled.
 _JOINT: Final = {"biv": 2.0 * _GROOVE, "whole-heart": 20.0}
-#: The same from the wall assumed around a right ventricle, by the width over which their joint is rounded: there the
-#: rounding lifts the epicardium by a twentieth of that width ((1 - .55)^2 / 4) at most.
-_ROUNDED: Final = 0.55
+#: Beside a right ventricle whose wall is assumed it follows the left one's outline where their rounded joint lifts it
+#: by no more than this, pixels.
+_LIFT: Final = 1.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages:
         enclosed.append(Part(cavities["rv"], thickness, least if walled else _ROUNDING * thickness))
         enclosed.append(Part(cavities["lv"], wall.minimum_thickness, least))
         epi = _enclose(enclosed, seg, options, report, repaired)
-    clear = _JOINT["biv"] if walled else (1.0 + _ROUNDED * _ROUNDING) * thickness
+    clear = _JOINT["biv"] if walled else thickness + _rounded(_ROUNDING * thickness, _LIFT * seg.grid.pixel)
     outlines = _outlines(objects, {**fitted, **cavities}, ("lv", "rv"), ("lv", "rv"), clear)
     return WallSurfaces(
         objects,
@@ -254,6 +254,14 @@ def whole_heart(seg: Segmentation, layout: Layout, options: Options, stages: Sta
         ),
         notices=notices,
     )
+
+
+def _rounded(blend: float, lift: float) -> float:
+    """How far beyond one of two bodies the smooth minimum of their fields lifts the other by more than so much, mm.
+
+    At a distance d it is lifted by (blend - d)^2 / (4 blend).
+    """
+    return float(blend - min(blend, np.sqrt(4.0 * blend * lift)))
 
 
 def _outlines(

@@ -14,6 +14,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from femprep.image import Grid, LabelObject
+from femprep.image.boundary import boundary_points
+from femprep.image.long_axis import is_stack
 from femprep.mesh.plane_sections import plane_sections
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import BoolArray, FloatArray, IntArray, Plane, Surface, VolumeMesh
@@ -61,8 +63,9 @@ def mesh_fidelity(mesh: VolumeMesh, outlines: Iterable[Outline], grid: Grid, lim
     """Measure the facets of a finished mesh against the outlines of the labels.
 
     In the middle plane of each slice the facets' section and the labels' outline are sampled; a distance is that of a
-    sample of one to the nearest sample of the other, both ways. Where facets belong to several bodies, as an epicardium
-    around two ventricles, it is taken from the outline to the facets only.
+    sample of one to the nearest sample of the other, both ways; in about cubic voxels to the facets, and to the labels'
+    boundary in all directions. Where facets belong to several bodies, as an epicardium around two ventricles, it is
+    taken from the outline to the facets only.
 
     Parameters
     ----------
@@ -195,7 +198,9 @@ def _slices(
     margin = _WITHIN * outline.obj.grid.pixel
     middles, contours = label_contours(outline.obj)
     near = [ClosestFinder(surface.points, surface.triangles) for surface in outline.beside]
-    finder = None
+    finder = ClosestFinder(points, triangles)
+    # Where slices are as thin as pixels an end of the surface is nearly parallel to them: distances are those in space.
+    space = None if is_stack(outline.obj.grid) else cKDTree(boundary_points(outline.obj).points)
     found = []
     for middle, loops in zip(middles, contours):
         number = round(float(grid.to_index(middle.point[None])[0, grid.stack_axis]))
@@ -215,15 +220,15 @@ def _slices(
             continue
         sections = plane_sections(points, triangles, [middle])[0]
         if not sections:
-            finder = finder or ClosestFinder(points, triangles)
             found.append(_Slice(number, inside, finder(inside).distance, len(inside), True))
             continue
         section = dense(sections, _STEP)
-        there = np.asarray(cKDTree(section).query(inside)[0])
+        there = finder(inside).distance if space else np.asarray(cKDTree(section).query(inside)[0])
         if near:
             found.append(_Slice(number, inside, there, len(inside), False))
             continue
         back = cKDTree(curve).query(section)[0]
+        back = np.minimum(back, space.query(section)[0]) if space else back
         both = np.concatenate([inside, section]), np.concatenate([there, back])
         found.append(_Slice(number, *both, len(inside), False))
     return found

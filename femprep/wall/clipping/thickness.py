@@ -103,7 +103,8 @@ def require_nested(epi: ClippedSurface, endo: ClippedSurface) -> None:
         raise InputError(
             f"surface {endo.name!r} does not lie inside surface {epi.name!r}: "
             f"{100 * outside.mean():.0f} % of its vertices are outside, by {-thickness[worst]:.1f} mm at "
-            f"{spot(endo.points[worst])}; check which labels are cavity and which are wall"
+            f"{spot(endo.points[worst])}; check which labels are cavity and which are wall; "
+            "around a thin wall take more vertices"
         )
 
 

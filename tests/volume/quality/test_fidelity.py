@@ -7,7 +7,7 @@ import pytest
 import pyvista as pv
 from wall_shapes import shifted_end, stack
 
-from femprep.image import Segmentation
+from femprep.image import Grid, Segmentation
 from femprep.model import FACET_TAGS, Plane, Surface, VolumeMesh
 from femprep.options import CheckOptions
 from femprep.surface import fit_surface
@@ -221,3 +221,21 @@ def test_beyond_a_limit_the_report_fails_with_what_and_where_and_what_helps():
     wide = judge_fidelity(found.records, CheckOptions(mean_label_distance=None, maximum_label_distance=4.0))
     assert wide.limits == [verdicts[1].model_copy(update={"limit": 4.0, "passed": True})]
     assert wide.failures == []
+
+
+def test_in_cubic_voxels_distances_are_those_in_space():
+    centres = np.stack(np.meshgrid(*(np.arange(48.0) - 23.5,) * 3, indexing="ij"), axis=-1)
+    inside = np.linalg.norm(centres, axis=-1) < 20.0
+    grid = Grid((48, 48, 48), (1.0, 1.0, 1.0), (-23.5, -23.5, -23.5), np.eye(3))
+    objects = {"lv": Segmentation(inside.astype(np.uint8), grid, {"lv": (1,)}).object("lv")}
+
+    def greatest(radius: float, beside: float = 0.0) -> float:
+        ball = pv.Sphere(radius=radius, theta_resolution=120, phi_resolution=120).triangulate()
+        triangles = ball.faces.reshape(-1, 4)[:, 1:].astype(np.int64)
+        surface = Surface(np.asarray(ball.points, float) + np.array([beside, 0.0, 0.0]), triangles, "lv")
+        return surface_fidelity({"lv": surface}, objects, grid).records[0].greatest_mm
+
+    # In the first slices, nearly parallel to it, the smaller ball lies 3 mm and more within the outline.
+    assert greatest(19.0) == pytest.approx(1.0, abs=0.8)
+    assert greatest(21.0) == pytest.approx(1.0, abs=0.8)
+    assert greatest(20.0, 5.0) == pytest.approx(5.0, abs=0.8)
