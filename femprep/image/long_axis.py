@@ -10,9 +10,9 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.image.grid import Grid
 from femprep.image.segmentation import Segmentation
-from femprep.image.topology import used_box
+from femprep.image.topology import label_pieces, used_box
 from femprep.model import FloatArray
-from femprep.model.products import unit_vectors
+from femprep.model.products import product, unit_vectors
 
 #: Voxels whose largest size is at least this many times the smallest make a stack of slices.
 _STACK: Final = 2.0
@@ -47,6 +47,8 @@ def is_stack(grid: Grid) -> bool:
 def long_axis(seg: Segmentation) -> LongAxis:
     """From the cavity's far end (the most distant hundredth of its voxels) to the centre of its opening.
 
+    The opening are the largest piece of the voxels that myocardium does not close off, and what lies on its side.
+
     Raises
     ------
     InputError
@@ -67,7 +69,17 @@ def long_axis(seg: Segmentation) -> LongAxis:
         raise InputError("the LV cavity is closed all round, so it has no base; check the label numbers")
     first = [side.start for side in box]
     points, opening = (seg.grid.to_world(np.argwhere(mask) + first) for mask in (cavity, open_))
-    centre = opening.mean(axis=0)
+    piece = label_pieces(open_)[0][open_]
+    direction = _from_far_end(points, opening[piece == 1].mean(axis=0))
+    # Where labels end with the cavity open at the apex as well, that end is no opening; two valves are one.
+    height = product(points, direction)
+    basal = opening[product(opening, direction) > 0.5 * (height.min() + height.max())]
+    centre = basal.mean(axis=0)
+    return LongAxis(centre, _from_far_end(points, centre), len(basal))
+
+
+def _from_far_end(points: FloatArray, centre: FloatArray) -> FloatArray:
+    """Unit vector to a place from the hundredth of some points that is farthest from it."""
     distance = np.linalg.norm(points - centre, axis=1)
     far = points[distance >= np.percentile(distance, 99) - _ALIKE].mean(axis=0)
-    return LongAxis(centre, unit_vectors(centre - far), int(open_.sum()))
+    return unit_vectors(centre - far)

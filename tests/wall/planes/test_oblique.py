@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import femprep as fp
 from femprep.image import Grid, Segmentation
+from femprep.image.long_axis import long_axis
 from femprep.phantoms import biventricular, lv_ellipsoid
 from femprep.wall import extend_apex, find_apex, find_base, find_common_base
 from femprep.wall.planes.oblique import look_across, tilt
@@ -15,14 +16,14 @@ from femprep.wall.planes.oblique import look_across, tilt
 RODERO = "rodero01/rodero01_4ch_1.0mm_label.nii.gz"
 
 
-def held(phantom, degrees: float, voxel: float = 1.5) -> Segmentation:
+def held(phantom, degrees: float, voxel: float = 1.5, apex: str = "capped") -> Segmentation:
     """A phantom, its long axis along z, in an image that is turned by some degrees about a slanted axis across it."""
     grid = phantom.grid((voxel,) * 3)
     turn = Rotation.from_rotvec(np.radians(degrees) * np.array([0.8, 0.6, 0.0])).as_matrix()
     side = int(np.linalg.norm(np.multiply(grid.shape, voxel)) / voxel) + 2
     middle = grid.to_world((np.array(grid.shape) - 1.0) / 2.0)
     origin = middle - turn @ np.full(3, 0.5 * (side - 1) * voxel)
-    return phantom.segmentation(grid=Grid((side,) * 3, (voxel,) * 3, origin, turn))
+    return phantom.segmentation(grid=Grid((side,) * 3, (voxel,) * 3, origin, turn), apex=apex)
 
 
 @pytest.mark.parametrize("degrees", [35.0, 50.0, 130.0])
@@ -45,6 +46,27 @@ def test_what_lies_across_already_stays_as_it_is():
     assert tilt(seg) == pytest.approx(10.0, abs=1.5)
     assert look_across(seg).seg is seg
     assert "centre of slice" in find_base(seg).source
+
+
+def test_a_cavity_that_is_open_at_the_apex_as_well_has_its_base_at_the_wider_end():
+    seg = lv_ellipsoid().segmentation(spacing=(2.0, 2.0, 2.0), apex="uncapped")
+    np.testing.assert_allclose(long_axis(seg).direction, [0.0, 0.0, 1.0], atol=0.02)
+    assert look_across(seg).seg is seg
+
+
+@pytest.mark.parametrize("case", ["011_frame01", "021_frame13", "041_frame01"])
+def test_a_stack_drawn_on_cubic_voxels_is_cut_across_the_heart(data, case):
+    seg = fp.read_segmentation(data / f"acdc/training/patient{case[:3]}/patient{case}_gt.nii.gz", preset="acdc")
+    grid = seg.grid
+    times = round(grid.spacing[2] / grid.spacing[0])
+    labels = np.repeat(seg.labels, times, axis=2)
+    fine = Grid(
+        labels.shape, grid.spacing / [1, 1, times], grid.to_world([[0, 0, 0.5 / times - 0.5]])[0], grid.direction
+    )
+    cubic = Segmentation(labels, fine, seg.structures)
+    # These ventricles are wider than they are long, so that the longest axis is none of the heart's.
+    assert cubic.stack_axis != 2
+    assert np.degrees(np.arccos(find_base(cubic).normal @ find_base(seg).normal)) < 15.0
 
 
 def test_slices_tell_the_stack_and_so_does_a_basal_end_that_is_given():
