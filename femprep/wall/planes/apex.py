@@ -22,7 +22,7 @@ from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.model import BoolArray, FloatArray, Notice, Surface, records
 from femprep.model.products import product
 from femprep.options import WallOptions, choose, takes
-from femprep.wall.planes.oblique import look_across
+from femprep.wall.planes.oblique import lies_oblique
 from femprep.wall.planes.stack import read_stack
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def extend_apex(
     """
     chosen = choose(WallOptions, options, changes)
     boundary = boundary_points(obj) if boundary is None else boundary
-    if look_across(seg, chosen.basal_end).words:  # no slice ends the ventricle
+    if lies_oblique(seg, chosen.basal_end):  # no slice ends the ventricle
         return replace(boundary, info={**boundary.info, "apex": {"uncapped_share": 0.0, "extrapolated_mm": 0.0}})
     pile = _pile(seg, obj, chosen)
     info: dict[str, Any] = {"uncapped_share": pile.uncapped, "extrapolated_mm": 0.0}

@@ -68,7 +68,8 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     start, note, notices = base.number, base.note, view.notices + base_notices(seg, stack, base)
     right = np.moveaxis(seg.mask("rv"), stack.axis, 0)
     # Thin walls do not survive thick slices: there a ring of the right ventricle tells nothing.
-    walled = not is_stack(seg.grid) and set(seg.structures.get("rv_wall", ())) & set(seg.present)
+    labelled = "rv_wall" in seg.structures and set(seg.structures["rv_wall"]) <= set(seg.present)
+    walled = labelled and not is_stack(seg.grid)
     body = np.moveaxis(seg.mask("rv", "rv_wall", "lv", "myo"), stack.axis, 0) if walled else None
     where = "where the right ventricle is open" if body is None else "where the wall closes around the right ventricle"
     area = right.sum(axis=(1, 2))

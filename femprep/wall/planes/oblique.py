@@ -51,15 +51,19 @@ def look_across(seg: Segmentation, basal_end: str = "auto") -> View:
 
     Whoever says which end of the stack is basal wants its slices.
     """
-    angle = tilt(seg) if basal_end == "auto" else 0.0
-    if angle < _TILT:
+    if not lies_oblique(seg, basal_end):
         return View(seg, basal_end)
-    words = f"{ACROSS}, which lies {angle:.0f} degrees off the image's stack"
+    words = f"{ACROSS}, which lies {tilt(seg):.0f} degrees off the image's stack"
     notice = Notice.of(
         "assumed",
         f"the base plane was laid {words}; --base gives another one, --basal-end one along the image's slices",
     )
     return View(_turned(seg), "last", words, (notice,))
+
+
+def lies_oblique(seg: Segmentation, basal_end: str = "auto") -> bool:
+    """Whether slices of the image do not lie across the ventricle, and nobody asked for them."""
+    return basal_end == "auto" and tilt(seg) >= _TILT
 
 
 def tilt(seg: Segmentation) -> float:
