@@ -108,11 +108,17 @@ def one(number: int, edge: float, vertices: int, only: str | None) -> dict[str, 
             row["dihedral"] = measures["minimum_dihedral"].min
             row["mean_ratio"] = measures["mean_ratio"].mean
             row["thinnest"] = run.wall.info["thickness"]["minimum_mm"] if "thickness" in run.wall.info else ""
-            row["outcome"] = "; ".join(entry["status"] for entry in runs)
+            row["outcome"] = "; ".join(told(entry) for entry in runs)
         row["edge"] = size
         break
     row["seconds"] = time.process_time() - start + row.get("seconds_mesher", 0.0)
     return row
+
+
+def told(run: dict[str, Any]) -> str:
+    """One run of the mesher in words: what came of it, and what of it was asked."""
+    seconds = f"{run['processor_seconds']:.1f} s" if "processor_seconds" in run else "no seconds told"
+    return f"{run['status']} in {seconds} ({run['way']}, stop energy {run['stop_energy']:g})"
 
 
 def main() -> None:
