@@ -9,12 +9,11 @@ import numpy as np
 from scipy.ndimage import label
 
 from femprep.errors import InputError
-from femprep.image.long_axis import is_stack
 from femprep.model import Plane
 from femprep.options import WallOptions, choose, takes
 from femprep.wall.planes.landmarks import base_moved, base_notices, base_slice, centre, given_base, slice_plane
 from femprep.wall.planes.oblique import look_across
-from femprep.wall.planes.stack import open_share, read_stack
+from femprep.wall.planes.stack import Stack, open_share, read_stack
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
@@ -33,8 +32,8 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     It is the base plane of the left ventricle (:func:`~femprep.wall.find_base`) where the right ventricle reaches it.
     Where the labels of the right ventricle end earlier, shrink to a remnant or fall into pieces (inflow and outflow),
     the plane moves towards the apex, slice by slice, to the first one in which both cavities are open; ``source`` says
-    so. Where its wall is labelled, in voxels that are about cubic, that has to close around it as well. A right
-    ventricle that reaches further than the plane is cut there.
+    so. Where its wall is labelled, that has to close around it as well, if it does in any of these slices: beside the
+    tricuspid valve its cavity opens into the atrium. A right ventricle that reaches further than the plane is cut there.
 
     Parameters
     ----------
@@ -67,30 +66,41 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     base = base_slice(seg, stack)
     start, note, notices = base.number, base.note, view.notices + base_notices(seg, stack, base)
     right = np.moveaxis(seg.mask("rv"), stack.axis, 0)
-    # Thin walls do not survive thick slices: there a ring of the right ventricle tells nothing.
-    labelled = "rv_wall" in seg.structures and set(seg.structures["rv_wall"]) <= set(seg.present)
-    walled = labelled and not is_stack(seg.grid)
-    body = np.moveaxis(seg.mask("rv", "rv_wall", "lv", "myo"), stack.axis, 0) if walled else None
-    where = "where the right ventricle is open" if body is None else "where the wall closes around the right ventricle"
     area = right.sum(axis=(1, 2))
     first, last = stack.ring
     allowed = max((last - first + 1) // 2, 1)
-    for step in range(allowed):
-        slice_ = start - step * stack.basal
+    opened = []
+    for slice_ in range(start, start - allowed * stack.basal, -stack.basal):
         below = slice_ - stack.basal
         if not 0 <= below < len(area):
             break
         pieces = np.bincount(label(right[slice_], np.ones((3, 3)))[0].ravel())[1:]
-        if body is not None and open_share(right[slice_], body[slice_]) > 0.0:
-            continue
         if area[slice_] and area[slice_] >= _SHARE * area[below] and pieces.max() >= _WHOLE * area[slice_]:
-            if step:
-                note += f"; {step} slice(s) below the left ventricle's base, {where}"
-                logger.warning("base plane moved %d slice(s) towards the apex, %s", step, where)
-                notices += (base_moved(seg, stack, start, slice_, f"{where} as well"),)
-            source = f"labels: {view.words or centre(stack, slice_)}{note}"
-            return slice_plane(seg, stack, slice_, stack.basal, chosen.base_offset, source, notices)
-    raise InputError(
-        f"no slice from {start} on, within {allowed} of the base of the left ventricle, opens the cavity of the right "
-        "ventricle as well; check its labels, or mesh the left ventricle alone"
-    )
+            opened.append(slice_)
+    if not opened:
+        raise InputError(
+            f"no slice from {start} on, within {allowed} of the base of the left ventricle, opens the cavity of the "
+            "right ventricle as well; check its labels, or mesh the left ventricle alone"
+        )
+    walled = _walled(seg, stack, opened)
+    slice_ = (walled or opened)[0]
+    if slice_ != start:
+        where = "where the wall closes around the right ventricle" if walled else "where the right ventricle is open"
+        steps = abs(slice_ - start)
+        note += f"; {steps} slice(s) below the left ventricle's base, {where}"
+        logger.warning("base plane moved %d slice(s) towards the apex, %s", steps, where)
+        notices += (base_moved(seg, stack, start, slice_, f"{where} as well"),)
+    source = f"labels: {view.words or centre(stack, slice_)}{note}"
+    return slice_plane(seg, stack, slice_, stack.basal, chosen.base_offset, source, notices)
+
+
+def _walled(seg: Segmentation, stack: Stack, slices: list[int]) -> list[int]:
+    """The slices in which a labelled wall closes around the right ventricle.
+
+    None where it does in no slice: walls thinner than a voxel have holes everywhere, which then tell nothing.
+    """
+    if "rv_wall" not in seg.structures or not set(seg.structures["rv_wall"]) <= set(seg.present):
+        return []
+    right = np.moveaxis(seg.mask("rv"), stack.axis, 0)
+    body = np.moveaxis(seg.mask("rv", "rv_wall", "lv", "myo"), stack.axis, 0)
+    return [number for number in slices if open_share(right[number], body[number]) == 0.0]

@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import binary_dilation
 
+import femprep as fp
 from femprep.errors import InputError
 from femprep.phantoms import biventricular
 from femprep.wall import find_base, find_common_base
@@ -47,6 +49,43 @@ def test_a_slice_in_which_the_right_ventricle_is_in_two_pieces_is_passed_over(he
     middle = int(rows.mean())
     common = find_common_base(without_rv(heart, 1, slice(middle - 4, middle + 4)))
     assert find_base(heart).signed_distance(common.point) == pytest.approx(-8.0)
+
+
+def walled(seg, gap: int, everywhere: bool = False):
+    """The label map with the wall of the RV labelled 4, two pixels thick, and open in its most basal slices, or all."""
+    labels = np.array(seg.labels)
+    (right,), (lv,), (myo,) = (seg.structures[name] for name in ("rv", "lv", "myo"))
+    slices = np.flatnonzero((labels == right).any(axis=(0, 1)))
+    for k in slices:
+        plane = labels[:, :, k]
+        free = ~np.isin(plane, (right, lv, myo))
+        plane[binary_dilation(plane == right, iterations=2) & free] = 4
+        if everywhere or k > slices[-1] - gap:  # as beside the tricuspid valve
+            rows = np.flatnonzero((plane == 4).any(axis=0))
+            middle = plane[:, rows[len(rows) // 2] - 3 : rows[len(rows) // 2] + 3]
+            middle[middle == 4] = 0
+    return replace(seg, labels=labels, structures={**seg.structures, "rv_wall": (4,)})
+
+
+@pytest.mark.parametrize("gap", [0, 1, 2])
+def test_a_labelled_wall_closes_around_the_right_ventricle(heart, gap):
+    common = find_common_base(walled(heart, gap))
+    assert find_base(heart).signed_distance(common.point) == pytest.approx(-8.0 * gap)
+    assert ("where the wall closes around the right ventricle" in common.source) == (gap > 0)
+    assert len(common.notices) == (gap > 0)
+
+
+def test_a_labelled_wall_with_holes_everywhere_tells_nothing(heart):
+    common, left = find_common_base(walled(heart, 0, everywhere=True)), find_base(heart)
+    np.testing.assert_array_equal(common.point, left.point)
+
+
+def test_a_right_ventricle_open_to_its_atrium_is_cut_below_the_valve(data):
+    """Slices 10 and 11 of this stack hold the right atrium beside the ventricle; cut there it has no wall."""
+    seg = fp.read_segmentation(data / "rodero01" / "rodero01_sax_4ch_1.4x1.4x8_label.nii.gz", preset="rodero")
+    assert "slice 10" in find_base(seg).source
+    assert "slice 12" in find_common_base(seg).source
+    assert "slice 10" in find_common_base(replace(seg, structures={**seg.structures, "rv_wall": (99,)})).source
 
 
 def test_a_right_ventricle_that_is_nowhere_near_the_base_is_refused(heart):
