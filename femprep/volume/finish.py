@@ -18,6 +18,7 @@ from femprep.volume.blood import Filling, TaggedFacets, check_cavities, find_fac
 from femprep.volume.optimise import optimise
 from femprep.volume.optimise.constraints import Constraints, constrain
 from femprep.volume.optimise.poor import poor_quality
+from femprep.volume.pinches import pinch_notice, without_pinches
 from femprep.volume.pits import pit_notice, without_pits
 from femprep.volume.quality.limits import judge_shapes
 from femprep.volume.quality.verdicts import Verdicts
@@ -90,7 +91,8 @@ def finish(
         The mesh is wrong.
     """
     kept = filling.regions(run.points, run.cells) > 0 if filling.cavities else slice(None)
-    given, cells = _used(run.points, run.cells[kept])
+    whole, pinches = without_pinches(run.points, run.cells[kept])
+    given, cells = _used(run.points, whole)
     given, cells, pits = without_pits(given, cells, filling.outer)
     region = filling.regions(given, cells)
     check_volumes(given, cells, filling.outer)
@@ -109,8 +111,10 @@ def finish(
         "moved_points": int((step > 0).sum()),
         "greatest_move_mm": float(step.max()),
         "pits_filled": pits,
+        "pinched_edges": len(pinches),
         **record,
     }
+    info = noted(info, pinch_notice(pinches)) if len(pinches) else info
     info = noted(info, pit_notice(given, pits)) if pits else info
     tag = filling.tags(merged, facets, region)
     planes = {**filling.wall.planes, **filling.caps}

@@ -66,8 +66,8 @@ def _pit(
 ) -> tuple[FloatArray, IntArray] | None:
     """Of the triangles at a vertex, those of the surface that it does not lie on, and its place on that one."""
     star = cells[(cells == bottom).any(axis=1)]
-    fans = _groups(around, bottom, 1)
-    if len(fans) != 2 or len(_groups(star, bottom, 2)) != 1:
+    fans = groups_around(around, {bottom}, 1)
+    if len(fans) != 2 or len(groups_around(star, {bottom}, 2)) != 1:
         return None
     near = ClosestFinder(wall.points, wall.triangles)
     found = []
@@ -81,9 +81,9 @@ def _pit(
     return (place, triangles) if deep > 0.0 else None
 
 
-def _groups(cells: IntArray, vertex: int, shared: int) -> list[list[int]]:
-    """Rows of cells at a vertex that hang together by so many nodes besides it, from one to the next."""
-    others = [set(row) - {vertex} for row in cells.tolist()]
+def groups_around(cells: IntArray, centre: set[int], shared: int) -> list[list[int]]:
+    """Rows of cells that hang together by so many nodes besides those of a centre they all have, one to the next."""
+    others = [set(row) - centre for row in cells.tolist()]
     left, groups = set(range(len(cells))), []
     while left:
         group, open_rows = [], [min(left)]
