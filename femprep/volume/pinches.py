@@ -1,7 +1,7 @@
 """Tetrahedra of a wall in, the same out without the few that hang on the others by an edge alone.
 
-In a groove of the wall that is sharper than elements, the mesher now and then keeps an element too many between the sides
-of it: four boundary facets then meet in an edge, and the boundary is no 2-manifold there.
+In a groove of the wall that is sharper than elements, the mesher now and then keeps an element too many between its
+sides: four boundary facets then meet in an edge, and the boundary is no 2-manifold there.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ _MOST: Final = 5
 def without_pinches(points: FloatArray, cells: IntArray) -> tuple[IntArray, FloatArray]:
     """Take elements away at each edge where the boundary touches itself: the least volume that does.
 
-    Two groups of elements meet in such an edge, or more of them in one of its ends. Where none that is taken away leaves
-    fewer such edges and vertices, the mesh stays as it is.
+    Two groups of elements meet in such an edge, or more of them in one of its ends. Where none that is taken away
+    leaves fewer such edges and vertices, the mesh stays as it is.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def without_pinches(points: FloatArray, cells: IntArray) -> tuple[IntArray, Floa
     """
     places: list[FloatArray] = []
     edges, faults = _faults(cells)
-    while 0 < len(edges) and faults <= _MOST:
+    while len(edges) > 0 and faults <= _MOST:
         better: list[tuple[float, int, IntArray, IntArray, FloatArray]] = []
         for edge in edges:
             for rows in _groups(cells, edge):

@@ -58,7 +58,10 @@ def one(seg: Segmentation, distance: float, offset: float) -> dict[str, Any]:
         row["base"] = round(-left.signed_distance(both.point) / distance)
         run = fp.mesh_segmentation(seen, anatomy="biv", fibres={})
     except fp.FemprepError as error:
-        row.update(status="refused" if isinstance(error, fp.InputError | fp.OptionError) else "without a mesh", outcome=str(error))
+        row.update(
+            status="refused" if isinstance(error, fp.InputError | fp.OptionError) else "without a mesh",
+            outcome=str(error),
+        )
     else:
         runs, measures = run.mesh.info["attempts"], run.quality.measures
         row.update(status="passed" if run.quality.passed else "failed", elements=run.mesh.n_cells, runs=len(runs))

@@ -63,7 +63,9 @@ def test_what_hangs_on_an_edge_is_left_out(body, count, elements):
     found, places = without_pinches(points, cells)
     assert len(places) == count
     assert is_manifold(facets_of(found))
-    assert {tuple(sorted(row)) for row in found.tolist()} == {tuple(sorted(row)) for row in mesh.cells["tetra"].tolist()}
+    assert {tuple(sorted(row)) for row in found.tolist()} == {
+        tuple(sorted(row)) for row in mesh.cells["tetra"].tolist()
+    }
 
 
 def test_a_mesh_that_touches_itself_in_many_edges_stays(body):

@@ -33,7 +33,8 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     Where the labels of the right ventricle end earlier, shrink to a remnant or fall into pieces (inflow and outflow),
     the plane moves towards the apex, slice by slice, to the first one in which both cavities are open; ``source`` says
     so. Where its wall is labelled, that has to close around it as well, if it does in any of these slices: beside the
-    tricuspid valve its cavity opens into the atrium. A right ventricle that reaches further than the plane is cut there.
+    tricuspid valve its cavity opens into the atrium. A right ventricle that reaches further than the plane is cut
+    there.
 
     Parameters
     ----------
