@@ -51,6 +51,15 @@ def test_a_slice_in_which_the_right_ventricle_is_in_two_pieces_is_passed_over(he
     assert find_base(heart).signed_distance(common.point) == pytest.approx(-8.0)
 
 
+@pytest.mark.parametrize(("kept", "slices"), [(0.8, 0), (0.1, 1)])
+def test_a_slice_that_is_a_lid_of_the_right_ventricle_is_passed_over(heart, kept, slices):
+    """Of its last slice a tenth of the rows is left: the next one lies bare by 40 mm, at 11 degrees."""
+    rows = np.flatnonzero((np.asarray(heart.labels) == 1).any(axis=(0, 2)))
+    end = rows[0] + int(kept * len(rows))
+    common = find_common_base(without_rv(heart, 1, slice(end, None)))
+    assert find_base(heart).signed_distance(common.point) == pytest.approx(-8.0 * slices)
+
+
 def walled(seg, gap: int, everywhere: bool = False):
     """The label map with the wall of the RV labelled 4, two pixels thick, and open in its most basal slices, or all."""
     labels = np.array(seg.labels)
