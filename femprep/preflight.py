@@ -262,7 +262,8 @@ def _check_amount(seg: Segmentation, layout: Layout, options: Options) -> None:
     tissue = sum(body.volume - cavity.volume for cavity, body in pairs)
     if tissue <= 0.0:
         return
-    thickness = 2.0 * tissue / sum(_side(obj.mask, obj.grid.spacing, obj.stack_axis) for pair in pairs for obj in pair)
+    side = sum(_side(obj.mask, obj.grid.spacing, obj.stack_axis) for pair in pairs for obj in pair)
+    thickness = max(2.0 * tissue / side, options.wall.minimum_thickness)  # thinner ones are pushed apart
     blood = sum(obj.volume for name, obj in layout.objects.items() if not name.endswith("epi"))
     volume = tissue + (blood if options.blood_pool else 0.0)
     if options.volume.sizing is None and options.volume.elements_through_wall is None:
