@@ -134,7 +134,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="instants-") as name:
         tried = try_instants(Path(name), given.instants, given.seed)
     print(
-        f"{given.instants} instants: {tried.ended} runs ended, {tried.late} were done all the same; lost: {len(tried.lost)}"
+        f"{given.instants} instants: {tried.ended} runs ended, {tried.late} were done all the same; "
+        f"lost: {len(tried.lost)}"
     )
     print("\n".join(tried.lost))
 
