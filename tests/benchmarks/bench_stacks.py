@@ -42,10 +42,8 @@ def stack(seg: Segmentation, distance: float, offset: float) -> Segmentation:
     shape = np.ceil((held.max(axis=0) - low) / spacing).astype(int) + ROOM
     i, j, k = (int(n) for n in shape)
     grid = Grid((i, j, k), spacing, axes @ low, axes)
-    at = np.rint(seg.grid.to_index(grid.to_world(np.argwhere(np.ones((i, j, k), dtype=bool))))).astype(int)
-    inside = ((at >= 0) & (at < seg.labels.shape)).all(axis=1)
-    labels = np.zeros(i * j * k, seg.labels.dtype)
-    labels[inside] = np.asarray(seg.labels)[tuple(at[inside].T)]
+    places = grid.to_world(np.argwhere(np.ones((i, j, k), dtype=bool)))
+    labels = seg.grid.values_at(seg.labels, seg.grid.to_index(places))
     return Segmentation(labels.reshape(i, j, k), grid, seg.structures)
 
 

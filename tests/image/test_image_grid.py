@@ -74,3 +74,15 @@ def test_impossible_grids_are_refused(change, message):
 def test_arrays_are_read_only():
     with pytest.raises(ValueError, match="read-only"):
         oblique().origin[0] = 1.0
+
+
+def test_values_of_the_voxels_places_lie_in():
+    grid = Grid((2, 3, 4), (1.5, 1.5, 8.0), (5.0, 0.0, 0.0), np.eye(3))
+    values = np.arange(1, 25, dtype=np.uint8).reshape(2, 3, 4)
+    voxels = np.argwhere(values)
+    places = grid.to_index(grid.to_world(voxels + 0.4))
+    np.testing.assert_array_equal(grid.values_at(values, places), values.ravel())
+    beyond = np.array([[-0.6, 0, 0], [0, 2.6, 0], [0, 0, 3.6], [1.4, 2.4, 3.4]])
+    found = grid.values_at(values, beyond)
+    assert found.tolist() == [0, 0, 0, 24]
+    assert found.dtype == values.dtype

@@ -101,7 +101,4 @@ class TissueField:
 
     def nearest_voxels(self, points: FloatArray) -> IntArray:
         """Number of the tissue of the voxel that points ``(n, 3)`` lie in; 0 outside the image."""
-        index = np.rint(self.grid.to_index(points)).astype(int)
-        inside = np.all((index >= 0) & (index < self.grid.shape), axis=1)
-        at = np.clip(index, 0, np.array(self.grid.shape) - 1)
-        return np.where(inside, self.labels[tuple(at.T)].astype(np.int64), 0)
+        return self.grid.values_at(self.labels, self.grid.to_index(points)).astype(np.int64)

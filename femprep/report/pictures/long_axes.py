@@ -85,10 +85,7 @@ def _picture(
 
 def _labels(seg: Segmentation, index: FloatArray) -> npt.NDArray[np.uint8]:
     """Colours of the voxels that (fractional) indices ``(n, 3)`` lie in, ``(n, 4)``; none where there is no label."""
-    nearest = np.rint(index).astype(int)
-    inside = ((nearest >= 0) & (nearest < np.array(seg.labels.shape))).all(axis=1)
-    number = np.zeros(len(index), dtype=np.int64)
-    number[inside] = seg.labels[tuple(nearest[inside].T)]
+    number = seg.grid.values_at(seg.labels, index)
     shades = np.zeros((len(index), 4), dtype=np.uint8)
     for name, numbers in seg.structures.items():
         shade = bytes.fromhex(structure_colour(name).removeprefix("#"))

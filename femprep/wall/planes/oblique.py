@@ -94,9 +94,6 @@ def _turned(seg: Segmentation) -> Segmentation:
     flat = np.stack(np.meshgrid(np.arange(i), np.arange(j), indexing="ij"), axis=-1).reshape(-1, 2)
     for level in range(k):
         index = np.column_stack([flat, np.full(len(flat), level)])
-        at = np.rint(seg.grid.to_index(grid.to_world(index))).astype(int)
-        inside = ((at >= 0) & (at < seg.labels.shape)).all(axis=1)
-        found = np.zeros(len(flat), seg.labels.dtype)
-        found[inside] = seg.labels[tuple(at[inside].T)]
+        found = seg.grid.values_at(seg.labels, seg.grid.to_index(grid.to_world(index)))
         labels[:, :, level] = found.reshape(i, j)
     return Segmentation(labels, grid, {name: seg.structures[name] for name in names})
