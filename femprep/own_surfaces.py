@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -26,14 +26,10 @@ from femprep.surface import fit_surface
 from femprep.surface.given.beyond import closed_beyond
 from femprep.volume import check
 from femprep.volume.quality.given_fidelity import given_fidelity, with_given_fidelity
-from femprep.volume.refine.plan import levels_for
-from femprep.volume.validate import check_amount
+from femprep.volume.validate import check_roughly
 from femprep.wall import given_openings, keep_apart
 from femprep.wall.anatomies import WallSurfaces
 from femprep.wall.own import OUTER, OwnSurfaces, anatomy_of, facets_of, prepare_surfaces
-
-#: How far volume and thickness of the wall may be off before it is cut: what is refused is certain.
-_SLACK: Final = 1.5
 
 
 @takes(Options)
@@ -134,9 +130,8 @@ def _check(own: OwnSurfaces, options: Options, second: bool) -> None:
     outer, *inner = (closed_beyond(s.points, s.triangles) for s in (own.epi, *own.endo.values()))
     tissue = volume(*outer) - sum(volume(*one) for one in inner)
     side = sum(float(areas(surface.points, surface.triangles).sum()) for surface in own.surfaces.values())
-    if tissue > 0.0 and options.volume.elements_through_wall is None:
-        thickness = 2.0 * tissue / side
-        check_amount(tissue, thickness, options.volume, _SLACK, levels_for(options.volume, thickness))
+    if tissue > 0.0:
+        check_roughly(tissue, side, options.wall.minimum_thickness, options.volume)
 
 
 def _fitted(own: OwnSurfaces, options: Options, stages: Stages) -> WallSurfaces:

@@ -31,13 +31,10 @@ from femprep.surface.fit import check_fit
 from femprep.sweeping.matching.resolution import check_columns, corners_of
 from femprep.volume.refine.plan import levels_for
 from femprep.volume.sizing import lengths_at
-from femprep.volume.validate import check_amount, check_sizing
+from femprep.volume.validate import ROUGH, check_roughly, check_sizing
 from femprep.wall.anatomies import Layout
 from femprep.wall.planes.landmarks import find_base
 
-#: How far volume and thickness of a wall by its voxels may be off: what is refused is certain. The base cuts away up
-#: to a fifth, voxel faces along the stack tell areas within a quarter.
-_SLACK: Final = 1.5
 #: Beyond an empty slice so much of the left ventricle is no speck that may be left out, but half a heart.
 _PIECE: Final = 0.1
 #: Voxels at which a sizing field is asked, at most.
@@ -263,18 +260,16 @@ def _check_amount(seg: Segmentation, layout: Layout, options: Options) -> None:
     if tissue <= 0.0:
         return
     side = sum(_side(obj.mask, obj.grid.spacing, obj.stack_axis) for pair in pairs for obj in pair)
-    thickness = max(2.0 * tissue / side, options.wall.minimum_thickness)  # thinner ones are pushed apart
     blood = sum(obj.volume for name, obj in layout.objects.items() if not name.endswith("epi"))
-    volume = tissue + (blood if options.blood_pool else 0.0)
+    filled = blood if options.blood_pool else 0.0
+    thickness = check_roughly(tissue, side, options.wall.minimum_thickness, options.volume, filled)
     if options.volume.sizing is None and options.volume.elements_through_wall is None:
-        # The thinnest part of the wall, which decides, is not known yet: as many levels as its mean bears.
-        check_amount(volume, thickness, options.volume, _SLACK, levels_for(options.volume, thickness))
         return
     inside = np.argwhere(seg.mask("myo"))
     where = seg.grid.to_world(inside[:: max(1, len(inside) // _MOST_VOXELS)])
-    field = lengths_at(where, thickness, options.volume, volume)
+    field = lengths_at(where, thickness, options.volume, tissue + filled)
     levels = levels_for(options.volume, thickness, field.values)
-    check_sizing(field, options.volume, slack=_SLACK, levels=levels)
+    check_sizing(field, options.volume, slack=ROUGH, levels=levels)
 
 
 def _side(mask: np.ndarray, spacing: FloatArray, stack: int) -> float:

@@ -15,7 +15,7 @@ from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table, pieces, pinched_vertices, volume
 from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
-from femprep.volume.refine.plan import levels_of, measured_thickness
+from femprep.volume.refine.plan import levels_for, levels_of, measured_thickness
 from femprep.volume.sizing import SizingField
 
 #: Tetrahedra per edge length cubed of wall volume; 9.6 to 10.6 were measured, more where the wall is thin.
@@ -29,6 +29,10 @@ SECONDS_PER_TET: Final = 2.5e-4
 #: 10.8 million with fibres in 7.1 GB).
 BYTES_PER_CHILD: Final = 0.7e3
 SECONDS_PER_CHILD: Final = 1.0e-5
+
+#: How far volume and thickness may be off before there is a wall: what is refused is certain. The base cuts away up to
+#: a fifth, voxel faces along the stack tell areas within a quarter.
+ROUGH: Final = 1.5
 
 #: Facets of a wall may lie this far from the plane they are named after, mm.
 PLANE_TOLERANCE: Final = 1e-6
@@ -147,6 +151,26 @@ def check_amount(
             f"choose an edge_length of at least {least * 1.005:.3g} mm or a larger memory_limit"
         )
     return need
+
+
+def check_roughly(tissue: float, side: float, least: float, options: VolumeOptions, filled: float = 0.0) -> float:
+    """The same before there is a wall, by a tissue's volume, mm3, the area of its sides, mm2, and what else is filled.
+
+    Returns
+    -------
+    float
+        Thickness of the wall in the mean, mm; ``least`` where the tissue is thinner, as it is made so thick.
+
+    Raises
+    ------
+    OptionError, ResourceError
+        As :func:`check_edge_length`, where that is certain.
+    """
+    thickness = max(2.0 * tissue / side, least)
+    if options.sizing is None and options.elements_through_wall is None:
+        # The thinnest part of the wall, which decides, is not known yet: as many levels as its mean bears.
+        check_amount(tissue + filled, thickness, options, ROUGH, levels_for(options, thickness))
+    return thickness
 
 
 def _rounded_down(value: float) -> float:

@@ -11,7 +11,14 @@ from femprep.errors import InputError, OptionError, ResourceError
 from femprep.model import FACET_TAGS, Plane, Wall
 from femprep.options import VolumeOptions
 from femprep.volume import tetrahedralize
-from femprep.volume.validate import TETS_PER_CUBE, check_amount, check_edge_length, check_fillable, mean_thickness
+from femprep.volume.validate import (
+    TETS_PER_CUBE,
+    check_amount,
+    check_edge_length,
+    check_fillable,
+    check_roughly,
+    mean_thickness,
+)
 
 
 @pytest.fixture(scope="module")
@@ -179,6 +186,15 @@ def test_edge_length_that_is_advised_is_accepted(thickness):
     advised = float(str(error.value).split("at most ")[1].split(",")[0])
     assert 0.9 * thickness <= advised <= thickness
     check_amount(0.001, thickness, VolumeOptions(edge_length=advised))
+
+
+def test_an_edge_length_is_held_to_the_thickness_a_wall_is_made():
+    """A tissue .6 mm thick: made 1 mm, it bears edges of 1 mm, and is sure not to bear those half as long again."""
+    assert check_roughly(600.0, 2000.0, 1.0, VolumeOptions(edge_length=1.5)) == 1.0
+    assert check_roughly(600.0, 2000.0, 0.2, VolumeOptions(edge_length=0.8)) == pytest.approx(0.6)
+    for least, advised in ((1.0, "1,"), (0.2, "0.6,")):
+        with pytest.raises(OptionError, match=f"choose at most {advised}"):
+            check_roughly(600.0, 2000.0, least, VolumeOptions(edge_length=1.6))
 
 
 @pytest.mark.parametrize("value", [-1.0, 0.0, float("nan")])
