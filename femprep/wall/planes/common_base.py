@@ -9,14 +9,13 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, label
 
 from femprep.errors import InputError
-from femprep.model import BoolArray, Plane
+from femprep.model import BoolArray, FloatArray, Plane
 from femprep.options import WallOptions, choose, takes
 from femprep.wall.planes.landmarks import base_moved, base_notices, base_slice, centre, given_base, slice_plane
 from femprep.wall.planes.oblique import look_across
 from femprep.wall.planes.stack import Stack, open_share, read_stack
 
 if TYPE_CHECKING:
-    from femprep.image.grid import Grid
     from femprep.image.segmentation import Segmentation
 
 logger = logging.getLogger(__name__)
@@ -70,25 +69,16 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     seg, stack = view.seg, read_stack(view.seg, basal_end=view.basal_end, what="the base")
     base = base_slice(seg, stack)
     start, note, notices = base.number, base.note, view.notices + base_notices(seg, stack, base)
-    right = np.moveaxis(seg.mask("rv"), stack.axis, 0)
     first, last = stack.ring
     allowed = max((last - first + 1) // 2, 1)
-    opened = []
-    for slice_ in range(start, start - allowed * stack.basal, -stack.basal):
-        below = slice_ - stack.basal
-        if not 0 <= below < len(right):
-            break
-        pieces = np.bincount(label(right[slice_], np.ones((3, 3)))[0].ravel())[1:]
-        if not len(pieces) or pieces.max() < _WHOLE * pieces.sum():
-            continue
-        if _rise(right[slice_], right[below], seg.grid, stack) >= _LID:
-            opened.append(slice_)
+    right = np.moveaxis(seg.mask("rv"), stack.axis, 0)
+    opened = _opened(right, range(start, start - allowed * stack.basal, -stack.basal), seg.grid.spacing, stack)
     if not opened:
         raise InputError(
             f"no slice from {start} on, within {allowed} of the base of the left ventricle, opens the cavity of the "
             "right ventricle as well; check its labels, or mesh the left ventricle alone"
         )
-    walled = _walled(seg, stack, opened)
+    walled = _walled(seg, right, stack, opened)
     slice_ = (walled or opened)[0]
     if slice_ != start:
         where = "where the wall closes around the right ventricle" if walled else "where the right ventricle is open"
@@ -100,19 +90,29 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     return slice_plane(seg, stack, slice_, stack.basal, chosen.base_offset, source, notices)
 
 
-def _rise(cavity: BoolArray, below: BoolArray, grid: Grid, stack: Stack) -> float:
-    """Angle by which a cavity's surface rises at its flattest from one slice to the next towards the apex, degrees."""
-    away = distance_transform_edt(~cavity, sampling=np.delete(grid.spacing, stack.axis))
-    return float(np.degrees(np.arctan2(grid.spacing[stack.axis], np.max(away, where=below, initial=0.0))))
+def _opened(right: BoolArray, slices: range, spacing: FloatArray, stack: Stack) -> list[int]:
+    """The slices in which a cavity is open: in one piece, and none of them a lid of it."""
+    found = []
+    for number in slices:
+        below = number - stack.basal
+        if not 0 <= below < len(right):
+            break
+        pieces = np.bincount(label(right[number], np.ones((3, 3)))[0].ravel())[1:]
+        if not len(pieces) or pieces.max() < _WHOLE * pieces.sum():
+            continue
+        away = distance_transform_edt(~right[number], sampling=np.delete(spacing, stack.axis))
+        rise = np.arctan2(spacing[stack.axis], np.max(away, where=right[below], initial=0.0))
+        if np.degrees(rise) >= _LID:
+            found.append(number)
+    return found
 
 
-def _walled(seg: Segmentation, stack: Stack, slices: list[int]) -> list[int]:
+def _walled(seg: Segmentation, right: BoolArray, stack: Stack, slices: list[int]) -> list[int]:
     """The slices in which a labelled wall closes around the right ventricle.
 
     None where it does in no slice: walls thinner than a voxel have holes everywhere, which then tell nothing.
     """
     if "rv_wall" not in seg.structures or not set(seg.structures["rv_wall"]) <= set(seg.present):
         return []
-    right = np.moveaxis(seg.mask("rv"), stack.axis, 0)
     body = np.moveaxis(seg.mask("rv", "rv_wall", "lv", "myo"), stack.axis, 0)
     return [number for number in slices if open_share(right[number], body[number]) == 0.0]
