@@ -9,10 +9,11 @@ those of a wall, for its blood to be meshed as well.
 
 from femprep.wall.chambers.blood import fill_cavities
 from femprep.wall.chambers.cavity import cavity_surface, open_cavities
-from femprep.wall.chambers.envelope import Envelope, Part, thin_wall
+from femprep.wall.chambers.envelope import Envelope, Part
 from femprep.wall.chambers.holes import open_wall
 from femprep.wall.chambers.minimum_thickness import keep_apart
 from femprep.wall.chambers.openings import Opening, check_openings, find_openings, given_openings
+from femprep.wall.chambers.thin_wall import thin_wall
 from femprep.wall.joining.build import build_wall
 from femprep.wall.planes.apex import extend_apex
 from femprep.wall.planes.common_base import find_common_base

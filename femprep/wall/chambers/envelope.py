@@ -7,26 +7,22 @@ voxels, so that thick slices make no thick wall; the join only ever adds tissue,
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from femprep.errors import InputError, StageError
+from femprep.errors import StageError
 from femprep.image.grid import Grid
 from femprep.image.object import PADDING, LabelObject, make_object
 from femprep.mesh.measures.triangles import normals, vertex_normals
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table, neighbour_mean
-from femprep.model import BoolArray, FloatArray, Notice, Surface, noted
+from femprep.model import BoolArray, FloatArray, Surface
 from femprep.model.notice import spot
 from femprep.model.products import product, unit_vectors
-from femprep.options import WallOptions
-
-logger = logging.getLogger(__name__)
 
 #: Voxels of the grid the body is sampled on, along its longest side; their least size, mm.
 _ALONG, _FINEST = 56, 1.5
@@ -313,45 +309,3 @@ def _joined(
     share = np.where(other[0] < one[0], 1.0 - 0.5 * overlap, 0.5 * overlap)[:, None]
     value = np.minimum(one[0], other[0]) - 0.25 * blend * overlap**2
     return value, (1.0 - share) * one[1] + share * other[1]
-
-
-def thin_wall(bodies: Sequence[Part], name: str, cavity: Surface, options: WallOptions) -> dict[str, Any] | None:
-    """Where the wall of a cavity is thinner than ``minimum_thickness`` within some bodies; None where nowhere.
-
-    Returns
-    -------
-    dict or None
-        JSON-ready: ``thickened`` (the cavity), the share of its vertices, the least thickness and where.
-
-    Raises
-    ------
-    InputError
-        With ``policy="strict"``, where it is.
-    """
-    depth = -Envelope(bodies).values(cavity.points)
-    thin = depth < options.minimum_thickness
-    if not thin.any():
-        return None
-    worst = int(depth.argmin())
-    if options.policy == "strict":
-        raise InputError(
-            f"the wall of {name!r} is {depth[worst]:.2f} mm thick near {spot(cavity.points[worst])}, below "
-            f"minimum_thickness = {options.minimum_thickness:g} mm; mend the labels or use policy 'repair'"
-        )
-    logger.warning("the wall of %s is thickened at %.0f %% of its vertices", name, 100 * thin.mean())
-    share = float(thin.mean())
-    much = "less than 1" if share < 0.005 else f"{100 * share:.0f}"
-    lacking = f"is {depth[worst]:.1f} mm thick" if depth[worst] >= 0.0 else "is missing"
-    words = (
-        f"the wall of cavity {name} is thinner than {options.minimum_thickness:g} mm over {much} % of the cavity "
-        f"({lacking} near {{place}}): it was thickened outwards by up to {{amount}}"
-    )
-    amount = options.minimum_thickness - float(depth[worst])
-    record = {
-        "thickened": name,
-        "share_of_vertices": float(thin.mean()),
-        "thickness_before_mm": float(depth[worst]),
-        "thickness_after_mm": options.minimum_thickness,
-        "worst_at_mm": [round(float(x), 3) for x in cavity.points[worst]],
-    }
-    return noted(record, Notice.of("repaired", words, amount=amount, unit="mm", place=cavity.points[worst]))

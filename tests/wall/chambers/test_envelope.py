@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 from wall_shapes import Ellipsoid, template_surface
 
-from femprep.errors import InputError
 from femprep.image import Grid
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.options import WallOptions
 from femprep.surface.fitting.outlined import outline_surface
-from femprep.wall import Envelope, Part, thin_wall
+from femprep.wall import Envelope, Part
 from femprep.wall.chambers.envelope import _joined
 
 GRID = Grid((4, 4, 4), np.ones(3), np.zeros(3), np.eye(3))
@@ -74,19 +72,6 @@ def test_a_settled_surface_keeps_the_thickness_everywhere(pair):
         assert distance.min() >= part.thickness - 1e-3
     np.testing.assert_array_equal(surface.cells, rough.cells)
     assert surface.info["settled"]["farthest_mm"] > 0.0
-
-
-def test_a_thin_wall_is_told_or_refused():
-    bodies = [Part(sphere(20.0), 0.0, 0.0)]
-    cavity = template_surface(Ellipsoid((16.0, 16.0, 19.5)), 600, "la")
-    record = thin_wall(bodies, "la", cavity, WallOptions(minimum_thickness=2.0))
-    assert record is not None
-    assert record["thickened"] == "la"
-    assert 0.02 < record["share_of_vertices"] < 0.5
-    assert abs(record["thickness_before_mm"] - 0.5) < 0.15
-    assert thin_wall(bodies, "la", sphere(15.0), WallOptions(minimum_thickness=2.0)) is None
-    with pytest.raises(InputError, match=r"the wall of 'la' is 0\.\d+ mm thick near .* below minimum_thickness = 2 mm"):
-        thin_wall(bodies, "la", cavity, WallOptions(minimum_thickness=2.0, policy="strict"))
 
 
 @pytest.mark.slow
