@@ -234,6 +234,7 @@ class Grid:
 
         Examples
         --------
+        >>> import numpy as np
         >>> voxels = np.argwhere(seg.labels == 3)
         >>> bool((seg.grid.values_at(seg.labels, voxels + 0.4) == 3).all())
         True
