@@ -61,6 +61,8 @@ class LayingWay:
 BEGINNINGS: Final = (
     Beginning("sphere carried to the outline", False, 1000, 752, 2),
     Beginning("drawn on the outline", True, 2000, 1000, 4),
+    # Tips of right ventricles that the one before cuts off, and bends that crumple on it: 15 of 200.
+    Beginning("drawn finer on the outline", True, 4000, 2000, 4),
 )
 LAYING_WAYS: Final = (
     LayingWay("map known", known=True),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import FrozenInstanceError
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from femprep.errors import StageError
-from femprep.image import Grid, LabelObject, make_object
+from femprep.image import Grid, LabelObject, make_object, read_segmentation
 from femprep.report.manifest import plain
 from femprep.report.notices import lines
 from femprep.surface import fit_surface
@@ -49,7 +50,7 @@ def test_all_ways_are_told_where_none_is_good_enough(monkeypatch: pytest.MonkeyP
     drawn = [way.name for way in LAYING_WAYS if not way.known]
     assert [(one.beginning, one.way) for one in told] == [
         *((BEGINNINGS[0].name, way.name) for way in LAYING_WAYS),
-        *((BEGINNINGS[1].name, name) for name in drawn),
+        *((beginning.name, name) for beginning in BEGINNINGS[1:] for name in drawn),
     ]
     assert [one.status for one in told].count("taken") == 1
     # Of the maps on one surface the one with the best triangles alone is measured against the labels, and the others.
@@ -75,7 +76,8 @@ def test_attempts_are_told_where_the_harmonic_field_is_taken_instead(
     told = [FitAttempt(**each) for each in surface.info["attempts"]]
     assert [(one.beginning, one.status) for one in told] == [
         (BEGINNINGS[0].name, "folded"),
-        (BEGINNINGS[1].name, "folded" if fails == "folded" else "no mesh"),
+        (BEGINNINGS[1].name, "folded"),
+        (BEGINNINGS[2].name, "folded" if fails == "folded" else "no mesh"),
         (FALLBACK[0], "taken"),
     ]
     assert told[-1].least_quality > 0.5
@@ -103,3 +105,14 @@ def test_a_mesh_that_cannot_be_bent_leaves_it_to_the_next_beginning(monkeypatch:
 def test_the_table_is_frozen() -> None:
     with pytest.raises(FrozenInstanceError):
         LAYING_WAYS[0].finer = 1.0  # type: ignore[misc]
+
+
+@pytest.mark.slow
+@pytest.mark.data
+def test_a_tip_cut_off_by_a_coarse_mesh_is_followed_by_a_finer_one(data: Path) -> None:
+    seg = read_segmentation(data / "acdc/training/patient062/patient062_frame01_gt.nii.gz", preset="acdc")
+    told = [FitAttempt(**each) for each in fit_surface(seg.object("rv")).info["attempts"]]
+    (taken,) = (one for one in told if one.status == "taken")
+    assert taken.beginning == BEGINNINGS[-1].name
+    assert taken.greatest_pixels <= ACCEPTANCE.greatest
+    assert all(one.greatest_pixels > ACCEPTANCE.greatest for one in told if one.status == "sound")
