@@ -100,7 +100,8 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         "volume_ratio": faces.volume_ratio,
         "edge_by_space_constant": float(length.mean()) / limits.space_constant,
     }
-    verdicts, failures = judge(measures, sound, facet_tags, sizes, limits)
+    worst = _worst(mesh, measures, limits.worst)
+    verdicts, failures = judge(measures, sound, facet_tags, sizes, limits, worst)
     used = mesh.points[nodes_of(mesh.cells)]
     low, high = used.min(axis=0).tolist(), used.max(axis=0).tolist()
     return QualityReport(
@@ -124,7 +125,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         elements_through_wall=_count_statistics(through) if len(through) else None,
         time_step=float(sizes["time_step"] or 0.0),
         volume_ratio=sizes["volume_ratio"],
-        worst=_worst(mesh, measures, limits.worst),
+        worst=worst,
         validity=sound,
         tissues=TissuesRecord(**mesh.info["tissues"]) if "tissues" in mesh.info else None,
         options=limits,

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
 
 from femprep.mesh.measures.sample_points import family
 from femprep.model import FloatArray
+from femprep.model.notice import spot
 from femprep.model.shared_records.solution import SolutionRecord
 from femprep.options import CheckOptions
-from femprep.volume.quality.report import FacetRecord, LimitRecord, QualityReport, Validity
+from femprep.volume.quality.report import FacetRecord, LimitRecord, QualityReport, Validity, WorstElement
 from femprep.volume.quality.verdicts import Verdicts
 
 #: Counts that have to be zero, and how a failure is told.
@@ -38,6 +39,7 @@ def judge(
     facet_tags: Mapping[str, FacetRecord],
     sizes: Mapping[str, float | None],
     options: CheckOptions,
+    worst: Sequence[WorstElement] = (),
 ) -> tuple[tuple[LimitRecord, ...], tuple[str, ...]]:
     """Compare what was found with the limits.
 
@@ -53,6 +55,8 @@ def judge(
         no such thing.
     options : CheckOptions
         The limits; those on angles and mean ratio concern tetrahedra.
+    worst : sequence of WorstElement
+        Elements whose place is told where they miss a limit; the worst by each measure first.
 
     Returns
     -------
@@ -70,7 +74,7 @@ def judge(
                 *(f"{name}_off_plane", "at most", options.plane_tolerance, record.off_plane),
                 f"greatest distance of {name} points from their plane in mm",
             )
-    judge_shapes(measures, options, held)
+    judge_shapes(measures, options, held, worst)
     held.compare(
         *("minimum_size_ratio", "at least", options.minimum_size_ratio, sizes["size_ratio"]),
         "smallest characteristic length by the median one",
@@ -91,22 +95,31 @@ def judge(
     return tuple(held.limits), tuple(held.failures)
 
 
-def judge_shapes(measures: Mapping[str, Mapping[str, FloatArray]], options: CheckOptions, held: Verdicts) -> None:
+def judge_shapes(
+    measures: Mapping[str, Mapping[str, FloatArray]],
+    options: CheckOptions,
+    held: Verdicts,
+    worst: Sequence[WorstElement] = (),
+) -> None:
     """Hold the shapes of elements, measures by element type, to the limits on them."""
+    place = {item.measure: f" near {spot(item.centroid)}" for item in reversed(worst)}
     for name, limit, what in (
         ("scaled_jacobian", options.minimum_scaled_jacobian, "smallest scaled Jacobian"),
         ("mean_ratio", options.minimum_mean_ratio, "smallest mean ratio"),
         ("relative_jacobian", options.minimum_relative_jacobian, "smallest relative Jacobian"),
     ):
         smallest = min(float(table[name].min()) for table in measures.values())
-        held.compare(f"minimum_{name}", "at least", limit, smallest, what)
+        held.compare(f"minimum_{name}", "at least", limit, smallest, what, place.get(name, ""))
     tets = [table for name, table in measures.items() if family(name) == "tetra"]
     if tets:
         least = min(float(table["minimum_dihedral"].min()) for table in tets)
         most = max(float(table["maximum_dihedral"].max()) for table in tets)
         mean = float(np.concatenate([table["mean_ratio"] for table in tets]).mean())
         degrees = "dihedral angle in degrees"
-        held.compare("minimum_dihedral", "at least", options.minimum_dihedral, least, f"smallest {degrees}")
+        held.compare(
+            *("minimum_dihedral", "at least", options.minimum_dihedral, least, f"smallest {degrees}"),
+            place.get("minimum_dihedral", ""),
+        )
         held.compare("maximum_dihedral", "at most", options.maximum_dihedral, most, f"largest {degrees}")
         held.compare("mean_of_mean_ratio", "at least", options.mean_of_mean_ratio, mean, "mean of the mean ratio")
 

@@ -33,11 +33,17 @@ class Verdicts:
         return not passed
 
     def compare(
-        self, name: str, kind: Literal["at least", "at most"], limit: float | None, value: float | None, what: str
+        self,
+        name: str,
+        kind: Literal["at least", "at most"],
+        limit: float | None,
+        value: float | None,
+        what: str,
+        place: str = "",
     ) -> None:
-        """Hold a value to a limit, where there are both, and say what misses it by how much."""
+        """Hold a value to a limit, where there are both, and say what misses it by how much, and where."""
         if self.misses(name, kind, limit, value):
-            self.failures.append(f"{what} is {value:.4g}, asked for is {kind} {limit:g}")
+            self.failures.append(f"{what} is {value:.4g}{place}, asked for is {kind} {limit:g}")
 
     def on(self, report: QualityReport, **more: Any) -> QualityReport:
         """A report with these, and other fields in place of its own."""

@@ -207,7 +207,11 @@ def test_limits_are_compared_with_the_worst_element():
     assert worst == pytest.approx(45.0)
     assert check(mesh, **{**LOOSE, "minimum_dihedral": worst - 0.01}).passed
     report = check(mesh, **{**LOOSE, "minimum_dihedral": worst + 0.01})
-    assert report.failures == ("smallest dihedral angle in degrees is 45, asked for is at least 45.01",)
+    x, y, z = next(item.centroid for item in report.worst if item.measure == "minimum_dihedral")
+    place = f"({x:.1f}, {y:.1f}, {z:.1f})"
+    assert report.failures == (f"smallest dihedral angle in degrees is 45 near {place}, asked for is at least 45.01",)
+    unlisted = check(mesh, **{**LOOSE, "minimum_dihedral": worst + 0.01, "worst": 0})
+    assert unlisted.failures == ("smallest dihedral angle in degrees is 45, asked for is at least 45.01",)
     (limit,) = (item for item in report.limits if item.name == "minimum_dihedral")
     assert (limit.kind, limit.passed) == ("at least", False)
     assert limit.value == pytest.approx(45.0)
