@@ -29,6 +29,7 @@ from femprep.volume.quality.advice import advised, what_helps
 from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.volume.quality.limits import judge_wall_volume
 from femprep.wall.anatomies import ANATOMIES, Layout, lay_out, structures_of
+from femprep.wall.outlines import Outline
 
 _log = logging.getLogger(__name__)
 
@@ -158,5 +159,5 @@ def fit_surfaces(
         with stages(f"surface {name}") as report:
             fitted = fit_surface(obj, options=options.surface, progress=report)
             surfaces[name] = replace(fitted, name=name)
-    fidelity = surface_fidelity(surfaces, found, seg.grid)
+    fidelity = surface_fidelity(surfaces, [Outline(name, obj) for name, obj in found.items()], seg.grid)
     return Surfaces(seg, options, found, surfaces, fidelity, stages.seconds)

@@ -115,6 +115,13 @@ class WallSurfaces:
         found = {**self.endo, "epi": self.epi, **({} if self.body is None else {"lv_epi": self.body})}
         return {name: replace(surface, name=name) for name, surface in found.items()}
 
+    @property
+    def by_facets(self) -> dict[str, Surface]:
+        """Those that the wall is built from by the tags of its facets."""
+        alone = len(self.endo) == 1
+        endo = {"endo" if alone else f"endo_{name}": surface for name, surface in self.endo.items()}
+        return {**endo, "epi": self.epi}
+
 
 #: Chambers of the whole heart, those first whose surfaces are trusted most: what each body is made of.
 CHAMBERS: Final = {"lv": ("lv", "myo"), "rv": ("rv", "rv_wall"), "la": ("la", "la_wall"), "ra": ("ra", "ra_wall")}

@@ -3,7 +3,7 @@ and what moving them back would reach."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Final
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from femprep.errors import FemprepError, InputError, StageError
 from femprep.image import Segmentation, align_slices, estimate_shifts
+from femprep.model.shared_records.label_fidelity import FidelityRecord
 from femprep.model.stages import Stages
 from femprep.options import Options
 from femprep.volume.quality.fidelity import Fidelity, judge_fidelity, surface_fidelity
@@ -51,15 +52,16 @@ def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options
     pixel = min(record.pixel_mm for record in failed)
     beside = {k: away for k, away in _beside(seg).items() if k in off and away > _BESIDE * pixel}
     shifted = [] if not beside else _shifted(seg, beside, options)
-    own = _greatest(fitted, seg)
+    names = {(record.surface, record.labels) for record in failed}
+    own = _greatest(one for one in _of_surfaces(fitted, seg).records if (one.surface, one.labels) in names)
     if own > (options.limits.maximum_label_distance or np.inf):
-        line = f"the surfaces fitted to the labels are {own:.1f} pixels off themselves"
+        line = f"the surfaces that the wall is built from are {own:.1f} pixels off themselves"
         return shifted or [f"{line}: more --vertices follow a narrow end more closely; else look at the labels"]
     finer = "--mesher tetwild or fewer --layers" if options.volume.mesher == "sweep" else "a smaller --edge-length"
     return [
         *shifted,
-        f"the surfaces fitted to the labels lie within {own:.1f} pixels; what leaves them is the mesh between them, "
-        f"which {finer} may bring nearer",
+        f"the surfaces that the wall is built from lie within {own:.1f} pixels; what leaves them is the mesh between "
+        f"them, which {finer} may bring nearer",
     ]
 
 
@@ -133,12 +135,15 @@ def _reached(seg: Segmentation, options: Options) -> float | None:
         fitted = ANATOMIES[options.anatomy](seg, lay_out(seg, options, stages), options, stages)
     except FemprepError:
         return None
-    return _greatest(fitted, seg)
+    return _greatest(_of_surfaces(fitted, seg).records)
 
 
-def _greatest(fitted: WallSurfaces, seg: Segmentation) -> float:
-    """Greatest distance of fitted surfaces from the outlines of their objects within the planes, in pixels."""
-    surfaces = {name: surface for name, surface in fitted.surfaces.items() if name in fitted.objects}
+def _of_surfaces(fitted: WallSurfaces, seg: Segmentation) -> Fidelity:
+    """How far the surfaces that a wall is built from lie from what its facets ought to follow, within its planes."""
     planes = [plane for plane in (fitted.base, fitted.apex) if plane is not None]
-    found = surface_fidelity(surfaces, fitted.objects, seg.grid, planes)
-    return max(record.greatest_pixels for record in found.records)
+    return surface_fidelity(fitted.by_facets, fitted.outlines, seg.grid, planes)
+
+
+def _greatest(records: Iterable[FidelityRecord]) -> float:
+    """Greatest distance of some surfaces from their outlines, pixels."""
+    return max((record.greatest_pixels for record in records), default=0.0)

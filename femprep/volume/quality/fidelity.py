@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from femprep.image import Grid, LabelObject
+from femprep.image import Grid
 from femprep.image.boundary import boundary_points
 from femprep.image.long_axis import is_stack
 from femprep.mesh.plane_sections import plane_sections
@@ -97,13 +97,15 @@ def mesh_fidelity(mesh: VolumeMesh, outlines: Iterable[Outline], grid: Grid, lim
 
 
 def surface_fidelity(
-    surfaces: Mapping[str, Surface], objects: Mapping[str, LabelObject], grid: Grid, planes: Sequence[Plane] = ()
+    surfaces: Mapping[str, Surface], outlines: Iterable[Outline], grid: Grid, planes: Sequence[Plane] = ()
 ) -> Fidelity:
-    """Measure closed surfaces against the outlines of the objects they were fitted to.
+    """Measure closed surfaces against the outlines of what they ought to follow.
 
     Parameters
     ----------
-    surfaces, objects : mappings by the same names
+    surfaces : mapping
+        By the names of the outlines' facets.
+    outlines : iterable of Outline
     grid : Grid
         Of the label map, whose slices are counted.
     planes : sequence of Plane
@@ -114,7 +116,7 @@ def surface_fidelity(
     Fidelity
     """
     return _gather(
-        ((name, found.points, found.triangles, Outline(name, objects[name])) for name, found in surfaces.items()),
+        ((one.facets, found.points, found.triangles, one) for one in outlines for found in [surfaces[one.facets]]),
         planes,
         grid,
         None,

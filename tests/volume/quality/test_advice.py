@@ -1,8 +1,9 @@
-"""A stage that fails on a stack whose slices lie displaced says that shifts can be corrected, and what that reaches."""
+"""A stage that fails on displaced slices says what correcting shifts reaches; a mesh off its labels what helps it."""
 
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,8 +12,11 @@ import femprep as fp
 from femprep.errors import InputError, StageError
 from femprep.options import Options
 from femprep.phantoms import lv_ellipsoid
-from femprep.volume.quality.advice import advised
+from femprep.volume.quality.advice import advised, what_helps
+from femprep.volume.quality.fidelity import surface_fidelity
 from femprep.volume.runs import NoMeshError
+from femprep.wall.anatomies import WallSurfaces
+from femprep.wall.outlines import Outline
 
 OPTIONS = Options(preset="acdc", surface={"vertices": 300})
 
@@ -70,3 +74,21 @@ def test_the_pipeline_says_it(displaced: fp.Segmentation, monkeypatch: pytest.Mo
     monkeypatch.setattr("femprep.pipeline.ANATOMIES", {"lv": fails})
     with pytest.raises(StageError, match=r"the wall is no ball; .*--correct-shifts"):
         fp.mesh_segmentation(displaced, OPTIONS)
+
+
+@pytest.mark.slow
+def test_what_leaves_the_labels_is_told_apart() -> None:
+    """The surfaces a wall is built from, an epicardium drawn around chambers for one, or the mesh between them."""
+    seg = lv_ellipsoid().segmentation((2.5, 2.5, 8.0))
+    objects = {"lv": seg.object("lv"), "epi": seg.object("lv", "myo")}
+    endo, epi = (fp.fit_surface(obj, vertices=300) for obj in objects.values())
+    away = replace(epi, points=epi.points + np.array([10.0, 0.0, 0.0]))
+    outlines = Outline("endo", objects["lv"]), Outline("epi", objects["epi"])
+    found = surface_fidelity({"endo": endo, "epi": away}, outlines, seg.grid)
+    (line,) = what_helps(seg, found, WallSurfaces(objects, {"lv": endo}, away, outlines=outlines), OPTIONS)
+    assert re.search(r"built from are 4\.\d pixels off themselves: more --vertices", line)
+    (line,) = what_helps(seg, found, WallSurfaces(objects, {"lv": endo}, epi, outlines=outlines), OPTIONS)
+    assert re.search(r"built from lie within [01]\.\d pixels; .* a smaller --edge-length", line)
+    # The endocardium, which is near its labels, is none of the reasons.
+    (line,) = what_helps(seg, found, WallSurfaces(objects, {"lv": away}, epi, outlines=outlines), OPTIONS)
+    assert "a smaller --edge-length" in line

@@ -193,12 +193,12 @@ def test_a_neighbour_that_rounds_off_below_its_last_slice_is_near_there_too():
 
 def test_closed_surfaces_are_measured_likewise():
     seg = shifted_end(10.0)
-    objects = {"lv": seg.object("lv")}
-    fitted = {"lv": fit_surface(objects["lv"])}
-    record = surface_fidelity(fitted, objects, seg.grid).records[0]
+    outlines = [Outline("lv", seg.object("lv"))]
+    fitted = {"lv": fit_surface(outlines[0].obj)}
+    record = surface_fidelity(fitted, outlines, seg.grid).records[0]
     assert record.greatest_pixels < 1.5
     moved = {"lv": Surface(fitted["lv"].points + np.array([7.5, 0.0, 0.0]), fitted["lv"].triangles, "lv")}
-    assert surface_fidelity(moved, objects, seg.grid).records[0].greatest_pixels == pytest.approx(5.0, abs=1.0)
+    assert surface_fidelity(moved, outlines, seg.grid).records[0].greatest_pixels == pytest.approx(5.0, abs=1.0)
 
 
 def test_beyond_a_limit_the_report_fails_with_what_and_where_and_what_helps():
@@ -227,13 +227,13 @@ def test_in_cubic_voxels_distances_are_those_in_space():
     centres = np.stack(np.meshgrid(*(np.arange(48.0) - 23.5,) * 3, indexing="ij"), axis=-1)
     inside = np.linalg.norm(centres, axis=-1) < 20.0
     grid = Grid((48, 48, 48), (1.0, 1.0, 1.0), (-23.5, -23.5, -23.5), np.eye(3))
-    objects = {"lv": Segmentation(inside.astype(np.uint8), grid, {"lv": (1,)}).object("lv")}
+    outlines = [Outline("lv", Segmentation(inside.astype(np.uint8), grid, {"lv": (1,)}).object("lv"))]
 
     def greatest(radius: float, beside: float = 0.0) -> float:
         ball = pv.Sphere(radius=radius, theta_resolution=120, phi_resolution=120).triangulate()
         triangles = ball.faces.reshape(-1, 4)[:, 1:].astype(np.int64)
         surface = Surface(np.asarray(ball.points, float) + np.array([beside, 0.0, 0.0]), triangles, "lv")
-        return surface_fidelity({"lv": surface}, objects, grid).records[0].greatest_mm
+        return surface_fidelity({"lv": surface}, outlines, grid).records[0].greatest_mm
 
     # In the first slices, nearly parallel to it, the smaller ball lies 3 mm and more within the outline.
     assert greatest(19.0) == pytest.approx(1.0, abs=0.8)
