@@ -40,8 +40,8 @@ def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options
     -------
     list of str
         How far the slices concerned lie beside where their neighbours put them, and whether ``--correct-shifts`` helps:
-        with the figure that the surfaces fitted to the slices moved back reach. Where no slice is displaced, whether it
-        is the surfaces or the mesh between them that leave the labels.
+        with the figure that the surfaces fitted to the slices moved back reach. Where no slice is displaced, or moving
+        them back does not suffice, whether it is the surfaces or the mesh between them that leave the labels.
     """
     failed = [record for record in found.records if judge_fidelity([record], options.limits).failures]
     if not failed:
@@ -51,12 +51,14 @@ def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options
     off = {one.slice for record in failed for one in record.slices if one.greatest_pixels >= limit}
     pixel = min(record.pixel_mm for record in failed)
     beside = {k: away for k, away in _beside(seg).items() if k in off and away > _BESIDE * pixel}
-    shifted = [] if not beside else _shifted(seg, beside, options)
+    shifted, enough = _shifted(seg, beside, options) if beside else ([], False)
+    if enough:
+        return shifted
     names = {(record.surface, record.labels) for record in failed}
     own = _greatest(one for one in _of_surfaces(fitted, seg).records if (one.surface, one.labels) in names)
     if own > (options.limits.maximum_label_distance or np.inf):
         line = f"the surfaces that the wall is built from are {own:.1f} pixels off themselves"
-        return shifted or [f"{line}: more --vertices follow a narrow end more closely; else look at the labels"]
+        return [*shifted, f"{line}: more --vertices follow a narrow end more closely; else look at the labels"]
     finer = "--mesher tetwild or fewer --layers" if options.volume.mesher == "sweep" else "a smaller --edge-length"
     return [
         *shifted,
@@ -99,18 +101,21 @@ def advised(seg: Segmentation, options: Options) -> Iterator[None]:
         raise
 
 
-def _shifted(seg: Segmentation, beside: Mapping[int, float], options: Options) -> list[str]:
-    """What there is to say of slices that lie beside their neighbours by so many mm."""
+def _shifted(seg: Segmentation, beside: Mapping[int, float], options: Options) -> tuple[list[str], bool]:
+    """What there is to say of slices that lie beside their neighbours by so many mm; whether it suffices to do that."""
     told = ", ".join(f"slice {k} by {away:.1f} mm" for k, away in beside.items())
     line = f"slices lie beside where their neighbours put them: {told}"
     if options.image.correct_shifts:
-        return [f"{line}, although shifts were corrected; mend their labels or leave them out"]
+        return [f"{line}, although shifts were corrected; mend their labels or leave them out"], False
     shifts = estimate_shifts(seg)
     if not shifts.largest:
-        return [f"{line}; no shift that all structures share explains it: mend their labels or leave them out"]
+        return [f"{line}; no shift that all structures share explains it: mend their labels or leave them out"], False
     line = f"{line}; --correct-shifts moves slices back by up to {shifts.largest:.1f} mm"
     reached = _reached(align_slices(seg, shifts), options)
-    return [line if reached is None else f"{line}, and surfaces fitted to them then lie within {reached:.1f} pixels"]
+    if reached is None:
+        return [line], False
+    enough = reached <= (options.limits.maximum_label_distance or np.inf)
+    return [f"{line}, and surfaces fitted to them then lie within {reached:.1f} pixels"], enough
 
 
 def _beside(seg: Segmentation) -> dict[int, float]:

@@ -10,10 +10,11 @@ import pytest
 
 import femprep as fp
 from femprep.errors import InputError, StageError
+from femprep.model import Surface
 from femprep.options import Options
 from femprep.phantoms import lv_ellipsoid
 from femprep.volume.quality.advice import advised, what_helps
-from femprep.volume.quality.fidelity import surface_fidelity
+from femprep.volume.quality.fidelity import Fidelity, surface_fidelity
 from femprep.volume.runs import NoMeshError
 from femprep.wall.anatomies import WallSurfaces
 from femprep.wall.outlines import Outline
@@ -76,19 +77,36 @@ def test_the_pipeline_says_it(displaced: fp.Segmentation, monkeypatch: pytest.Mo
         fp.mesh_segmentation(displaced, OPTIONS)
 
 
-@pytest.mark.slow
-def test_what_leaves_the_labels_is_told_apart() -> None:
-    """The surfaces a wall is built from, an epicardium drawn around chambers for one, or the mesh between them."""
-    seg = lv_ellipsoid().segmentation((2.5, 2.5, 8.0))
+def apart(seg: fp.Segmentation) -> tuple[WallSurfaces, Surface, Fidelity]:
+    """Surfaces of a left ventricle, its epicardium 10 mm beside its labels, and how far they lie from them."""
     objects = {"lv": seg.object("lv"), "epi": seg.object("lv", "myo")}
     endo, epi = (fp.fit_surface(obj, vertices=300) for obj in objects.values())
     away = replace(epi, points=epi.points + np.array([10.0, 0.0, 0.0]))
     outlines = Outline("endo", objects["lv"]), Outline("epi", objects["epi"])
     found = surface_fidelity({"endo": endo, "epi": away}, outlines, seg.grid)
-    (line,) = what_helps(seg, found, WallSurfaces(objects, {"lv": endo}, away, outlines=outlines), OPTIONS)
+    return WallSurfaces(objects, {"lv": endo}, epi, outlines=outlines), away, found
+
+
+@pytest.mark.slow
+def test_what_leaves_the_labels_is_told_apart() -> None:
+    """The surfaces a wall is built from, an epicardium drawn around chambers for one, or the mesh between them."""
+    seg = lv_ellipsoid().segmentation((2.5, 2.5, 8.0))
+    near, away, found = apart(seg)
+    (line,) = what_helps(seg, found, replace(near, epi=away), OPTIONS)
     assert re.search(r"built from are 4\.\d pixels off themselves: more --vertices", line)
-    (line,) = what_helps(seg, found, WallSurfaces(objects, {"lv": endo}, epi, outlines=outlines), OPTIONS)
+    (line,) = what_helps(seg, found, near, OPTIONS)
     assert re.search(r"built from lie within [01]\.\d pixels; .* a smaller --edge-length", line)
     # The endocardium, which is near its labels, is none of the reasons.
-    (line,) = what_helps(seg, found, WallSurfaces(objects, {"lv": away}, epi, outlines=outlines), OPTIONS)
+    (line,) = what_helps(seg, found, replace(near, endo={"lv": away}), OPTIONS)
     assert "a smaller --edge-length" in line
+
+
+@pytest.mark.slow
+def test_where_moving_slices_back_suffices_nothing_else_is_advised(displaced: fp.Segmentation) -> None:
+    near, _, found = apart(displaced)
+    (line,) = what_helps(displaced, found, near, OPTIONS)
+    assert re.search(r"slice 6 by 1\d\.\d mm.*--correct-shifts moves slices back.* within [01]\.\d pixels$", line)
+    corrected = OPTIONS.model_copy(update={"image": fp.ImageOptions(correct_shifts=True)})
+    beside, finer = what_helps(displaced, found, near, corrected)
+    assert beside.endswith("although shifts were corrected; mend their labels or leave them out")
+    assert "a smaller --edge-length" in finer
