@@ -12,7 +12,7 @@ from femprep.anatomy import (
     orient,
     ventricular_axes,
 )
-from femprep.image import IntensityImage, Segmentation, align_slices
+from femprep.image import IntensityImage, Segmentation, align_slices, leave_out_slices
 from femprep.image.size import require_heart_size
 from femprep.model import Progress
 from femprep.model.stages import Stages
@@ -112,7 +112,9 @@ def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmenta
 
 
 def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:
-    """The segmentation with its heart's axes; its slices moved back against breath-hold shifts where asked for."""
+    """The segmentation with its heart's axes; slices left out, or moved back against breath-hold shifts, if asked."""
+    if options.image.leave_out:
+        seg = leave_out_slices(seg, options.image.leave_out)
     if options.image.correct_shifts:
         with stages("slice shifts"):
             seg = align_slices(seg)

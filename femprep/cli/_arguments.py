@@ -21,6 +21,9 @@ Preset = Annotated[str | None, option(Options, "preset", panel=INPUT)]
 Policy = Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)]
 Spacing = Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT, metavar="MM MM MM")]
 CorrectShifts = Annotated[bool | None, option(ImageOptions, "correct_shifts", "--correct-shifts", panel=INPUT)]
+LeaveOut = Annotated[
+    list[int] | None, option(ImageOptions, "leave_out", panel=INPUT, default="none; repeatable", metavar="N")
+]
 Resample = Annotated[bool | None, option(ImageOptions, "resample", "--resample", panel=INPUT)]
 Frame = Annotated[int | None, option(ImageOptions, "frame", panel=INPUT, metavar="N")]
 Mask = Annotated[

@@ -51,6 +51,7 @@ def mesh_options(
     policy: shared.Policy = None,
     spacing: shared.Spacing = None,
     resample: shared.Resample = None,
+    leave_out: shared.LeaveOut = None,
     correct_shifts: shared.CorrectShifts = None,
     flip: Annotated[bool | None, option(Options, "flip", "--flip", panel=INPUT)] = None,
     sequence: Annotated[

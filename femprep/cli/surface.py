@@ -34,6 +34,7 @@ def surface(
     policy: shared.Policy = None,
     spacing: shared.Spacing = None,
     resample: shared.Resample = None,
+    leave_out: shared.LeaveOut = None,
     correct_shifts: shared.CorrectShifts = None,
     config: shared.Config = None,
     vertices: shared.Vertices = None,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.grid import Grid
+from femprep.image.left_out import leave_out_slices
 from femprep.image.object import LabelObject, make_object
 from femprep.image.reading.intensity import IntensityImage, read_image
 from femprep.image.reading.masks import read_masks
@@ -27,6 +28,7 @@ __all__ = [
     "boundary_points",
     "estimate_shifts",
     "isotropic",
+    "leave_out_slices",
     "make_object",
     "read_frames",
     "read_image",

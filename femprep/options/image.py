@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pydantic import Field, PositiveFloat
+from pydantic import Field, NonNegativeInt, PositiveFloat
 
 from femprep.options.base import Policy, StageOptions
 
@@ -27,6 +27,11 @@ class ImageOptions(StageOptions):
         False, description="Draw a map whose axes are not at right angles anew on a rectangular grid, not refuse it."
     )
     minimum_voxels: int = Field(8, ge=1, description="Smallest number of voxels an object may have.")
+    leave_out: tuple[NonNegativeInt, ...] = Field(
+        (),
+        description="Slices, by number from 0, whose labels are left out: an end is cut off, others are drawn from "
+        "their neighbours.",
+    )
     correct_shifts: bool = Field(
         False, description="Estimate breath-hold shifts of the slices from the labels and move the slices back."
     )

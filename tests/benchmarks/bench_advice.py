@@ -44,6 +44,8 @@ _NUMBER = r"(-?[\d.]+(?:e-?\d+)?)"
 ADVICE: tuple[tuple[str, Callable[[re.Match[str], Options], Options]], ...] = (
     (rf"--spacing {_NUMBER} {_NUMBER} {_NUMBER}", lambda m, old: {"--spacing": " ".join(m.groups())}),
     (rf"choose at most {_NUMBER}", lambda m, old: {"--edge-length": m[1]}),
+    # Named where it suffices, beside shifts of which correcting does not.
+    (r"--leave-out (\d+(?: --leave-out \d+)*)", lambda m, old: {"--leave-out": m[1]}),
     (r"--correct-shifts", lambda m, old: {"--correct-shifts": None}),
     (rf"--base-offset {_NUMBER}", lambda m, old: {"--base-offset": m[1]}),
     (r"--base=([-\d.,e]+)", lambda m, old: {"--base": m[1]}),

@@ -16,6 +16,7 @@ _OPTIONS = (
     *("--basal-end", "--openings", "--sizing", "--format", "--length-unit", "--step", "--purpose", "--policy"),
     *("--method", "--mirrored", "--config", "--template", "--nonsense", "-o", "--base", "--frame", "--mask"),
     *("--surface", "--regions", "--sample", "--unit", "--pericardium", "--solve", "--atrial-wall-thickness"),
+    "--leave-out",
 )
 _FLAGS = (
     "--fibres",

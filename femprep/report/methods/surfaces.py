@@ -52,6 +52,10 @@ def image(manifest: RunManifest) -> list[str]:
     found = []
     if manifest.options.flip:
         found.append("The label map was mirrored first.")
+    if out := manifest.options.image.leave_out:
+        drawn = manifest.input.notes.get("left_out", {}).get("drawn_anew", [])
+        anew = f"; {listed([str(k) for k in drawn])} drawn from their neighbours [@raya1990]" if drawn else ""
+        found.append(f"Labels of slices {listed([str(k) for k in out])} were left out{anew}.")
     if not manifest.options.image.correct_shifts:
         return found
     slices = manifest.input.notes.get("slice_shifts", {}).get("slices", [])

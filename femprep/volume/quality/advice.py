@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FemprepError, InputError, StageError
-from femprep.image import Segmentation, align_slices, estimate_shifts
+from femprep.image import Segmentation, align_slices, estimate_shifts, leave_out_slices
 from femprep.model.shared_records.label_fidelity import FidelityRecord
 from femprep.model.stages import Stages
 from femprep.options import Options
@@ -40,8 +40,8 @@ def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options
     -------
     list of str
         How far the slices concerned lie beside where their neighbours put them, and whether ``--correct-shifts`` helps:
-        with the figure that the surfaces fitted to the slices moved back reach. Where no slice is displaced, or moving
-        them back does not suffice, whether it is the surfaces or the mesh between them that leave the labels.
+        with the figure that the surfaces fitted to the slices moved back reach; else whether ``--leave-out`` does.
+        Where neither suffices, whether it is the surfaces or the mesh between them that leave the labels.
     """
     failed = [record for record in found.records if judge_fidelity([record], options.limits).failures]
     if not failed:
@@ -103,19 +103,27 @@ def advised(seg: Segmentation, options: Options) -> Iterator[None]:
 
 def _shifted(seg: Segmentation, beside: Mapping[int, float], options: Options) -> tuple[list[str], bool]:
     """What there is to say of slices that lie beside their neighbours by so many mm; whether it suffices to do that."""
+    limit = options.limits.maximum_label_distance or np.inf
     told = ", ".join(f"slice {k} by {away:.1f} mm" for k, away in beside.items())
     line = f"slices lie beside where their neighbours put them: {told}"
     if options.image.correct_shifts:
-        return [f"{line}, although shifts were corrected; mend their labels or leave them out"], False
-    shifts = estimate_shifts(seg)
-    if not shifts.largest:
-        return [f"{line}; no shift that all structures share explains it: mend their labels or leave them out"], False
-    line = f"{line}; --correct-shifts moves slices back by up to {shifts.largest:.1f} mm"
-    reached = _reached(align_slices(seg, shifts), options)
-    if reached is None:
-        return [line], False
-    enough = reached <= (options.limits.maximum_label_distance or np.inf)
-    return [f"{line}, and surfaces fitted to them then lie within {reached:.1f} pixels"], enough
+        line += ", although shifts were corrected"
+    elif (shifts := estimate_shifts(seg)).largest:
+        line += f"; --correct-shifts moves slices back by up to {shifts.largest:.1f} mm"
+        reached = _reached(align_slices(seg, shifts), options)
+        line += "" if reached is None else f", and surfaces fitted to them then lie within {reached:.1f} pixels"
+        if reached is not None and reached <= limit:
+            return [line], True
+    else:
+        line += "; no shift that all structures share explains it"
+    try:
+        reached = _reached(leave_out_slices(seg, beside), options)
+    except InputError:  # too few would be left
+        reached = None
+    if reached is None or reached > limit:
+        return [f"{line}; mend their labels"], False
+    out = " ".join(f"--leave-out {k}" for k in sorted({*options.image.leave_out, *beside}))
+    return [f"{line}; mend their labels, or {out}: without them surfaces lie within {reached:.1f} pixels"], True
 
 
 def _beside(seg: Segmentation) -> dict[int, float]:

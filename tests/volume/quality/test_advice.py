@@ -107,6 +107,16 @@ def test_where_moving_slices_back_suffices_nothing_else_is_advised(displaced: fp
     (line,) = what_helps(displaced, found, near, OPTIONS)
     assert re.search(r"slice 6 by 1\d\.\d mm.*--correct-shifts moves slices back.* within [01]\.\d pixels$", line)
     corrected = OPTIONS.model_copy(update={"image": fp.ImageOptions(correct_shifts=True)})
-    beside, finer = what_helps(displaced, found, near, corrected)
-    assert beside.endswith("although shifts were corrected; mend their labels or leave them out")
+    (line,) = what_helps(displaced, found, near, corrected)
+    assert re.search(r"although shifts were corrected; .* --leave-out 6 .*: without them .* [01]\.\d pixels$", line)
+
+
+@pytest.mark.slow
+def test_slices_are_not_left_out_where_that_does_not_suffice(
+    displaced: fp.Segmentation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    near, _, found = apart(displaced)
+    monkeypatch.setattr("femprep.volume.quality.advice._reached", lambda *_: None)
+    beside, finer = what_helps(displaced, found, near, OPTIONS)
+    assert beside.endswith("; mend their labels")
     assert "a smaller --edge-length" in finer
