@@ -38,7 +38,7 @@ def leave_out_slices(seg: Segmentation, slices: Iterable[int]) -> Segmentation:
     Raises
     ------
     InputError
-        A slice is none of the stack, or has no labels; fewer than two with labels are left.
+        A slice is none of the stack; fewer than two with labels are left.
 
     References
     ----------
@@ -50,15 +50,13 @@ def leave_out_slices(seg: Segmentation, slices: Iterable[int]) -> Segmentation:
     >>> len(shorter.slices("lv").index) == len(seg.slices("lv").index) - 1
     True
     """
-    out, axis = sorted(set(slices)), seg.stack_axis
+    asked, axis = sorted({int(number) for number in slices}), seg.stack_axis
     stack = np.moveaxis(seg.labels, axis, 0)
+    if wrong := [number for number in asked if not 0 <= number < len(stack)]:
+        raise InputError(f"slice {wrong[0]} cannot be left out: the slices are 0 to {len(stack) - 1}")
     labelled = np.flatnonzero(stack.any(axis=(1, 2)))
-    if wrong := [number for number in out if number not in labelled]:
-        raise InputError(
-            f"slice {wrong[0]} cannot be left out: the slices with labels are {labelled[0]} to {labelled[-1]}"
-            if len(labelled)
-            else f"slice {wrong[0]} cannot be left out: no slice has labels"
-        )
+    # Of the phases of a heart some may have none there.
+    out = [number for number in asked if number in labelled]
     kept = np.setdiff1d(labelled, out)
     if len(kept) < 2:
         raise InputError(f"{len(out)} slices are to be left out of {len(labelled)} with labels: two have to be left")
@@ -68,7 +66,7 @@ def leave_out_slices(seg: Segmentation, slices: Iterable[int]) -> Segmentation:
     for number in out:
         drawn[number] = _between(stack, number, kept, spacing) if number in anew else 0
     labels = np.ascontiguousarray(np.moveaxis(drawn, 0, axis))
-    record = {"slices": out, "drawn_anew": anew, "notices": records(_notice(out, anew))}
+    record = {"slices": out, "drawn_anew": anew, "notices": records(_notice(asked, out, anew))}
     return replace(seg, labels=labels, info={**seg.info, "left_out": record})
 
 
@@ -90,9 +88,15 @@ def _between(
     return np.asarray(numbers[np.argmax(depth, axis=0)], dtype=stack.dtype)
 
 
-def _notice(out: list[int], anew: list[int]) -> Notice:
+def _notice(asked: list[int], out: list[int], anew: list[int]) -> Notice:
     """What was done, for people."""
-    words = f"labels of slices {', '.join(map(str, out))} were left out, as was asked for"
+
+    def told(numbers: list[int]) -> str:
+        return f"slice{'s' if len(numbers) > 1 else ''} {', '.join(map(str, numbers))}"
+
+    clauses = [f"labels of {told(out)} were left out, as was asked for"] if out else []
     if anew:
-        words += f"; slices {', '.join(map(str, anew))}, within the stack, were drawn from the nearest ones kept"
-    return Notice.of("repaired", words)
+        clauses.append(f"{told(anew)}, within the stack, drawn from the nearest ones kept")
+    if empty := [number for number in asked if number not in out]:
+        clauses.append(f"no labels were to be left out in {told(empty)}")
+    return Notice.of("repaired", "; ".join(clauses))
