@@ -23,7 +23,9 @@ class WallOptions(LeastThickness):
         "repair", description="What to do with a wall that is too thin: push apart and report, or refuse."
     )
     basal_end: Literal["auto", "first", "last"] = Field(
-        "auto", description="Which end of the stack is basal: found, or the first or last slice."
+        "auto",
+        description="Which end of the stack is basal: found, or the first or last slice, which lays the base along the "
+        "slices in cubic voxels, too.",
     )
     base: tuple[float, float, float, float, float, float] | None = Field(
         None,
