@@ -25,7 +25,7 @@ from femprep.stages.furnish import concluded, furnish
 from femprep.surface import fit_surface
 from femprep.surface.fit import check_fit
 from femprep.volume import check
-from femprep.volume.quality.advice import advised, what_helps
+from femprep.volume.quality.advice import advised, what_helps, with_shape_help
 from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.volume.quality.limits import judge_wall_volume
 from femprep.wall.anatomies import ANATOMIES, Layout, lay_out, structures_of
@@ -94,7 +94,7 @@ def mesh_segmentation(
         report("quality", 0.6)
         volumes = volumes_beside_labels(filled, fitted.objects, wall.planes)
         fidelity = mesh_fidelity(mesh, fitted.outlines, seg.grid, quality.options.maximum_label_distance)
-        judged = judge_wall_volume(quality, wall_difference(volumes))
+        judged = judge_wall_volume(with_shape_help(quality, options), wall_difference(volumes))
         judged = with_fidelity(judged, fidelity, what_helps(seg, fidelity, fitted, options))
     mesh, judged, solution = concluded(mesh, quality, judged, options, stages)
     made = (fitted.objects, fitted.surfaces, wall, mesh, judged, fidelity, tuple(volumes), stages.seconds, solution)

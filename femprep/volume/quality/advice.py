@@ -15,6 +15,8 @@ from femprep.model.shared_records.label_fidelity import FidelityRecord
 from femprep.model.stages import Stages
 from femprep.options import Options
 from femprep.volume.quality.fidelity import Fidelity, judge_fidelity, surface_fidelity
+from femprep.volume.quality.limits import SHAPES
+from femprep.volume.quality.report import QualityReport
 from femprep.wall.anatomies import ANATOMIES, WallSurfaces, lay_out
 
 #: A slice is said to lie beside its neighbours from this many pixels.
@@ -65,6 +67,22 @@ def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options
         f"the surfaces that the wall is built from lie within {own:.1f} pixels; what leaves them is the mesh between "
         f"them, which {finer} may bring nearer",
     ]
+
+
+def with_shape_help(report: QualityReport, options: Options) -> QualityReport:
+    """The report of a swept mesh whose elements miss a limit on their shapes with the mesher that does not layer them.
+
+    Parameters
+    ----------
+    report : QualityReport
+        Of the mesh.
+    options : Options
+        Of the run.
+    """
+    if options.volume.mesher != "sweep" or all(one.passed for one in report.limits if one.name in SHAPES):
+        return report
+    line = "layers follow the surfaces, however they bend; --mesher tetwild fills the wall with even tetrahedra"
+    return report.model_copy(update={"failures": (*report.failures, line)})
 
 
 @contextmanager

@@ -32,6 +32,14 @@ _FAULTS: Final[Mapping[str, str]] = {
     "misplaced_interface_facets": "tagged facet(s) inside that are not between wall and blood, wound out of the wall",
 }
 
+#: Names of the limits on the shapes of elements.
+SHAPES: Final = frozenset(
+    {
+        *("minimum_scaled_jacobian", "minimum_mean_ratio", "minimum_relative_jacobian"),
+        *("minimum_dihedral", "maximum_dihedral", "mean_of_mean_ratio"),
+    }
+)
+
 
 def judge(
     measures: Mapping[str, Mapping[str, FloatArray]],

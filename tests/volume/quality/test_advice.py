@@ -10,16 +10,25 @@ import pytest
 
 import femprep as fp
 from femprep.errors import InputError, StageError
-from femprep.model import Surface
+from femprep.model import Surface, VolumeMesh
 from femprep.options import Options
 from femprep.phantoms import lv_ellipsoid
-from femprep.volume.quality.advice import advised, what_helps
+from femprep.volume.quality.advice import advised, what_helps, with_shape_help
 from femprep.volume.quality.fidelity import Fidelity, surface_fidelity
 from femprep.volume.runs import NoMeshError
 from femprep.wall.anatomies import WallSurfaces
 from femprep.wall.outlines import Outline
 
 OPTIONS = Options(preset="acdc", surface={"vertices": 300})
+
+
+#: Limits that one element alone would miss.
+LIMITS = {"purpose": "general", "minimum_dihedral": None, "mean_of_mean_ratio": None}
+
+
+def tetrahedron() -> VolumeMesh:
+    """One corner of a cube."""
+    return VolumeMesh(np.vstack([np.zeros(3), np.eye(3)]), {"tetra": np.array([[0, 1, 2, 3]])}, np.ones(1))
 
 
 @pytest.fixture(scope="module")
@@ -120,3 +129,12 @@ def test_slices_are_not_left_out_where_that_does_not_suffice(
     beside, finer = what_helps(displaced, found, near, OPTIONS)
     assert beside.endswith("; mend their labels")
     assert "a smaller --edge-length" in finer
+
+
+def test_a_swept_mesh_of_poor_elements_names_the_other_mesher() -> None:
+    swept = Options(volume={"mesher": "sweep"})
+    good = fp.check(tetrahedron(), **LIMITS, minimum_mean_ratio=0.1)
+    poor = fp.check(tetrahedron(), **LIMITS, minimum_mean_ratio=0.99)
+    assert with_shape_help(good, swept) is good
+    assert with_shape_help(poor, Options()) is poor
+    assert with_shape_help(poor, swept).failures[-1].endswith("--mesher tetwild fills the wall with even tetrahedra")
