@@ -94,6 +94,8 @@ def smooth_map(
     template = TemplateToLay(canonical.directions(directions), cells, connectivity, curvature)
     tried: list[Laid] = []
     for beginning in BEGINNINGS:
+        if beginning.tips and min(one.poor for one in tried) > 1.0:
+            break
         try:
             tried += _fitted(canonical.obj, beginning, observations, template, slices)
         except StageError:  # a mesh crumpled while it was bent; one that begins otherwise may not

@@ -24,6 +24,8 @@ class Beginning:
         Vertices of the outline's coarser mesh, and of the mesh on it, a quarter of those in the end.
     rounds : int
         Rounds of bending it in the end.
+    tips : bool
+        Begun only where what there is until then is good but for some place that lies too far from the outlines.
     """
 
     name: str
@@ -31,6 +33,7 @@ class Beginning:
     outline: int
     vertices: int
     rounds: int
+    tips: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,8 +64,8 @@ class LayingWay:
 BEGINNINGS: Final = (
     Beginning("sphere carried to the outline", False, 1000, 752, 2),
     Beginning("drawn on the outline", True, 2000, 1000, 4),
-    # Tips of right ventricles that the one before cuts off, and bends that crumple on it: 15 of 200.
-    Beginning("drawn finer on the outline", True, 4000, 2000, 4),
+    # Tips of right ventricles that the ones before cut off: 15 of 200. A tunnel it would only follow deeper.
+    Beginning("drawn finer on the outline", True, 4000, 2000, 4, tips=True),
 )
 LAYING_WAYS: Final = (
     LayingWay("map known", known=True),
