@@ -11,6 +11,7 @@ import pytest
 import femprep as fp
 from femprep.cli import main
 from femprep.errors import InputError
+from femprep.image.grid import Grid
 from femprep.image.left_out import leave_out_slices
 from femprep.image.segmentation import Segmentation
 from femprep.phantoms import biventricular, lv_ellipsoid
@@ -53,6 +54,20 @@ def test_one_within_the_stack_is_drawn_from_its_neighbours(seg: Segmentation, co
         assert shared > 0.97
         # Cavity and wall meet without a gap.
         assert set(np.unique(found.labels[:, :, k])) == set(np.unique(seg.labels[:, :, k]))
+
+
+def test_a_stack_along_another_axis_is_the_same(seg: Segmentation) -> None:
+    order = [2, 0, 1]
+    grid = Grid(
+        tuple(seg.labels.shape[a] for a in order),
+        seg.grid.spacing[order],
+        seg.grid.origin,
+        seg.grid.direction[:, order],
+    )
+    turned = Segmentation(np.transpose(seg.labels, order), grid, seg.structures)
+    out = [numbers(seg)[3], numbers(seg)[-1]]
+    found = leave_out_slices(turned, out)
+    assert np.array_equal(found.labels, np.transpose(leave_out_slices(seg, out).labels, order))
 
 
 def test_what_one_neighbour_has_alone_ends_between_them() -> None:

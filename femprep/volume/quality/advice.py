@@ -49,7 +49,7 @@ def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options
     if not failed:
         return []
     # A surface too far in the mean is so over all of its slices.
-    limit = min(options.limits.maximum_label_distance or np.inf, max(record.greatest_pixels for record in failed))
+    limit = min(_allowed(options), max(record.greatest_pixels for record in failed))
     off = {one.slice for record in failed for one in record.slices if one.greatest_pixels >= limit}
     pixel = min(record.pixel_mm for record in failed)
     beside = {k: away for k, away in _beside(seg).items() if k in off and away > _BESIDE * pixel}
@@ -58,7 +58,7 @@ def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options
         return shifted
     names = {(record.surface, record.labels) for record in failed}
     own = _greatest(one for one in _of_surfaces(fitted, seg).records if (one.surface, one.labels) in names)
-    if own > (options.limits.maximum_label_distance or np.inf):
+    if own > _allowed(options):
         line = f"the surfaces that the wall is built from are {own:.1f} pixels off themselves"
         return [*shifted, f"{line}: more --vertices follow a narrow end more closely; else look at the labels"]
     finer = "--mesher tetwild or fewer --layers" if options.volume.mesher == "sweep" else "a smaller --edge-length"
@@ -121,7 +121,6 @@ def advised(seg: Segmentation, options: Options) -> Iterator[None]:
 
 def _shifted(seg: Segmentation, beside: Mapping[int, float], options: Options) -> tuple[list[str], bool]:
     """What there is to say of slices that lie beside their neighbours by so many mm; whether it suffices to do that."""
-    limit = options.limits.maximum_label_distance or np.inf
     told = ", ".join(f"slice {k} by {away:.1f} mm" for k, away in beside.items())
     line = f"slices lie beside where their neighbours put them: {told}"
     if options.image.correct_shifts:
@@ -130,7 +129,7 @@ def _shifted(seg: Segmentation, beside: Mapping[int, float], options: Options) -
         line += f"; --correct-shifts moves slices back by up to {shifts.largest:.1f} mm"
         reached = _reached(align_slices(seg, shifts), options)
         line += "" if reached is None else f", and surfaces fitted to them then lie within {reached:.1f} pixels"
-        if reached is not None and reached <= limit:
+        if reached is not None and reached <= _allowed(options):
             return [line], True
     else:
         line += "; no shift that all structures share explains it"
@@ -138,10 +137,15 @@ def _shifted(seg: Segmentation, beside: Mapping[int, float], options: Options) -
         reached = _reached(leave_out_slices(seg, beside), options)
     except InputError:  # too few would be left
         reached = None
-    if reached is None or reached > limit:
+    if reached is None or reached > _allowed(options):
         return [f"{line}; mend their labels"], False
     out = " ".join(f"--leave-out {k}" for k in sorted({*options.image.leave_out, *beside}))
     return [f"{line}; mend their labels, or {out}: without them surfaces lie within {reached:.1f} pixels"], True
+
+
+def _allowed(options: Options) -> float:
+    """Greatest distance from the labels that is allowed, pixels."""
+    return options.limits.maximum_label_distance or np.inf
 
 
 def _beside(seg: Segmentation) -> dict[int, float]:

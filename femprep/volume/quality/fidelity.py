@@ -115,12 +115,8 @@ def surface_fidelity(
     -------
     Fidelity
     """
-    return _gather(
-        ((one.facets, found.points, found.triangles, one) for one in outlines for found in [surfaces[one.facets]]),
-        planes,
-        grid,
-        None,
-    )
+    jobs = ((one.facets, surfaces[one.facets], one) for one in outlines)
+    return _gather(((name, found.points, found.triangles, one) for name, found, one in jobs), planes, grid, None)
 
 
 def judge_fidelity(records: Iterable[FidelityRecord], options: CheckOptions) -> Verdicts:

@@ -10,11 +10,14 @@ import pytest
 
 import femprep as fp
 from femprep.errors import InputError, StageError
+from femprep.mesh.measures.volume_elements import element_measures
 from femprep.model import Surface, VolumeMesh
 from femprep.options import Options
 from femprep.phantoms import lv_ellipsoid
 from femprep.volume.quality.advice import advised, what_helps, with_shape_help
 from femprep.volume.quality.fidelity import Fidelity, surface_fidelity
+from femprep.volume.quality.limits import SHAPES, judge_shapes
+from femprep.volume.quality.verdicts import Verdicts
 from femprep.volume.runs import NoMeshError
 from femprep.wall.anatomies import WallSurfaces
 from femprep.wall.outlines import Outline
@@ -138,3 +141,10 @@ def test_a_swept_mesh_of_poor_elements_names_the_other_mesher() -> None:
     assert with_shape_help(good, swept) is good
     assert with_shape_help(poor, Options()) is poor
     assert with_shape_help(poor, swept).failures[-1].endswith("--mesher tetwild fills the wall with even tetrahedra")
+
+
+def test_every_limit_on_shapes_counts_for_that() -> None:
+    held = Verdicts()
+    limits = fp.CheckOptions(**{**dict.fromkeys(SHAPES, 0.5), "maximum_dihedral": 90.0})
+    judge_shapes({"tetra": element_measures(tetrahedron().points, tetrahedron().cells["tetra"], "tetra")}, limits, held)
+    assert {one.name for one in held.limits} == SHAPES
