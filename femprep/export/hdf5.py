@@ -6,12 +6,16 @@ from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree
 
+import numpy as np
+
 from femprep.errors import FileError
 
 _SIGNATURE: Final = b"\x89HDF\r\n\x1a\n"
 #: What deflate shrinks equal bytes to, and somewhat more; arrays of fewer bytes are let pass, whatever is stored.
 _DENSEST: Final = 1100
 _SMALL: Final = 2**20
+#: How many nodes, elements or names something of MED has: a list is made so long.
+_COUNT: Final = "NBR"
 #: Endings of the XML that tells where in HDF5 files an XDMF mesh is.
 XDMF: Final = (".xdmf", ".xmf")
 
@@ -61,8 +65,13 @@ def _require(path: Path) -> None:
         return f"leads to {found.filename!r} by its {name!r}" if isinstance(found, h5py.ExternalLink) else None
 
     def item(name: str, found: Any) -> str | None:
+        count = found.attrs.get(_COUNT, 0)
+        if np.ndim(count) or int(count) > path.stat().st_size:
+            return f"says that its {name!r} has {np.ravel(count)[:1].tolist()} parts, in {path.stat().st_size} bytes"
         if not isinstance(found, h5py.Dataset):
             return None
+        if found.chunks is not None and len(found.chunks) != found.ndim:
+            return f"says that its {name!r} has {found.ndim} dimensions, and keeps it in {len(found.chunks)}"
         if found.external or found.is_virtual:
             return f"keeps its {name!r} in other files"
         size, stored = found.size * found.dtype.itemsize if found.size else 0, found.id.get_storage_size()

@@ -16,6 +16,7 @@ from femprep.errors import FemprepError, FileError, InputError, MissingDependenc
 from femprep.export.deck.units import units_of
 from femprep.export.ending import ending_files
 from femprep.export.foreign import from_meshio
+from femprep.export.gmsh.counts import require_counts
 from femprep.export.hdf5 import require_hdf5
 from femprep.export.namemap import with_namemap
 from femprep.export.verdict import verdict_in
@@ -67,6 +68,8 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         if path.suffix.lower() in _XML:
             refuse_entities(path)
         require_hdf5(path)
+        if path.suffix.lower() == ".msh":
+            require_counts(path)
         mesh = import_module(f"femprep.export.{reader}.read").read(path) if isinstance(reader, str) else reader(path)
         _require_finite(mesh)
         _require_nodes(mesh)

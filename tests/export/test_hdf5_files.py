@@ -46,9 +46,14 @@ def linked(group: object, name: str, folder: Path) -> None:
     group[name] = h5py.ExternalLink(str(folder / "other.h5"), "/x")  # type: ignore[index]
 
 
+def counted(group: object, name: str, _: Path) -> None:
+    group.create_group(name).attrs["NBR"] = 2**40  # type: ignore[attr-defined]
+
+
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
+        (counted, r"has \[1099511627776\] parts"),
         (huge, "has 26388279066624 bytes, and 0 are stored"),
         (elsewhere, "in other files"),
         (virtual, "in other files"),
@@ -99,3 +104,17 @@ def test_xdmf_that_names_no_file(format: str, text: str, tmp_path: Path) -> None
     )
     with pytest.raises(FileError, match="which is no file"):
         fp.read_mesh(path)
+
+
+def test_a_dimension_that_is_missing_is_refused(tmp_path: Path) -> None:
+    """HDF5 asks for gigabytes to unpack a part of an array that has another number of dimensions."""
+    path = tmp_path / "mesh.h5m"
+    with h5py.File(path, "w") as store:
+        store.create_dataset("points", data=np.zeros((5, 7)), chunks=(5, 7), compression="gzip")
+    require_hdf5(path)
+    head = bytes([1, 2, 1, 0, 0, 0, 0, 0]) + np.array([5, 7], "<u8").tobytes()
+    content = path.read_bytes()
+    assert content.count(head) == 1
+    path.write_bytes(content.replace(head, bytes([1, 1]) + head[2:]))
+    with pytest.raises(FileError, match="'points' has 1 dimensions, and keeps it in 2"):
+        require_hdf5(path)

@@ -173,6 +173,8 @@ class _Tags:
             numbers = [int(struct.unpack_from(self.form, head, size * k)[0]) for k in range(count)]
         except (binascii.Error, struct.error):
             return None  # VTK's to say
+        if self.packed and numbers[0] > 0 and numbers[1] == 0:
+            return f"an array says that it has {numbers[0]} blocks of 0 bytes"  # by which VTK divides
         total, most = math.prod(numbers), self.most if self.packed else len(self.data)
         if total > most or numbers[0] * (size if self.packed else 1) > len(self.data):
             return f"an array says that it has {total} bytes, and the file has {len(self.data)}"

@@ -115,18 +115,31 @@ def test_numbers_of_legacy_files(words: str, number: int, tmp_path: Path) -> Non
         load(path)
 
 
-@pytest.mark.parametrize("compressed", [True, False])
-@pytest.mark.parametrize("wide", [True, False])
-def test_heads_of_arrays(compressed: bool, wide: bool, tmp_path: Path) -> None:
-    path, huge = tmp_path / "grid.vtu", 2**60 if wide else 2**31
-    head = np.array([huge, 1, 0] if compressed else [huge], dtype="<u8" if wide else "<u4").tobytes()
+def one_point(path: Path, head: list[int], wide: bool = False, compressed: bool = True) -> None:
+    """A file of one array, of which there is the head alone."""
+    numbers = np.array(head, dtype="<u8" if wide else "<u4").tobytes()
     compressor = ' compressor="vtkZLibDataCompressor"' if compressed else ""
     path.write_text(
         f'<VTKFile type="UnstructuredGrid" byte_order="LittleEndian" header_type="UInt{64 if wide else 32}"'
         f"{compressor}>"
         '<UnstructuredGrid><Piece NumberOfPoints="1" NumberOfCells="0"><Points>'
-        f'<DataArray type="Float64" NumberOfComponents="3" format="binary">\n {base64.b64encode(head).decode()}'
+        f'<DataArray type="Float64" NumberOfComponents="3" format="binary">\n {base64.b64encode(numbers).decode()}'
         "</DataArray></Points></Piece></UnstructuredGrid></VTKFile>"
     )
+
+
+@pytest.mark.parametrize("compressed", [True, False])
+@pytest.mark.parametrize("wide", [True, False])
+def test_heads_of_arrays(compressed: bool, wide: bool, tmp_path: Path) -> None:
+    path, huge = tmp_path / "grid.vtu", 2**60 if wide else 2**31
+    one_point(path, [huge, 1, 0] if compressed else [huge], wide, compressed)
     with pytest.raises(FileError, match=f"an array says that it has {huge} bytes"):
+        load(path)
+
+
+def test_blocks_of_no_bytes(tmp_path: Path) -> None:
+    """VTK divides by their size, which ends the process."""
+    path = tmp_path / "grid.vtu"
+    one_point(path, [1, 0, 8, 8])
+    with pytest.raises(FileError, match="an array says that it has 1 blocks of 0 bytes"):
         load(path)
