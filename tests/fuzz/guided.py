@@ -3,11 +3,12 @@
     pip install atheris
     python tests/fuzz/guided.py abaqus --minutes 60 --corpus corpus
     python tests/fuzz/guided.py --list
+    python tests/fuzz/guided.py --sum --corpus corpus
 
 One reader a run, in this process: a reader that crashes, waits for longer than 20 s or takes more than 3 GB ends it,
 and libFuzzer leaves the input beside the corpus. An exception that is no refusal is noted once for each place it comes
 from, and the run goes on. Inputs that reach code that none before reached stay in the corpus, so that the next run
-begins with them.
+begins with them. Beside it NAME.json adds up the minutes and inputs of all runs, of which --sum makes a table.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import pkgutil
 import shutil
 import sys
 import tempfile
+import time
 import traceback
 import warnings
 from collections.abc import Callable
@@ -121,13 +123,43 @@ class Target:
             (self.kept / "tally.json").write_text(json.dumps(tally))
 
 
+def add_up(record: Path, tally: dict[str, Any], minutes: float) -> dict[str, Any]:
+    """What all runs of a reader came to, in a file."""
+    before = json.loads(record.read_text()) if record.is_file() else {}
+    total = {
+        "minutes": round(before.get("minutes", 0.0) + minutes, 1),
+        "inputs": before.get("inputs", 0) + tally["inputs"],
+        "refused": before.get("refused", 0) + tally["refused"],
+        "reached": tally["reached"],
+        "ended": before.get("ended", 0) + (tally["status"] != 0),
+        "no refusal": sorted({*before.get("no refusal", []), *tally["no refusal"]}),
+    }
+    record.write_text(json.dumps(total) + "\n")
+    return total
+
+
+def table(corpus: Path) -> str:
+    """Minutes, inputs and what fell short, of each reader so far."""
+    head = "| reader | minutes | inputs | refused | reached new code | ended the process | no refusal |"
+    lines = [head, "|---|" + 6 * "---|"]
+    for record in sorted(corpus.glob("*.json")):
+        total = json.loads(record.read_text())
+        counts = " | ".join(f"{total[key]:,}" for key in ("inputs", "refused", "reached", "ended"))
+        lines.append(f"| {record.stem} | {total['minutes']:g} | {counts} | {'; '.join(total['no refusal']) or 0} |")
+    return "\n".join(lines)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("reader", nargs="?", help="which; --list tells")
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--corpus", type=Path, default=Path("corpus"), help="folder of inputs, kept between runs")
     parser.add_argument("--list", action="store_true")
+    parser.add_argument("--sum", action="store_true", help="the table of all runs")
     given = parser.parse_args()
+    if given.sum:
+        print(table(given.corpus))
+        return
     memory = "/dev/shm" if os.path.isdir("/dev/shm") else None
     with tempfile.TemporaryDirectory(dir=memory) as folder:
         found = readers(Path(folder))
@@ -140,6 +172,7 @@ def main() -> None:
             place.mkdir(parents=True, exist_ok=True)
         for number, path in enumerate(sound):
             shutil.copy(path, corpus / f"sound-{number}{path.suffix}")
+        start = time.monotonic()
         child = os.fork()
         if not child:  # libFuzzer leaves by _exit(): who comes after it is the parent
             limits = [f"-max_total_time={int(60 * given.minutes)}", f"-timeout={SECONDS}", f"-rss_limit_mb={MEGABYTES}"]
@@ -148,7 +181,9 @@ def main() -> None:
             atheris.Fuzz()
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         tally = json.loads((kept / "tally.json").read_text())
-        print(json.dumps({"reader": given.reader, "status": status, "reached": len(list(corpus.iterdir())), **tally}))
+        tally.update(status=status, reached=len(list(corpus.iterdir())))
+        total = add_up(given.corpus / f"{given.reader}.json", tally, (time.monotonic() - start) / 60.0)
+        print(json.dumps({"reader": given.reader, **tally, "all runs": total}))
 
 
 if __name__ == "__main__":
