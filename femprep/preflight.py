@@ -143,7 +143,7 @@ def check_labels(seg: Segmentation, layout: Layout, options: Options) -> Ventric
         A slice in the middle of the left ventricle is empty, a plane misses the heart, fibres find no axes, the
         openings shown are not those that fibres or a format need.
     OptionError, ResourceError
-        The edge length is larger than the wall is thick, or needs more memory than the limit.
+        The edge length is far longer than the wall is thick, or needs more memory than the limit.
     FileError
         The sizing field cannot be read.
     """

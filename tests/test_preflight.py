@@ -172,14 +172,14 @@ def test_options_that_do_not_go_together_are_said_in_plain_words() -> None:
 
 
 def test_an_edge_length_is_advised_that_the_wall_bears_once_it_is_thickened(refusal: Refusal) -> None:
-    """Its labels are .6 mm thick, its wall is made 1 mm: edges of .6 mm would be four times as many elements."""
+    """Its labels are .6 mm thick, its wall is made 1 mm: edges of .72 mm would be four times as many elements."""
     thin = lv_ellipsoid((20.0, 20.0, 40.0), (20.6, 20.6, 40.6), 14.0).segmentation(spacing=(0.3, 0.3, 3.0))
-    assert "choose at most 1," in refusal(thin, volume={"edge_length": 3.0})
-    assert "choose at most 0.6" in refusal(thin, volume={"edge_length": 3.0}, wall={"minimum_thickness": 0.2})
+    assert "choose at most 1.2," in refusal(thin, volume={"edge_length": 3.5})
+    assert "choose at most 0.7" in refusal(thin, volume={"edge_length": 3.5}, wall={"minimum_thickness": 0.2})
 
 
 def test_edge_lengths_against_wall_and_memory(refusal: Refusal, ventricle, heart) -> None:
-    assert "mm thick" in refusal(ventricle, volume={"edge_length": 20.0})
+    assert "mm thick" in refusal(ventricle, volume={"edge_length": 60.0})
     assert "memory_limit" in refusal(ventricle, ResourceError, volume={"edge_length": 0.2})
     # An odd number, which the mesher itself has to make; twenty are refined, and need less.
     assert "memory_limit" in refusal(ventricle, ResourceError, volume={"edge_length": 0.5, "elements_through_wall": 19})

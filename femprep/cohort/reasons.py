@@ -131,7 +131,7 @@ REASONS: Final[tuple[Reason, ...]] = (
         ("InputError wall.chambers.openings", "InputError wall.chambers.holes"),
     ),
     Reason(
-        *("edge-too-long", "refused", "The edge length is longer than the wall is thick."),
+        *("edge-too-long", "refused", "The edge length is more than 1.2 times as long as the wall is thick."),
         "A smaller `--edge-length`.",
         ("OptionError volume.validate",),
     ),

@@ -79,7 +79,7 @@ def tetrahedralize(
     InputError
         The wall is open, wound wrongly, crosses itself, is not finite, or is not tagged.
     OptionError
-        An option is out of range, or the edge length larger than the wall is thick.
+        An option is out of range, or the edge length more than 1.2 times as long as the wall is thick.
     ResourceError
         The mesh would need more memory than the limit.
     StageError

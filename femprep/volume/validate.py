@@ -15,7 +15,7 @@ from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table, pieces, pinched_vertices, volume
 from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
-from femprep.volume.refine.plan import levels_for, levels_of, measured_thickness
+from femprep.volume.refine.plan import THROUGH, levels_for, levels_of, measured_thickness
 from femprep.volume.sizing import SizingField
 
 #: Tetrahedra per edge length cubed of wall volume; 9.6 to 10.6 were measured, more where the wall is thin.
@@ -30,9 +30,15 @@ SECONDS_PER_TET: Final = 2.5e-4
 BYTES_PER_CHILD: Final = 0.7e3
 SECONDS_PER_CHILD: Final = 1.0e-5
 
-#: How far volume and thickness may be off before there is a wall: what is refused is certain. The base cuts away up to
-#: a fifth, voxel faces along the stack tell areas within a quarter.
+#: How far a volume may be off before there is a wall: what is refused is certain. The base cuts away up to a fifth.
 ROUGH: Final = 1.5
+#: The same of a thickness. Walls of one or two pixels come out 1.0 to 1.7 times as thick as their voxels tell (19 of
+#: them), and a refusal that does not know the wall advises edges as much too short, which make up to five times as many
+#: elements: it is for what is far off.
+ROUGH_THICKNESS: Final = 2.5
+
+#: Of what is computed, relative: 1.2 times a thickness of 1 mm is 1.2 mm.
+_ROUNDING: Final = 1e-9
 
 #: Facets of a wall may lie this far from the plane they are named after, mm.
 PLANE_TOLERANCE: Final = 1e-6
@@ -117,30 +123,39 @@ def check_edge_length(wall: Wall, options: VolumeOptions, size: float = 1.0, lev
     Raises
     ------
     OptionError
-        The edge length is larger than the wall is thick.
+        The edge length is more than 1.2 times as long as the wall is thick.
     ResourceError
         The mesh would need more memory than the limit.
     """
     levels = levels_of(options, measured_thickness(wall)) if levels is None else levels
-    return check_amount(size * wall.volume, mean_thickness(wall), options, levels=levels)
+    check_thickness(mean_thickness(wall), options)
+    return check_amount(size * wall.volume, options, levels=levels)
 
 
-def check_amount(
-    volume: float, thickness: float, options: VolumeOptions, slack: float = 1.0, levels: int = 0
-) -> Estimate:
-    """The same for a volume to be filled, mm3, and the mean thickness of its wall, mm, known within a factor.
+def check_thickness(thickness: float, options: VolumeOptions, slack: float = 1.0) -> None:
+    """The same for a wall of a mean thickness, mm, known within a factor.
 
     Raises
     ------
-    OptionError, ResourceError
+    OptionError
         As :func:`check_edge_length`, where that is certain.
     """
-    if options.edge_length > slack * thickness:
+    if options.edge_length > slack * THROUGH * thickness * (1.0 + _ROUNDING):
         raise OptionError(
             f"option 'edge_length' is {options.edge_length:g} mm, but the wall is only {thickness:.3g} mm thick on "
-            f"average; choose at most {_rounded_down(thickness):g}, better {thickness / 3:.2g} for three elements "
-            "through the wall"
+            f"average; choose at most {_rounded_down(THROUGH * thickness):g}, better {thickness / 3:.2g} for three "
+            "elements through the wall"
         )
+
+
+def check_amount(volume: float, options: VolumeOptions, slack: float = 1.0, levels: int = 0) -> Estimate:
+    """The same for a volume to be filled, mm3, known within a factor.
+
+    Raises
+    ------
+    ResourceError
+        As :func:`check_edge_length`, where that is certain.
+    """
     need = estimate(TETS_PER_CUBE * volume / options.edge_length**3, levels)
     if need.gigabytes > slack * options.memory_limit:
         room = max(options.memory_limit * 1e9 - BASE_BYTES, 0.02e9)
@@ -169,14 +184,15 @@ def check_roughly(tissue: float, side: float, least: float, options: VolumeOptio
     thickness = max(2.0 * tissue / side, least)
     if options.sizing is None and options.elements_through_wall is None:
         # The thinnest part of the wall, which decides, is not known yet: as many levels as its mean bears.
-        check_amount(tissue + filled, thickness, options, ROUGH, levels_for(options, thickness))
+        check_thickness(thickness, options, ROUGH_THICKNESS)
+        check_amount(tissue + filled, options, ROUGH, levels_for(options, thickness))
     return thickness
 
 
 def _rounded_down(value: float) -> float:
     """The value to two digits, not rounded up: what is advised must be accepted."""
     step = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return float(f"{math.floor(value / step) * step:.2g}")
+    return float(f"{math.floor(value / step * (1.0 + _ROUNDING)) * step:.2g}")
 
 
 def check_sizing(

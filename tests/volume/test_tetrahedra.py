@@ -182,11 +182,11 @@ def test_attempts_follow_the_outcome():
     assert [a.envelope for a in planned_runs(options, lambda: "too long")] == pytest.approx([0.1, 0.15, 0.225, 0.3375])
     assert [a.stop_energy for a in planned_runs(options, lambda: "too long")] == [7.0, 14.0, 28.0, 56.0]
     assert [a.patience for a in planned_runs(options, lambda: "too long")] == [4.0, 8.0, 16.0, 32.0]
-    assert [a.stop_energy for a in planned_runs(options, lambda: "crashed")] == [7.0, 6.0, 6.0, 6.0]
+    assert [a.stop_energy for a in planned_runs(options, lambda: "crashed")] == [7.0, 6.5, 6.5, 6.5]
     assert [a.follows for a in planned_runs(options, lambda: "wrong mesh")] == [False, True, True, True]
     assert [a.envelope for a in planned_runs(options, lambda: "missed")] == [0.1] * 2
-    assert [a.stop_energy for a in planned_runs(VolumeOptions(), lambda: "missed")] == [10.0, 6.0]
-    assert [a.passes for a in planned_runs(VolumeOptions(), lambda: "missed")] == [80, 20]
+    assert [a.stop_energy for a in planned_runs(VolumeOptions(), lambda: "missed")] == [10.0, 6.5]
+    assert [a.passes for a in planned_runs(VolumeOptions(), lambda: "missed")] == [80, 8]
     told = iter(["missed", "too long"])
     # What the lowest energy takes too long for is not tried with a higher one than missed.
     assert len(list(planned_runs(VolumeOptions(), lambda: next(told)))) == 2

@@ -13,13 +13,14 @@ from femprep.options import VolumeOptions
 
 Status = Literal["reached", "missed", "too long", "crashed", "wrong mesh"]
 
-#: Lowest stop energy of a run: with 5 fTetWild may not come to an end.
-_LOWEST_ENERGY: Final = 6.0
+#: Stop energy of the run after one that missed the quality. With 7 two thin walls of five missed it again, with 6 a run
+#: took two to four times as long; with 5 fTetWild may not come to an end.
+_LOWEST_ENERGY: Final = 6.5
 #: Passes of improvement that fTetWild makes at most, and that it makes with the lowest stop energy: the mean ratio
 #: rises with the first ones (of a thin wall by .012 with 8, .019 with 15, .026 with 30), the others wait for a few
-#: elements. With 10 two thin walls of three still missed .85.
+#: elements.
 _PASSES: Final = 80
-_PASSES_LOWEST: Final = 20
+_PASSES_LOWEST: Final = 8
 #: A run may take so many times the seconds estimated, so many seconds where those are few, and for each triangle of the
 #: boundary, which is what coarse meshes wait for (left ventricles took .5 to 4 ms each, both 3 to 6). By luck a run
 #: takes many times as long as the next one, or comes to no end.

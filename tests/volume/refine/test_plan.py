@@ -77,7 +77,7 @@ def test_a_refined_mesh_is_tried_twice_then_the_mesher_makes_it_itself_twice():
         outcomes.append("missed")
     # With its own stop energy the mesher alone misses the mean ratio of a small heart in systole (36 cm3, 7.6 mm thick,
     # edges of 3.5 mm: 0.830); with the lowest one it reaches it (0.876).
-    direct = [(0, pytest.approx(0.1), 10.0), (0, pytest.approx(0.1), 6.0)]
+    direct = [(0, pytest.approx(0.1), 10.0), (0, pytest.approx(0.1), 6.5)]
     assert found == [(1, 0.4, 50.0), (1, pytest.approx(0.2), 10.0), *direct]
     given = VolumeOptions(edge_length=2.0, envelope=0.3, stop_energy=8.0, retries=0)
     first = next(planned_runs(given, lambda: "missed", levels=2))
@@ -100,7 +100,7 @@ def test_what_the_coarsest_mesh_misses_is_tried_from_a_finer_one_before_the_mesh
 
 def test_refinement_needs_less_memory_and_time_than_the_mesher():
     options = VolumeOptions(edge_length=1.0, memory_limit=100.0)
-    direct, refined = (check_amount(1e5, 9.0, options, levels=levels) for levels in (0, 2))
+    direct, refined = (check_amount(1e5, options, levels=levels) for levels in (0, 2))
     assert refined.elements == direct.elements
     assert refined.gigabytes < 0.6 * direct.gigabytes
     assert refined.seconds < 0.1 * direct.seconds
