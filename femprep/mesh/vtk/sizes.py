@@ -25,7 +25,7 @@ _PLAIN: Final = 8
 #: Attributes of a piece that are numbers of something.
 _COUNTS: Final = tuple(f"NumberOf{what}" for what in ("Points", "Cells", "Verts", "Lines", "Strips", "Polys"))
 #: Characters of an array's beginning, in which its head is.
-_HEAD: Final = 24
+_HEAD: Final = 32
 #: Bytes that are read at a time.
 _READ: Final = 1 << 20
 #: Lines of legacy files with one number or more.
@@ -165,17 +165,18 @@ class _Tags:
         return None
 
     def head(self, text: bytes, encoded: bool) -> str | None:
-        """What the head of an array says of its bytes: how many, or how many blocks of how many."""
-        count = 2 if self.packed else 1
+        """What the head of an array says: its bytes, or how many blocks of how many bytes, the last of how many."""
+        count = 3 if self.packed else 1
         size = struct.calcsize(self.form)
         try:
             head = base64.b64decode(text[: 4 * -(-count * size // 3)]) if encoded else text
             numbers = [int(struct.unpack_from(self.form, head, size * k)[0]) for k in range(count)]
         except (binascii.Error, struct.error):
             return None  # VTK's to say
-        if self.packed and numbers[0] > 0 and numbers[1] == 0:
-            return f"an array says that it has {numbers[0]} blocks of 0 bytes"  # by which VTK divides
-        total, most = math.prod(numbers), self.most if self.packed else len(self.data)
+        if self.packed and (numbers[2] > numbers[1] * min(numbers[0], 1) or (numbers[0] and not numbers[1])):
+            # VTK divides by the size of blocks, and writes the last one where there is room for so many.
+            return f"an array says that it has {numbers[0]} blocks of {numbers[1]} bytes, the last of {numbers[2]}"
+        total, most = math.prod(numbers[:2]), self.most if self.packed else len(self.data)
         if total > most or numbers[0] * (size if self.packed else 1) > len(self.data):
             return f"an array says that it has {total} bytes, and the file has {len(self.data)}"
         return None

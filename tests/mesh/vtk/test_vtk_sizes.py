@@ -137,9 +137,12 @@ def test_heads_of_arrays(compressed: bool, wide: bool, tmp_path: Path) -> None:
         load(path)
 
 
-def test_blocks_of_no_bytes(tmp_path: Path) -> None:
-    """VTK divides by their size, which ends the process."""
+@pytest.mark.parametrize("head", [[1, 0, 8], [1, 0, 0], [0, 1 << 20, 8], [1, 32, 64], [2, 32, 33]])
+@pytest.mark.parametrize("wide", [True, False])
+def test_blocks_that_cannot_be(head: list[int], wide: bool, tmp_path: Path) -> None:
+    """VTK divides by their size, or writes beyond them, which ends the process."""
     path = tmp_path / "grid.vtu"
-    one_point(path, [1, 0, 8, 8])
-    with pytest.raises(FileError, match="an array says that it has 1 blocks of 0 bytes"):
+    one_point(path, [*head, 8], wide)
+    words = f"an array says that it has {head[0]} blocks of {head[1]} bytes, the last of {head[2]}"
+    with pytest.raises(FileError, match=words):
         load(path)
