@@ -89,6 +89,10 @@ def require_whole(path: Path) -> str:
             _require_checksum(path, _meta_data(path))
     except PermissionError:
         raise FileError(f"{path}: no permission to read it") from None
+    except FileError:  # an OSError, too
+        raise
+    except OSError as error:  # of a name in the header that no file can have
+        raise FileError(f"{path}: it or the file of its voxels cannot be read ({error.strerror}); {_REMEDY}") from None
     return reader
 
 

@@ -23,7 +23,7 @@ def nifti_bytes(head: bytes) -> int | None:
         return None
     (axes, *lengths), (bits,), (offset,) = found[:3]
     sizes = [int(n) for n in lengths[: int(axes)]]
-    if not math.isfinite(offset) or not 1 <= axes <= 7 or any(n < 1 for n in sizes) or bits < 1:
+    if not (math.isfinite(offset) and offset >= 0) or not 1 <= axes <= 7 or any(n < 1 for n in sizes) or bits < 1:
         return None
     return int(offset) + math.prod(sizes) * int(bits) // 8
 

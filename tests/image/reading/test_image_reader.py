@@ -412,3 +412,20 @@ def test_fields_of_a_header_that_are_no_text_or_not_of_its_format(tmp_path, key:
     found = read_segmentation(path, structures=dict(seg.structures))
     assert np.array_equal(found.labels, seg.labels)
     assert found.info["spacing_source"] == "header"
+
+
+def test_voxels_that_would_begin_before_the_file_are_refused(tmp_path, nifti):
+    """Their sum with the voxels' bytes was less than any file has: 348 bytes gave 368 million voxels."""
+    path = tmp_path / "labels.nii"
+    struct.pack_into("<f", nifti, 108, -2.0e24)
+    path.write_bytes(nifti[:348])
+    with pytest.raises(FileError, match="header is damaged"):
+        read_segmentation(path, preset="acdc")
+
+
+def test_a_name_of_voxels_that_no_file_can_have_is_refused(tmp_path):
+    path = tmp_path / "labels.mhd"
+    fields = ("ObjectType = Image", "NDims = 3", "DimSize = 2 2 2", "ElementType = MET_UCHAR", "ElementDataFile = ")
+    path.write_text("\n".join(fields) + 300 * "a" + "\n")
+    with pytest.raises(FileError, match="File name too long"):
+        read_segmentation(path, preset="acdc")
