@@ -65,9 +65,9 @@ def _require(path: Path) -> None:
         return f"leads to {found.filename!r} by its {name!r}" if isinstance(found, h5py.ExternalLink) else None
 
     def item(name: str, found: Any) -> str | None:
-        count = found.attrs.get(_COUNT, 0)
-        if np.ndim(count) or int(count) > path.stat().st_size:
-            return f"says that its {name!r} has {np.ravel(count)[:1].tolist()} parts, in {path.stat().st_size} bytes"
+        count, bytes_ = int(np.max(found.attrs.get(_COUNT, 0))), path.stat().st_size
+        if count > bytes_:
+            return f"says that its {name!r} has {count} parts, in {bytes_} bytes"
         if not isinstance(found, h5py.Dataset):
             return None
         if found.chunks is not None and len(found.chunks) != found.ndim:

@@ -53,7 +53,7 @@ def counted(group: object, name: str, _: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
-        (counted, r"has \[1099511627776\] parts"),
+        (counted, "has 1099511627776 parts"),
         (huge, "has 26388279066624 bytes, and 0 are stored"),
         (elsewhere, "in other files"),
         (virtual, "in other files"),

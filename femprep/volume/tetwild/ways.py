@@ -191,7 +191,7 @@ def planned_runs(
         came = status()
         patience *= 2.0 if came == "too long" else 1.0
     # The mesher alone may try again after the refined ways, too: of a small heart in systole it misses the mean ratio
-    # with its own stop energy and reaches it with the lowest one.
+    # with its own stop energy and reached it with 6.
     least = 1 if len(ways) > 1 and targets.retries > 1 else 0
     for _ in range(max(targets.retries - len(ways) + 1, least)):
         (change,) = [change for change in CHANGES if change.after == came]
