@@ -5,10 +5,14 @@ from __future__ import annotations
 import contextlib
 import io
 from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
 from typing import Any, Final
 
 #: How often a parser may find nothing more: some look once or twice.
 _LOOKS: Final = 100
+#: What of meshio opens files that it reads on and on: all readers by the first, but for those of their own.
+_OPENING: Final = ("meshio._files", "meshio.tetgen._tetgen")
 
 
 class _Counted:
@@ -40,7 +44,7 @@ class _Bytes(_Counted, io.BufferedReader):
         return bytes(self._seen(super().read(size), -1 if size is None else size))
 
 
-def _opened(path: str, mode: str = "r") -> Any:
+def _opened(path: str | Path, mode: str = "r") -> Any:
     """What ``open`` gives, for reading; a parser that reads on behind the end meets an ``EOFError``."""
     raw = io.FileIO(path)
     return _Bytes(raw) if "b" in mode else _Text(io.BufferedReader(raw))
@@ -49,10 +53,11 @@ def _opened(path: str, mode: str = "r") -> Any:
 @contextlib.contextmanager
 def ending_files() -> Iterator[None]:
     """While this lasts, the files that meshio opens end."""
-    import meshio._files as files
-
-    files.open = _opened
+    modules = [import_module(name) for name in _OPENING]
+    for module in modules:
+        vars(module)["open"] = _opened
     try:
         yield
     finally:
-        del files.open
+        for module in modules:
+            del vars(module)["open"]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import mmap
+import re
+import struct
 from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree
@@ -14,6 +17,13 @@ _SIGNATURE: Final = b"\x89HDF\r\n\x1a\n"
 #: What deflate shrinks equal bytes to, and somewhat more; arrays of fewer bytes are let pass, whatever is stored.
 _DENSEST: Final = 1100
 _SMALL: Final = 2**20
+#: Where the names of a group's members begin: signature, version, three bytes of none; three numbers follow, the size
+#: of the names and their free room, where in them the first free block is, and where they are in the file.
+_HEAP: Final = re.compile(b"HEAP" + bytes(4))
+_HEAP_HEAD: Final = 8
+#: What stands where the next free block would be named, after the last one.
+_LAST: Final = 1
+_NUMBERS, _NUMBER = struct.Struct("<3Q"), struct.Struct("<Q")
 #: How many nodes, elements or names something of MED has: a list is made so long.
 _COUNT: Final = "NBR"
 #: Endings of the XML that tells where in HDF5 files an XDMF mesh is.
@@ -59,6 +69,9 @@ def _require(path: Path) -> None:
     with path.open("rb") as file:
         if file.read(len(_SIGNATURE)) != _SIGNATURE:
             return
+        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            if any(_is_endless(data, heap.start()) for heap in _HEAP.finditer(data)):
+                raise FileError(f"{str(path)!r} is damaged: free room in one of its heaps never ends")
     import h5py
 
     def link(name: str, found: Any) -> str | None:
@@ -86,3 +99,21 @@ def _require(path: Path) -> None:
         raise FileError(f"{str(path)!r} is damaged: {' '.join(str(error).split())}") from error
     if wrong:
         raise FileError(f"{str(path)!r} {wrong}; give a file that holds it all")
+
+
+def _is_endless(data: mmap.mmap, start: int) -> bool:
+    """Whether the free blocks of a heap, each of which names the next one, form a ring: HDF5 follows it for ever.
+
+    All numbers are of eight bytes, as everyone writes them.
+    """
+    head = data[start + _HEAP_HEAD : start + _HEAP_HEAD + _NUMBERS.size]
+    if len(head) < _NUMBERS.size:
+        return False
+    size, block, place = _NUMBERS.unpack(head)
+    seen: set[int] = set()
+    while block != _LAST and block < size and place + block + 8 <= len(data):
+        if block in seen:
+            return True
+        seen.add(block)
+        (block,) = _NUMBER.unpack(data[place + block : place + block + _NUMBER.size])
+    return False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 from pathlib import Path
 
@@ -70,6 +71,22 @@ def test_what_leads_nowhere_good_is_refused(
     with pytest.raises(FileError, match=words) as caught:
         fp.read_mesh(path)
     assert "\n" not in str(caught.value)
+
+
+def test_ring_of_free_room(mesh: tuple[Path, Path]) -> None:
+    path, store = mesh
+    with h5py.File(store, "r+") as file:
+        file.create_group("empty")
+    content = bytearray(store.read_bytes())
+    assert content.count(b"HEAP")
+    heap = content.rindex(b"HEAP")
+    (place,) = struct.unpack_from("<Q", content, heap + 24)
+    # The only free block of an empty group's names begins at 8; as the next one it names itself.
+    (first,) = struct.unpack_from("<Q", content, heap + 16)
+    struct.pack_into("<Q", content, place + first, first)
+    store.write_bytes(content)
+    with pytest.raises(FileError, match="never ends"):
+        fp.read_mesh(path)
 
 
 def test_points_without_end(mesh: tuple[Path, Path]) -> None:

@@ -141,6 +141,16 @@ def test_format_that_needs_a_further_package_names_it(tmp_path: Path) -> None:
         read_mesh(tmp_path / "lv.exo")
 
 
+@pytest.mark.parametrize("ending", [".node", ".ele"])
+def test_tetgen_of_comments_alone(ending: str, tmp_path: Path) -> None:
+    path, mesh = tmp_path / "mesh.node", truncated_ellipsoid(heights=2, around=6, layers=1)
+    meshio.write(path, meshio.Mesh(mesh.points, list(mesh.cells.items())), "tetgen")
+    assert read_mesh(path).n_cells == mesh.n_cells
+    path.with_suffix(ending).write_text("# all else was lost\n")
+    with pytest.raises(FileError, match="the file ends too soon"):
+        read_mesh(path)
+
+
 @pytest.mark.parametrize("name", ["NODES", "ELEMENTS"])
 def test_tecplot_that_tells_of_more_than_it_holds(name: str, tmp_path: Path) -> None:
     path, mesh = tmp_path / "mesh.dat", truncated_ellipsoid(heights=2, around=6, layers=1)
