@@ -187,6 +187,10 @@ def test_attempts_follow_the_outcome():
     assert [a.envelope for a in planned_runs(options, lambda: "missed")] == [0.1] * 2
     assert [a.stop_energy for a in planned_runs(VolumeOptions(), lambda: "missed")] == [10.0, 6.5]
     assert [a.passes for a in planned_runs(VolumeOptions(), lambda: "missed")] == [80, 8]
+    # In a wider envelope the mesher lets go of the wall's small triangles; one that is given is kept, as above.
+    assert [a.envelope for a in planned_runs(VolumeOptions(edge_length=2.0), lambda: "missed")] == pytest.approx(
+        [0.1, 0.3]
+    )
     told = iter(["missed", "too long"])
     # What the lowest energy takes too long for is not tried with a higher one than missed.
     assert len(list(planned_runs(VolumeOptions(), lambda: next(told)))) == 2

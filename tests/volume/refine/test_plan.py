@@ -77,7 +77,7 @@ def test_a_refined_mesh_is_tried_twice_then_the_mesher_makes_it_itself_twice():
         outcomes.append("missed")
     # With its own stop energy the mesher alone misses the mean ratio of a small heart in systole (36 cm3, 7.6 mm thick,
     # edges of 3.5 mm: 0.830); with 6, the lowest then, it reached it (0.876).
-    direct = [(0, pytest.approx(0.1), 10.0), (0, pytest.approx(0.1), 6.5)]
+    direct = [(0, pytest.approx(0.1), 10.0), (0, pytest.approx(0.3), 6.5)]
     assert found == [(1, 0.4, 50.0), (1, pytest.approx(0.2), 10.0), *direct]
     given = VolumeOptions(edge_length=2.0, envelope=0.3, stop_energy=8.0, retries=0)
     first = next(planned_runs(given, lambda: "missed", levels=2))
