@@ -86,8 +86,9 @@ class VolumeOptions(StageOptions):
     envelope: float | None = Field(
         None,
         gt=0,
-        description="How far the mesher may leave the wall's surface, mm; a twentieth of the edge length (fast: a "
-        "tenth) if not given.",
+        description="How far the mesher may leave the wall's surface, mm. By run if not given, as run.json tells: a "
+        "twentieth of the edge length (fast: a tenth), a tenth of the length before refinement, .15 after a run that "
+        "missed the quality.",
     )
     stop_energy: float | None = Field(
         None,
