@@ -7,16 +7,16 @@ checksums of compressed voxels in any format, so both are checked here before.
 from __future__ import annotations
 
 import gzip
-import math
 import os
 import re
 import zlib
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO
 
 from femprep.errors import FileError, ResourceError
 from femprep.image.reading.native import memory
 from femprep.image.reading.nifti_header import LONGEST_HEADER, has_finite_affine, nifti_bytes
+from femprep.image.reading.text_header import Voxels, meta_voxels, nrrd_voxels
 
 #: ITK's reader by file name ending.
 FORMATS = {
@@ -84,9 +84,9 @@ def require_whole(path: Path) -> str:
         if reader == "NiftiImageIO":
             _require_whole_nifti(path)
         elif reader == "NrrdImageIO":
-            _require_checksum(path, _nrrd_data(path))
+            _require_checksum(path, nrrd_voxels(path))
         else:
-            _require_checksum(path, _meta_data(path))
+            _require_checksum(path, meta_voxels(path))
     except PermissionError:
         raise FileError(f"{path}: no permission to read it") from None
     except FileError:  # an OSError, too
@@ -132,58 +132,7 @@ def _require_room(path: Path, size: int) -> None:
         )
 
 
-class _Voxels(NamedTuple):
-    """File that holds the voxels, where they begin, whether they are compressed, and how many the header tells of."""
-
-    path: Path
-    offset: int
-    compressed: bool
-    number: int | None
-
-
-def _nrrd_data(path: Path) -> _Voxels:
-    with open(path, "rb") as file:
-        fields = {}
-        while (line := file.readline(1 << 16)) and line.strip():
-            key, _, value = line.decode("latin-1").partition(":")
-            fields[key.strip().lower()] = value.strip()
-        offset = file.tell()
-    compressed = fields.get("encoding", "").lower() in ("gzip", "gz")
-    count = _product(fields.get("sizes", ""))
-    detached = fields.get("data file") or fields.get("datafile")
-    return (
-        _Voxels(path.parent / detached, 0, compressed, count) if detached else _Voxels(path, offset, compressed, count)
-    )
-
-
-def _meta_data(path: Path) -> _Voxels:
-    compressed, count, channels = False, None, 1
-    with open(path, "rb") as file:
-        while line := file.readline(1 << 16):
-            key, _, value = (part.strip() for part in line.decode("latin-1").partition("="))
-            if key == "NDims" and not re.fullmatch("[0-9]{1,2}", value):  # ITK ends the process
-                raise FileError(f"{path}: its header has NDims {value[:40]!r}, expected a number of axes; {_REMEDY}")
-            if key == "CompressedData":
-                compressed = value.lower() == "true"
-            elif key == "DimSize":
-                count = _product(value)
-            elif key == "ElementNumberOfChannels":
-                channels = _product(value) or 1
-            elif key == "ElementDataFile":
-                count = None if count is None else count * channels
-                if value.upper() == "LOCAL":
-                    return _Voxels(path, file.tell(), compressed, count)
-                return _Voxels(path.parent / value, 0, compressed, count)
-    return _Voxels(path, 0, False, None)
-
-
-def _product(text: str) -> int | None:
-    """The product of whole numbers; None where a text is something else."""
-    words = text.split()
-    return math.prod(map(int, words)) if words and all(re.fullmatch("[0-9]{1,18}", word) for word in words) else None
-
-
-def _require_checksum(path: Path, voxels: _Voxels) -> None:
+def _require_checksum(path: Path, voxels: Voxels) -> None:
     """Decompress attached or detached voxels once; the stream's own checksum is compared on the way."""
     # A list or a pattern of several files is left to ITK.
     if re.search(r"%\d*d", voxels.path.name) or voxels.path.name.upper().startswith("LIST"):

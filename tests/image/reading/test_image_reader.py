@@ -280,7 +280,7 @@ def test_files_that_are_no_images(tmp_path):
         ("empty.nii", b"", "file is empty"),
         ("junk.nii.gz", b"hello" * 100, "not a NIfTI file"),
         ("junk.nrrd", b"hello" * 100, "not readable"),
-        ("junk.mha", b"hello" * 100, "not readable"),
+        ("junk.mha", b"hello" * 100, "has no ElementDataFile"),
         ("image.txt", b"hello", "unknown image format; expected .mha"),
     ):
         path = tmp_path / name
