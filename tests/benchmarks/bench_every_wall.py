@@ -6,8 +6,9 @@
 Each heart is drawn from its number alone, so that one that fails can be run again (``--first 17 --count 1``): a map or
 an ellipsoid, whose cavity is dilated into the wall until as little as a pixel of it is left, whose slices are shifted
 by some millimetres each, or both. "Accepted" are hearts that no stage refuses with status 2. Where the wall is thinner
-on average than edges are long, they are as long as the refusal advises. Seconds are of the processor, those of runs of
-the mesher that gave nothing among them.
+on average than edges are long, they are as long as the refusal advises. Seconds are of the processor, those of attempts
+of the mesher that gave nothing among them: of the run that ended with a mesh, and with the runs that were refused for
+their edges before it.
 """
 
 from __future__ import annotations
@@ -87,6 +88,7 @@ def one(number: int, edge: float, vertices: int, only: str | None) -> dict[str, 
     start = time.process_time()
     size = edge
     for _ in range(3):
+        last = time.process_time()
         try:
             run = fp.mesh_segmentation(seg, preset="acdc", surface={"vertices": vertices}, volume={"edge_length": size})
         except fp.OptionError as error:
@@ -111,7 +113,8 @@ def one(number: int, edge: float, vertices: int, only: str | None) -> dict[str, 
             row["outcome"] = "; ".join(told(entry) for entry in runs)
         row["edge"] = size
         break
-    row["seconds"] = time.process_time() - start + row.get("seconds_mesher", 0.0)
+    end, mesher = time.process_time(), row.get("seconds_mesher", 0.0)
+    row.update(seconds_run=end - last + mesher, seconds=end - start + mesher)
     return row
 
 
@@ -142,9 +145,12 @@ def main() -> None:
     print(f"\n{len(rows)} hearts, {len(accepted)} accepted, {len(without)} of them without a mesh")
     for way, count in Counter(row["way"] for row in accepted if "way" in row).most_common():
         print(f"{count:5d}  {way}")
-    seconds = [row["seconds"] for row in accepted]
-    if seconds:
-        print(f"processor seconds: median {np.median(seconds):.1f}, slowest {max(seconds):.1f}")
+    for words, key in (("of the run that ended with it", "seconds_run"), ("with refused ones before it", "seconds")):
+        seconds = np.array([row[key] for row in accepted])
+        if len(seconds):
+            median = float(np.median(seconds))
+            print(f"processor seconds {words}: median {median:.1f}, slowest {seconds.max():.1f}, ", end="")
+            print(f"{np.count_nonzero(seconds > 5.0 * median)} beyond five times the median")
     for row in without:
         print(f"  {row['number']}: {row['heart']}: {row['outcome']}")
 

@@ -9,6 +9,7 @@ import numpy as np
 from femprep.errors import StageError
 from femprep.image.boundary import BoundaryPoints
 from femprep.image.canonical_frame import CanonicalFrame
+from femprep.image.hull import hull_share
 from femprep.image.object import LabelObject
 from femprep.mesh.operations.step_back import step_uncrossed
 from femprep.mesh.patches import PatchSurface
@@ -27,7 +28,7 @@ from femprep.surface.fitting.placed_parametrisation import PlacedShape
 from femprep.surface.fitting.remeshing import even_mesh
 from femprep.surface.fitting.slide import Connectivity, Goal
 from femprep.surface.fitting.taken import Taken
-from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, Beginning, FitAttempt
+from femprep.surface.fitting.ways import ACCEPTANCE, BEGINNINGS, TIPLESS, Beginning, FitAttempt
 from femprep.template import charge_template
 
 
@@ -94,7 +95,7 @@ def smooth_map(
     template = TemplateToLay(canonical.directions(directions), cells, connectivity, curvature)
     tried: list[Laid] = []
     for beginning in BEGINNINGS:
-        if beginning.tips and min(one.poor for one in tried) > 1.0:
+        if beginning.tips and (min(one.poor for one in tried) > 1.0 or hull_share(obj) > TIPLESS):
             break
         try:
             tried += _fitted(canonical.obj, beginning, observations, template, slices)

@@ -25,7 +25,8 @@ class Beginning:
     rounds : int
         Rounds of bending it in the end.
     tips : bool
-        Begun only where what there is until then is good but for some place that lies too far from the outlines.
+        Begun only where what there is until then is good but for some place that lies too far from the outlines, and
+        for bodies that have tips.
     """
 
     name: str
@@ -64,7 +65,8 @@ class LayingWay:
 BEGINNINGS: Final = (
     Beginning("sphere carried to the outline", False, 1000, 752, 2),
     Beginning("drawn on the outline", True, 2000, 1000, 4),
-    # Tips of right ventricles that the ones before cut off: 15 of 200. A tunnel it would only follow deeper.
+    # Tips of right ventricles that the ones before cut off: 15 of 200. A tunnel it would only follow deeper. Of 400
+    # surfaces of left ventricles none took it.
     Beginning("drawn finer on the outline", True, 4000, 2000, 4, tips=True),
 )
 LAYING_WAYS: Final = (
@@ -74,6 +76,9 @@ LAYING_WAYS: Final = (
     LayingWay("map made anew, much finer where curved", finer=1.0, wanted="far"),
     LayingWay("triangles drawn anew", redrawn=True, wanted="bad"),
 )
+#: A body that fills more of its convex hull has no tips: of those 15 it is .68 at most, of left ventricles .79 at the
+#: median.
+TIPLESS: Final = 0.7
 #: Beginning and way of the surface that is taken where none of these gives one.
 FALLBACK: Final = ("harmonic field", "vertices moved along it")
 

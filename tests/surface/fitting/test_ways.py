@@ -101,6 +101,12 @@ def test_a_mesh_that_cannot_be_bent_leaves_it_to_the_next_beginning(monkeypatch:
     assert (told[-1].beginning, told[-1].status) == (BEGINNINGS[1].name, "taken")
 
 
+def test_a_body_without_tips_is_not_begun_a_third_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(laying, "ACCEPTANCE", Acceptance(greatest=1e-6))
+    begun = {each["beginning"] for each in fit_surface(ball(), vertices=200).info["attempts"]}
+    assert begun == {one.name for one in BEGINNINGS if not one.tips}
+
+
 def test_the_table_is_frozen() -> None:
     with pytest.raises(FrozenInstanceError):
         LAYING_WAYS[0].finer = 1.0  # type: ignore[misc]
