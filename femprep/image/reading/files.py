@@ -16,7 +16,7 @@ from typing import BinaryIO
 from femprep.errors import FileError, ResourceError
 from femprep.image.reading.native import memory
 from femprep.image.reading.nifti_header import LONGEST_HEADER, has_finite_affine, nifti_bytes
-from femprep.image.reading.text_header import Voxels, meta_voxels, nrrd_voxels
+from femprep.image.reading.text_header import REMEDY, Voxels, meta_voxels, nrrd_voxels
 
 #: ITK's reader by file name ending.
 FORMATS = {
@@ -33,8 +33,6 @@ _BEHIND = 1 << 26
 _DENSEST = 1100
 #: Bytes of a voxel, at the most, in formats that tell of them by a word.
 _WIDEST = 16
-
-_REMEDY = "copy or convert the file again"
 
 
 def format_of(path: Path) -> str:
@@ -92,7 +90,7 @@ def require_whole(path: Path) -> str:
     except FileError:  # an OSError, too
         raise
     except OSError as error:  # of a name in the header that no file can have
-        raise FileError(f"{path}: it or the file of its voxels cannot be read ({error.strerror}); {_REMEDY}") from None
+        raise FileError(f"{path}: it or the file of its voxels cannot be read ({error.strerror}); {REMEDY}") from None
     return reader
 
 
@@ -106,20 +104,20 @@ def _require_whole_nifti(path: Path) -> None:
             head = stream.read(LONGEST_HEADER)
             length, expected = len(head) if compressed else size, nifti_bytes(head)
             if expected is not None and expected > (_DENSEST if compressed else 1) * size:
-                raise FileError(f"{path}: cut short, {size} bytes cannot hold the {expected} of its header; {_REMEDY}")
+                raise FileError(f"{path}: cut short, {size} bytes cannot hold the {expected} of its header; {REMEDY}")
             _require_room(path, expected or 0)
             while compressed and expected is not None and (block := stream.read(1 << 20)):
                 length += len(block)
                 if length > expected + _BEHIND:
-                    raise FileError(f"{path}: holds more than the {expected} bytes its header tells of; {_REMEDY}")
+                    raise FileError(f"{path}: holds more than the {expected} bytes its header tells of; {REMEDY}")
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-        raise FileError(f"{path}: damaged or cut short ({error}); {_REMEDY}") from None
+        raise FileError(f"{path}: damaged or cut short ({error}); {REMEDY}") from None
     if expected is None:
         raise FileError(f"{path}: not a NIfTI file, or its header is damaged")
     if not has_finite_affine(head):
         raise FileError(f"{path}: its affine holds numbers that are not finite; mend the header")
     if length < expected:
-        raise FileError(f"{path}: cut short, {length} of {expected} bytes; {_REMEDY}")
+        raise FileError(f"{path}: cut short, {length} of {expected} bytes; {REMEDY}")
 
 
 def _require_room(path: Path, size: int) -> None:
@@ -144,7 +142,7 @@ def _require_checksum(path: Path, voxels: Voxels) -> None:
     size = voxels.path.stat().st_size - voxels.offset
     if voxels.number is not None and voxels.number > 8 * (_DENSEST if voxels.compressed else 1) * size:
         raise FileError(
-            f"{path}: cut short, {size} bytes cannot hold the {voxels.number} voxels of its header; {_REMEDY}"
+            f"{path}: cut short, {size} bytes cannot hold the {voxels.number} voxels of its header; {REMEDY}"
         )
     if not voxels.compressed:
         return
@@ -154,11 +152,11 @@ def _require_checksum(path: Path, voxels: Voxels) -> None:
         try:
             whole = _decompresses(file, None if voxels.number is None else _WIDEST * voxels.number + _BEHIND)
         except zlib.error as error:
-            raise FileError(f"{path}: damaged ({error}); {_REMEDY}") from None
+            raise FileError(f"{path}: damaged ({error}); {REMEDY}") from None
     if whole is None:
-        raise FileError(f"{path}: holds more than the {voxels.number} voxels its header tells of; {_REMEDY}")
+        raise FileError(f"{path}: holds more than the {voxels.number} voxels its header tells of; {REMEDY}")
     if not whole:
-        raise FileError(f"{path}: cut short, its compressed voxels end too early; {_REMEDY}")
+        raise FileError(f"{path}: cut short, its compressed voxels end too early; {REMEDY}")
 
 
 def _decompresses(file: BinaryIO, most: int | None) -> bool | None:

@@ -14,12 +14,14 @@ from typing import BinaryIO, Final, NamedTuple
 
 from femprep.errors import FileError
 
-_REMEDY: Final = "copy or convert the file again"
+REMEDY: Final = "copy or convert the file again"
 #: Characters of a line of NRRD that is no ``key:=value``, no comment and no content, and of texts of MetaImage.
 _LONGEST_NRRD: Final = 500
 _LONGEST_META: Final = 250
 #: The texts of MetaImage that go into arrays.
 _META_TEXTS: Final = ("Comment", "Name", "ObjectType", "ObjectSubType", "AcquisitionDate")
+#: The field after which there are voxels or nothing.
+_DATA: Final = "ElementDataFile"
 #: Bytes read as one line.
 _LINE: Final = 1 << 24
 
@@ -61,9 +63,10 @@ def _nrrd_fields(path: Path, file: BinaryIO) -> Iterator[tuple[str, str]]:
         key = key.strip().lower()
         free = key.startswith("#") or value.startswith("=") or key == "content"
         if (listed or not free) and len(line) > _LONGEST_NRRD:
-            raise FileError(f"{path}: its header has a {key[:40]!r} of {len(line)} characters; {_REMEDY}")
+            raise FileError(f"{path}: its header has a {key[:40]!r} of {len(line)} characters; {REMEDY}")
         listed |= key in ("data file", "datafile") and value.split()[:1] == ["LIST"]  # nothing but names follows
-        yield key, value.strip()
+        if not free:
+            yield key, value.strip()
 
 
 def meta_voxels(path: Path) -> Voxels:
@@ -79,38 +82,38 @@ def meta_voxels(path: Path) -> Voxels:
         while line := file.readline(_LINE):
             key, value = _meta_field(path, line)
             if key == "NDims" and not re.fullmatch("[0-9]{1,2}", value):
-                raise FileError(f"{path}: its header has NDims {value[:40]!r}, expected a number of axes; {_REMEDY}")
+                raise FileError(f"{path}: its header has NDims {value[:40]!r}, expected a number of axes; {REMEDY}")
             if key == "CompressedData":
                 compressed = value.lower() == "true"
             elif key == "DimSize":
                 count = _product(value)
             elif key == "ElementNumberOfChannels":
                 channels = _product(value) or 1
-            elif key == "ElementDataFile":
+            elif key == _DATA:
                 count = None if count is None else count * channels
                 if value.upper() == "LOCAL":
                     return Voxels(path, file.tell(), compressed, count)
                 _require_pattern(path, value)
                 return Voxels(path.parent / value, 0, compressed, count)
-    raise FileError(f"{path}: its header has no ElementDataFile; {_REMEDY}")
+    raise FileError(f"{path}: its header has no {_DATA}; {REMEDY}")
 
 
 def _meta_field(path: Path, line: bytes) -> tuple[str, str]:
     """Name and value of a line; of a name its first word, with which ITK is content."""
     name, *values = re.split("[=:]", line.decode("latin-1"), maxsplit=1)
-    name, value = name.strip(), "".join(values).strip()
-    key = re.split(r"\W", name, maxsplit=1)[0]
-    if key == "ElementDataFile" and name != key:
-        raise FileError(f"{path}: its header has {name[:40]!r}, expected {key}; {_REMEDY}")
+    name, value = name.strip(" \t\r\n"), "".join(values).strip()
+    key = next(iter(re.findall(r"\w+", name)), "")
+    if _DATA in name and (name != _DATA or not values):  # ITK may pass over this one and take another
+        raise FileError(f"{path}: its header has {name[:40]!r}, expected '{_DATA} ='; {REMEDY}")
     if key in _META_TEXTS and len(value) > _LONGEST_META:
-        raise FileError(f"{path}: its header has a {key!r} of {len(value)} characters; {_REMEDY}")
+        raise FileError(f"{path}: its header has a {key!r} of {len(value)} characters; {REMEDY}")
     return key, value
 
 
 def _require_pattern(path: Path, name: str) -> None:
     """Check that a file's name has no place for anything but one number in it."""
     if "%" in re.sub(r"%\d{0,2}d", "", name, count=1):
-        raise FileError(f"{path}: its header has voxels in {name[:40]!r}, expected a name or a pattern; {_REMEDY}")
+        raise FileError(f"{path}: its header has voxels in {name[:40]!r}, expected a name or a pattern; {REMEDY}")
 
 
 def _product(text: str) -> int | None:

@@ -19,10 +19,19 @@ def read(path, header, extra="", last=""):
 @pytest.mark.parametrize(
     ("extra", "last", "words"),
     [
+        pytest.param(
+            f"\x0bName = {300 * 'a'}\n", "ElementDataFile = LOCAL\n", "a 'Name' of 300", id="text behind a tab"
+        ),
         pytest.param(f"Name = {300 * 'a'}\n", "ElementDataFile = LOCAL\n", "a 'Name' of 300 characters", id="text"),
         pytest.param("", "ElementDataFile = %n%n 1 3 1\n", "voxels in '%n%n 1 3 1'", id="pattern"),
         pytest.param("", f"ElementDataFile = {40 * '%s'} 1 3 1\n", "voxels in '%s", id="texts in a pattern"),
         pytest.param("", f"ElementDataFile\0 = {400 * 'a'}\n", r"has 'ElementDataFile\\x00'", id="NUL in a name"),
+        pytest.param(
+            "\xa0ElementDataFile = LOCAL\n",
+            "ElementDataFile = %n%s 1 3 1\n",
+            r"has '\\xa0ElementData",
+            id="hidden",
+        ),
         pytest.param("", "", "has no ElementDataFile", id="no voxels"),
     ],
 )
@@ -38,6 +47,7 @@ def test_a_damaged_metaimage_is_refused(tmp_path, extra, last, words):
         pytest.param(f"spacing {1100 * 'a'}\n", "\n", "of 1109 characters", id="line without a mark"),
         pytest.param("", f"data file: LIST\n# {1100 * 'a'}\nb\nc\nd\n", "of 1103 characters", id="name in a list"),
         pytest.param("", "data file: %d%s%s%n 1 4 1\n", "voxels in '%d%s%s%n 1 4 1'", id="pattern"),
+        pytest.param("", "data file: %d%n 1 4 1\ndata file:=voxels.raw\n", "voxels in '%d%n 1 4 1'", id="hidden"),
         pytest.param("", "data file: %999999999d 1 4 1 2\n", "voxels in '%999999999d", id="long number"),
     ],
 )
