@@ -1,4 +1,4 @@
-"""Headers of NRRD and MetaImage: each case in the tables ended the process in ITK."""
+"""Headers of NRRD and MetaImage: most of the cases below ended the process in ITK, the others never get there."""
 
 import pytest
 
