@@ -79,8 +79,8 @@ def meta_voxels(path: Path) -> Voxels:
     """
     compressed, count, channels = False, None, 1
     with open(path, "rb") as file:
-        while line := file.readline(_LINE):
-            key, value = _meta_field(path, line)
+        for field in _meta_fields(file):
+            key, value = _meta_field(path, field)
             if key == "NDims" and not re.fullmatch("[0-9]{1,2}", value):
                 raise FileError(f"{path}: its header has NDims {value[:40]!r}, expected a number of axes; {REMEDY}")
             if key == "CompressedData":
@@ -98,13 +98,21 @@ def meta_voxels(path: Path) -> Voxels:
     raise FileError(f"{path}: its header has no {_DATA}; {REMEDY}")
 
 
-def _meta_field(path: Path, line: bytes) -> tuple[str, str]:
-    """Name and value of a line; of a name its first word, with which ITK is content."""
-    name, *values = re.split("[=:]", line.decode("latin-1"), maxsplit=1)
+def _meta_fields(file: BinaryIO) -> Iterator[bytes]:
+    """Fields of a header; one that its line leaves without a value has that of the next line, as in ITK."""
+    while field := file.readline(_LINE):
+        while not re.search(rb"[=:][=:\s]*[^=:\s]", field) and (line := file.readline(_LINE)):
+            field += line
+        yield field
+
+
+def _meta_field(path: Path, field: bytes) -> tuple[str, str]:
+    """Name and value of a field; of a name its first word, with which ITK is content."""
+    name, *values = re.split("[=:]", field.decode("latin-1"), maxsplit=1)
     name, value = name.strip(" \t\r\n"), "".join(values).strip()
     key = next(iter(re.findall(r"\w+", name)), "")
-    if _DATA in name and (name != _DATA or not values):  # ITK may pass over this one and take another
-        raise FileError(f"{path}: its header has {name[:40]!r}, expected '{_DATA} ='; {REMEDY}")
+    if _DATA in value or (_DATA in name and (name != _DATA or not values)):  # ITK may take another one
+        raise FileError(f"{path}: its header has {field.decode('latin-1')[:40]!r}, expected '{_DATA} ='; {REMEDY}")
     if key in _META_TEXTS and len(value) > _LONGEST_META:
         raise FileError(f"{path}: its header has a {key!r} of {len(value)} characters; {REMEDY}")
     return key, value

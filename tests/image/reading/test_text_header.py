@@ -25,12 +25,18 @@ def read(path, header, extra="", last=""):
         pytest.param(f"Name = {300 * 'a'}\n", "ElementDataFile = LOCAL\n", "a 'Name' of 300 characters", id="text"),
         pytest.param("", "ElementDataFile = %n%n 1 3 1\n", "voxels in '%n%n 1 3 1'", id="pattern"),
         pytest.param("", f"ElementDataFile = {40 * '%s'} 1 3 1\n", "voxels in '%s", id="texts in a pattern"),
-        pytest.param("", f"ElementDataFile\0 = {400 * 'a'}\n", r"has 'ElementDataFile\\x00'", id="NUL in a name"),
+        pytest.param("", f"ElementDataFile\0 = {400 * 'a'}\n", r"has 'ElementDataFile\\x00", id="NUL in a name"),
         pytest.param(
             "\xa0ElementDataFile = LOCAL\n",
             "ElementDataFile = %n%s 1 3 1\n",
             r"has '\\xa0ElementData",
             id="hidden",
+        ),
+        pytest.param(
+            "Foo\nElementDataFile = LOCAL\n", "ElementDataFile = %n%s 1 3 1\n", r"has 'Foo\\nElementD", id="no mark"
+        ),
+        pytest.param(
+            "Foo =\n\nElementDataFile = LOCAL\n", "ElementDataFile = %n%s 1 3 1\n", r"has 'Foo =\\n\\nEl", id="no value"
         ),
         pytest.param("", "", "has no ElementDataFile", id="no voxels"),
     ],
