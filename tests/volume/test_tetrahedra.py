@@ -191,6 +191,14 @@ def test_attempts_follow_the_outcome():
     assert [a.envelope for a in planned_runs(VolumeOptions(edge_length=2.0), lambda: "missed")] == pytest.approx(
         [0.1, 0.3]
     )
+    # Where that comes to nothing the next run is in the one before.
+    told = iter(["missed", "wrong mesh", "missed"])
+    runs = list(planned_runs(VolumeOptions(edge_length=2.0), lambda: next(told)))
+    assert [(a.envelope, a.stop_energy, a.passes) for a in runs] == [
+        (pytest.approx(0.1), 10.0, 80),
+        (pytest.approx(0.3), 6.5, 8),
+        (pytest.approx(0.1), 6.5, 8),
+    ]
     told = iter(["missed", "too long"])
     # What the lowest energy takes too long for is not tried with a higher one than missed.
     assert len(list(planned_runs(VolumeOptions(), lambda: next(told)))) == 2

@@ -71,7 +71,7 @@ class Change:
     less : float
         What is taken off the stop energy, down to the lowest.
     lowest : bool
-        The stop energy is the lowest, with few passes, in a wide envelope where none is given; tried once.
+        The stop energy is the lowest, with few passes, in a wide envelope for once where none is given; tried once.
     follows : bool
         As of :class:`FillingWay`.
     """
@@ -196,24 +196,24 @@ def planned_runs(
     # The mesher alone may try again after the refined ways, too: of a small heart in systole it misses the mean ratio
     # with its own stop energy and reached it with 6.
     least = 1 if len(ways) > 1 and targets.retries > 1 else 0
+    widened = False
     for _ in range(max(targets.retries - len(ways) + 1, least)):
         (change,) = [change for change in CHANGES if change.after == came]
         if change.lowest and parameters.stop_energy <= _LOWEST_ENERGY:
             return  # what it misses no run reaches
         if came == "too long" and parameters.passes < _PASSES:
             return  # a mesh that misses is at hand, and a higher stop energy gives no better one
-        envelope = change.envelope * parameters.envelope
-        if change.lowest and options.envelope is None:
-            envelope = max(envelope, _WIDE_ENVELOPE * edge)
         parameters = replace(
             parameters,
-            envelope=envelope,
+            envelope=parameters.envelope if widened else change.envelope * parameters.envelope,
             stop_energy=_changed(parameters.stop_energy, change),
-            passes=_PASSES_LOWEST if change.lowest else _PASSES,
+            passes=_PASSES_LOWEST if change.lowest else parameters.passes,
             follows=parameters.follows or change.follows,
             patience=patience,
         )
-        yield parameters
+        # Where nothing sound comes of a wide envelope the next run is in the one before.
+        widened = change.lowest and options.envelope is None
+        yield replace(parameters, envelope=max(parameters.envelope, _WIDE_ENVELOPE * edge)) if widened else parameters
         came = status()
         patience *= 2.0 if came == "too long" else 1.0
 
