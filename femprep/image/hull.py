@@ -22,5 +22,12 @@ def hull_share(obj: LabelObject) -> float:
     from scipy.spatial import ConvexHull
 
     corners = np.stack(np.meshgrid(*3 * [[0, 1]], indexing="ij"), axis=-1).reshape(-1, 3)
-    voxels = np.argwhere(obj.mask)
-    return float(len(voxels) / ConvexHull(np.unique((voxels[:, None] + corners).reshape(-1, 3), axis=0)).volume)
+    mask = obj.mask
+    ends = mask.copy()
+    for axis in range(3):
+        # What lies between two others of its row is at no corner of the hull.
+        rows = np.moveaxis(mask, axis, 0)
+        np.moveaxis(ends, axis, 0)[1:-1] &= ~(rows[:-2] & rows[2:])
+    voxels = np.argwhere(ends)
+    hull = ConvexHull(np.unique((voxels[:, None] + corners).reshape(-1, 3), axis=0))
+    return float(np.count_nonzero(mask) / hull.volume)

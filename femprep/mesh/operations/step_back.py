@@ -23,13 +23,17 @@ def step_uncrossed(old: FloatArray, new: FloatArray, triangles: IntArray) -> Flo
     Where none do at the old vertices, none do at those that come out.
     """
     share = np.ones(len(old))
+    unsure = np.ones(len(triangles), dtype=bool)
     for shorter in _TRIES * (_SHORTER,) + _TRIES_HELD * (0.0,):
         points = old + share[:, None] * (new - old)
-        crossing = np.unique(self_intersections(points, triangles))
+        crossing = np.unique(self_intersections(points, triangles, unsure))
         if not len(crossing):
             return np.asarray(points)
+        before = share.copy()
         share[triangles[crossing]] *= shorter
         hold_back(share, triangles, 1.0 / (_RINGS + 1))
+        unsure = (share != before)[triangles].any(axis=1)
+        unsure[crossing] = True
     return old
 
 

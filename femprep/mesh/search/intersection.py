@@ -9,13 +9,14 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from femprep.errors import InputError
 from femprep.mesh.compiled import compiled
 from femprep.mesh.search.crossing import meet_beyond_edge, meet_beyond_vertex, triangles_meet
 from femprep.mesh.search.tree import LEAF, build_tree, check_mesh
-from femprep.model import FloatArray, IntArray
+from femprep.model import BoolArray, FloatArray, IntArray
 
 
-def self_intersections(points: npt.ArrayLike, triangles: npt.ArrayLike) -> IntArray:
+def self_intersections(points: npt.ArrayLike, triangles: npt.ArrayLike, of: BoolArray | None = None) -> IntArray:
     """Find all pairs of triangles of one surface that have more in common than their shared corners and side.
 
     Pairs without a shared corner count as soon as they touch; pairs that share one corner where they meet elsewhere
@@ -29,6 +30,8 @@ def self_intersections(points: npt.ArrayLike, triangles: npt.ArrayLike) -> IntAr
         Vertices, mm.
     triangles : (m, 3) array
         Corner numbers, in any winding.
+    of : (m,) bool array, optional
+        Triangles of which one at least is in each pair; all by default. Few are quick.
 
     Returns
     -------
@@ -41,9 +44,12 @@ def self_intersections(points: npt.ArrayLike, triangles: npt.ArrayLike) -> IntAr
         A wrong shape, a point that is not finite, or a corner number out of range.
     """
     p, t = check_mesh(points, triangles)
+    of = np.ones(len(t), dtype=bool) if of is None else of
+    if of.shape != (len(t),):
+        raise InputError(f"{of.shape} triangles are looked at, expected ({len(t)},)")
     if len(t) < 2:
         return np.empty((0, 2), dtype=np.int64)
-    pairs = _search(p, t, *build_tree(p, t))
+    pairs = _search(p, t, *build_tree(p, t), of)
     return np.asarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
 
 
@@ -57,8 +63,10 @@ def _beside(low: FloatArray, high: FloatArray, other_low: FloatArray, other_high
 
 
 @compiled(writes="")
-def _search(points: FloatArray, cells: IntArray, low: FloatArray, high: FloatArray, order: IntArray) -> IntArray:
-    """Look each triangle up in the tree over all of them; every pair once."""
+def _search(
+    points: FloatArray, cells: IntArray, low: FloatArray, high: FloatArray, order: IntArray, of: BoolArray
+) -> IntArray:
+    """Look each triangle wanted up in the tree over all of them; every pair once."""
     found = np.empty((64, 2), dtype=np.int64)
     count = 0
     leaves = len(low) // 2
@@ -69,6 +77,8 @@ def _search(points: FloatArray, cells: IntArray, low: FloatArray, high: FloatArr
             a, b, c = points[cells[i, 0], k], points[cells[i, 1], k], points[cells[i, 2], k]
             least[i, k], most[i, k] = min(a, b, c), max(a, b, c)
     for i in range(len(cells)):
+        if not of[i]:
+            continue
         stack[0] = 1
         depth = 1
         while depth > 0:
@@ -84,12 +94,13 @@ def _search(points: FloatArray, cells: IntArray, low: FloatArray, high: FloatArr
             first = (node - leaves) * LEAF
             for k in range(first, min(first + LEAF, len(order))):
                 j = order[k]
-                if j <= i or _beside(least[j], most[j], least[i], most[i]):
+                if j == i or (j < i and of[j]) or _beside(least[j], most[j], least[i], most[i]):
                     continue
-                if _neighbours_meet(points, cells[i], cells[j]):
+                one, two = min(i, j), max(i, j)
+                if _neighbours_meet(points, cells[one], cells[two]):
                     if count == len(found):
                         found = np.concatenate((found, np.empty_like(found)))
-                    found[count, 0], found[count, 1] = i, j
+                    found[count, 0], found[count, 1] = one, two
                     count += 1
     return found[:count].copy()
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from femprep.mesh.operations.step_back import step_uncrossed
 from femprep.mesh.search.intersection import self_intersections
@@ -26,3 +28,11 @@ def test_a_crossing_holds_back_its_own_surroundings_alone() -> None:
     assert len(self_intersections(points, BALL.cells)) == 0
     far = np.abs(BALL.directions[:, 2]) < 0.5
     np.testing.assert_allclose(points[far], new[far])
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 2**32 - 1), st.floats(0.1, 3.0))
+def test_nothing_crosses_however_vertices_would_go(seed: int, far: float) -> None:
+    old = 10.0 * BALL.directions
+    new = old + np.random.default_rng(seed).normal(scale=far, size=old.shape)
+    assert len(self_intersections(step_uncrossed(old, new, BALL.cells), BALL.cells)) == 0

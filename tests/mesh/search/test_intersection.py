@@ -211,6 +211,17 @@ def test_search_agrees_with_all_pairs_on_a_crumpled_sphere():
     assert pairs.tolist() == alone
 
 
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
+def test_pairs_of_some_triangles_are_those_of_all_with_one_of_them(seed, share):
+    rng = np.random.default_rng(seed)
+    points, cells = sphere(2)
+    points = points + rng.normal(scale=0.1, size=points.shape)
+    some = rng.uniform(size=len(cells)) < share
+    pairs = self_intersections(points, cells)
+    assert self_intersections(points, cells, some).tolist() == pairs[some[pairs].any(axis=1)].tolist()
+
+
 def test_order_of_triangles_and_corners_changes_nothing():
     points, cells = sphere(2)
     points = points + np.random.default_rng(4).normal(scale=0.2, size=points.shape)
@@ -227,4 +238,6 @@ def test_bad_input_is_refused():
         self_intersections(TRIANGLE, [[0, 1, 7]])
     with pytest.raises(InputError, match=r"expected \(m, 3\)"):
         self_intersections(TRIANGLE, [[0, 1, 2, 0]])
+    with pytest.raises(InputError, match=r"expected \(1,\)"):
+        self_intersections(TRIANGLE, ONE, np.ones(2, dtype=bool))
     assert self_intersections(TRIANGLE, np.empty((0, 3), dtype=int)).shape == (0, 2)
