@@ -136,7 +136,7 @@ def test_images_that_unpack_to_gigabytes(
     sitk.WriteImage(zeros, str(path), useCompression=True)
     assert path.stat().st_size < side**3 / 900
     monkeypatch.setattr("femprep.image.reading.files.memory", lambda: side**3 - 1)
-    monkeypatch.setattr("femprep.image.reading.files._decompresses", None)  # nothing is unpacked
+    monkeypatch.setattr("femprep.image.reading.files._unpacked", None)  # nothing is unpacked
     assert main(["mesh", str(path), "-o", str(tmp_path / "out"), "--preset", "acdc"]) == 2
     assert "of memory; crop or resample" in capsys.readouterr().err
     data = path.read_bytes()
@@ -175,4 +175,4 @@ def test_axes_that_are_no_number(axes: str, tmp_path: Path, capsys: pytest.Captu
     fp.write_segmentation(lv_ellipsoid().segmentation((3.0, 3.0, 10.0)), path)
     path.write_bytes(path.read_bytes().replace(b"NDims = 3", f"NDims = {axes}".encode()))
     assert main(["mesh", str(path), "-o", str(tmp_path / "out"), "--preset", "acdc"]) == 2
-    assert "its header has NDims" in capsys.readouterr().err
+    assert "its header has 'NDims'" in capsys.readouterr().err

@@ -150,24 +150,31 @@ def _require_checksum(path: Path, voxels: Voxels) -> None:
     with open(voxels.path, "rb") as file:
         file.seek(voxels.offset)
         try:
-            whole = _decompresses(file, None if voxels.number is None else _WIDEST * voxels.number + _BEHIND)
+            length, ended = _unpacked(
+                file,
+                size if voxels.room is None else voxels.room,
+                None if voxels.number is None else _WIDEST * voxels.number + _BEHIND,
+            )
         except zlib.error as error:
             raise FileError(f"{path}: damaged ({error}); {REMEDY}") from None
-    if whole is None:
+    if ended is None:
         raise FileError(f"{path}: holds more than the {voxels.number} voxels its header tells of; {REMEDY}")
-    if not whole:
+    if not ended:
         raise FileError(f"{path}: cut short, its compressed voxels end too early; {REMEDY}")
+    if length < voxels.least:
+        raise FileError(f"{path}: cut short, its voxels are {length} bytes, expected {voxels.least}; {REMEDY}")
 
 
-def _decompresses(file: BinaryIO, most: int | None) -> bool | None:
-    """Whether a gzip or zlib stream comes to its end; None where it is longer than it may be."""
+def _unpacked(file: BinaryIO, room: int, most: int | None) -> tuple[int, bool | None]:
+    """Bytes of a gzip or zlib stream unpacked, and whether it ends within its room; None where it is too long."""
     stream, length = zlib.decompressobj(wbits=zlib.MAX_WBITS | 32), 0
-    while block := file.read(1 << 20):
+    while room > 0 and (block := file.read(min(room, 1 << 20))):
+        room -= len(block)
         while block:
             length += len(stream.decompress(block, 1 << 20))
             if stream.eof:
-                return True
+                return length, True
             if most is not None and length > most:
-                return None
+                return length, None
             block = stream.unconsumed_tail
-    return False
+    return length, False

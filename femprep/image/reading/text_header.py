@@ -20,19 +20,45 @@ _LONGEST_NRRD: Final = 500
 _LONGEST_META: Final = 250
 #: The texts of MetaImage that go into arrays.
 _META_TEXTS: Final = ("Comment", "Name", "ObjectType", "ObjectSubType", "AcquisitionDate")
-#: The field after which there are voxels or nothing.
+#: Fields whose values are whole numbers, and how many at most; those that tell where the voxels are, and the last one.
+_CHANNELS, _ROOM = "ElementNumberOfChannels", "CompressedDataSize"
+_NUMBERS: Final = {"NDims": 1, "DimSize": None, _CHANNELS: 1, _ROOM: 1}
+_PLACE: Final = (*_NUMBERS, "ElementType", "CompressedData", "HeaderSize")
 _DATA: Final = "ElementDataFile"
+#: Bytes of a voxel by its type; of others one at least.
+_BYTES: Final = {
+    **dict.fromkeys(("SHORT", "USHORT"), 2),
+    **dict.fromkeys(("INT", "UINT", "LONG", "ULONG", "FLOAT"), 4),
+    **dict.fromkeys(("LONG_LONG", "ULONG_LONG", "DOUBLE"), 8),
+}
 #: Bytes read as one line.
 _LINE: Final = 1 << 24
 
 
 class Voxels(NamedTuple):
-    """File that holds the voxels, where they begin, whether they are compressed, and how many the header tells of."""
+    """Where the voxels are.
+
+    Attributes
+    ----------
+    path : Path
+        File that holds them.
+    offset : int
+        Where they begin in it.
+    compressed : bool
+    number : int, optional
+        How many the header tells of.
+    room : int, optional
+        Bytes they take in the file, of which nothing else looks at more.
+    least : int
+        Bytes they are at least once unpacked, where nobody else counts them.
+    """
 
     path: Path
     offset: int
     compressed: bool
     number: int | None
+    room: int | None = None
+    least: int = 0
 
 
 def nrrd_voxels(path: Path) -> Voxels:
@@ -47,9 +73,12 @@ def nrrd_voxels(path: Path) -> Voxels:
         fields = dict(_nrrd_fields(path, file))
         offset = file.tell()
     compressed = fields.get("encoding", "").lower() in ("gzip", "gz")
-    count = _product(fields.get("sizes", ""))
+    count = math.prod(_numbers(path, "sizes", fields["sizes"])) if "sizes" in fields else None
     detached = fields.get("data file") or fields.get("datafile")
     if not detached:
+        skipped = fields.get("byte skip", "")
+        if skipped.startswith("-") and skipped != "-1":  # from the file's end into the header
+            raise FileError(f"{path}: its header has 'byte skip' {skipped[:40]!r}, expected none here; {REMEDY}")
         return Voxels(path, offset, compressed, count)
     _require_pattern(path, detached)
     return Voxels(path.parent / detached, 0, compressed, count)
@@ -77,25 +106,40 @@ def meta_voxels(path: Path) -> Voxels:
     FileError
         There are no voxels, a text is longer than ITK bears, or the files' name is no pattern.
     """
-    compressed, count, channels = False, None, 1
+    fields: dict[str, str] = {}
     with open(path, "rb") as file:
         for field in _meta_fields(file):
             key, value = _meta_field(path, field)
-            if key == "NDims" and not re.fullmatch("[0-9]{1,2}", value):
-                raise FileError(f"{path}: its header has NDims {value[:40]!r}, expected a number of axes; {REMEDY}")
-            if key == "CompressedData":
-                compressed = value.lower() == "true"
-            elif key == "DimSize":
-                count = _product(value)
-            elif key == "ElementNumberOfChannels":
-                channels = _product(value) or 1
-            elif key == _DATA:
-                count = None if count is None else count * channels
-                if value.upper() == "LOCAL":
-                    return Voxels(path, file.tell(), compressed, count)
-                _require_pattern(path, value)
-                return Voxels(path.parent / value, 0, compressed, count)
+            fields[key] = value
+            if key == _DATA:
+                return _meta_place(path, fields, file.tell())
     raise FileError(f"{path}: its header has no {_DATA}; {REMEDY}")
+
+
+def _meta_place(path: Path, fields: dict[str, str], offset: int) -> Voxels:
+    """Where the voxels are by the fields of a header that ends at an offset."""
+    numbers = {key: _numbers(path, key, fields[key], most) for key, most in _NUMBERS.items() if key in fields}
+    name, compressed = fields[_DATA], fields.get("CompressedData", "")[:1] in ("T", "t", "1")
+    count, least = None, 0
+    if "NDims" in numbers and "DimSize" in numbers:
+        (axes,), sizes, (channels,) = numbers["NDims"], numbers["DimSize"], numbers.get(_CHANNELS, [1])
+        if len(sizes) < axes:
+            raise FileError(f"{path}: its header has {len(sizes)} sizes, expected {axes} (NDims); {REMEDY}")
+        count = math.prod(sizes[:axes]) * channels if axes else None
+        least = (count or 0) * _BYTES.get(fields.get("ElementType", "").removeprefix("MET_"), 1)
+    local, skipped = name.upper() == "LOCAL", fields.get("HeaderSize", "0")
+    if skipped != "0" and (compressed or (local and skipped != "-1")):  # ITK skips from the file's beginning
+        raise FileError(f"{path}: its header has 'HeaderSize' {skipped[:40]!r}, expected none here; {REMEDY}")
+    if not local:
+        _require_pattern(path, name)
+        return Voxels(path.parent / name, 0, compressed, count, None, least)
+    (room,) = numbers.get(_ROOM, [0])
+    if compressed and not room:
+        raise FileError(
+            f"{path}: its header has no {_ROOM}, without which ITK makes labels of what is in the memory; "
+            f"add {f'{_ROOM} = {path.stat().st_size - offset}'!r}"
+        )
+    return Voxels(path, offset, compressed, count, room if compressed else None, least)
 
 
 def _meta_fields(file: BinaryIO) -> Iterator[bytes]:
@@ -113,6 +157,8 @@ def _meta_field(path: Path, field: bytes) -> tuple[str, str]:
     key = next(iter(re.findall(r"\w+", name)), "")
     if _DATA in value or (_DATA in name and (name != _DATA or not values)):  # ITK may take another one
         raise FileError(f"{path}: its header has {field.decode('latin-1')[:40]!r}, expected '{_DATA} ='; {REMEDY}")
+    if key in _PLACE and name != key:
+        raise FileError(f"{path}: its header has {name[:40]!r}, expected '{key} ='; {REMEDY}")
     if key in _META_TEXTS and len(value) > _LONGEST_META:
         raise FileError(f"{path}: its header has a {key!r} of {len(value)} characters; {REMEDY}")
     return key, value
@@ -124,7 +170,9 @@ def _require_pattern(path: Path, name: str) -> None:
         raise FileError(f"{path}: its header has voxels in {name[:40]!r}, expected a name or a pattern; {REMEDY}")
 
 
-def _product(text: str) -> int | None:
-    """The product of whole numbers; None where a text is something else."""
+def _numbers(path: Path, key: str, text: str, most: int | None = None) -> list[int]:
+    """Whole numbers of a field; of anything else ITK takes what comes before it, or another line's."""
     words = text.split()
-    return math.prod(map(int, words)) if words and all(re.fullmatch("[0-9]{1,18}", word) for word in words) else None
+    if not words or len(words) > (most or len(words)) or not all(re.fullmatch("[0-9]{1,18}", word) for word in words):
+        raise FileError(f"{path}: its header has {key!r} {text[:40]!r}, expected whole numbers; {REMEDY}")
+    return [int(word) for word in words]

@@ -1,4 +1,6 @@
-"""Headers of NRRD and MetaImage: most of the cases below ended the process in ITK, the others never get there."""
+"""Headers of NRRD and MetaImage: most of the cases below ended the process in ITK or gave labels out of its memory."""
+
+import zlib
 
 import pytest
 
@@ -9,8 +11,10 @@ META = "ObjectType = Image\nNDims = 3\nDimSize = 4 4 4\n{}ElementType = MET_UCHA
 NRRD = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nencoding: raw\n{}{}"
 
 
-def read(path, header, extra="", last=""):
-    data = bytes([0, 1, 2, 3] * 16)
+VOXELS = bytes([0, 1, 2, 3] * 16)
+
+
+def read(path, header, extra="", last="", data=VOXELS):
     path.with_name("voxels.raw").write_bytes(data)
     path.write_bytes(header.format(extra, last).encode("latin-1") + data)
     return read_segmentation(path, preset="acdc")
@@ -39,6 +43,12 @@ def read(path, header, extra="", last=""):
             "Foo =\n\nElementDataFile = LOCAL\n", "ElementDataFile = %n%s 1 3 1\n", r"has 'Foo =\\n\\nEl", id="no value"
         ),
         pytest.param("", "", "has no ElementDataFile", id="no voxels"),
+        pytest.param("DimSize = 2 36 66666666,4\n", "ElementDataFile = LOCAL\n", "expected whole numbers", id="sizes"),
+        pytest.param("DimSize = 4 4\n", "ElementDataFile = LOCAL\n", r"has 2 sizes, expected 3", id="too few sizes"),
+        pytest.param("DimSize | = 1\n", "ElementDataFile = LOCAL\n", r"has 'DimSize \|', exp", id="almost sizes"),
+        pytest.param(
+            "HeaderSize = 5\n", "ElementDataFile = LOCAL\n", "has 'HeaderSize' '5'", id="voxels in the header"
+        ),
     ],
 )
 def test_a_damaged_metaimage_is_refused(tmp_path, extra, last, words):
@@ -54,12 +64,39 @@ def test_a_damaged_metaimage_is_refused(tmp_path, extra, last, words):
         pytest.param("", f"data file: LIST\n# {1100 * 'a'}\nb\nc\nd\n", "of 1103 characters", id="name in a list"),
         pytest.param("", "data file: %d%s%s%n 1 4 1\n", "voxels in '%d%s%s%n 1 4 1'", id="pattern"),
         pytest.param("", "data file: %d%n 1 4 1\ndata file:=voxels.raw\n", "voxels in '%d%n 1 4 1'", id="hidden"),
+        pytest.param("sizes: 2 36 66666666,4\n", "\n", "expected whole numbers", id="sizes"),
+        pytest.param("byte skip: -70\n", "\n", "has 'byte skip' '-70'", id="voxels in the header"),
         pytest.param("", "data file: %999999999d 1 4 1 2\n", "voxels in '%999999999d", id="long number"),
     ],
 )
 def test_a_damaged_nrrd_is_refused(tmp_path, extra, last, words):
     with pytest.raises(FileError, match=words):
         read(tmp_path / ("labels.nhdr" if "data" in last else "labels.nrrd"), NRRD, extra, last)
+
+
+@pytest.mark.parametrize(
+    ("size", "voxels", "words"),
+    [
+        pytest.param(0, VOXELS, "has no CompressedDataSize, .* add 'CompressedDataSize = 15'", id="no size"),
+        pytest.param(-1, VOXELS, "end too early", id="too small a size"),
+        pytest.param(None, VOXELS[:-1], "63 bytes, expected 64", id="too few voxels"),
+    ],
+)
+def test_compressed_voxels_that_are_not_all_there_are_refused(tmp_path, size, voxels, words):
+    packed = zlib.compress(voxels)
+    room = len(packed) + (size or 0)
+    extra = "CompressedData = True\n" + (f"CompressedDataSize = {room}\n" if size != 0 else "")
+    with pytest.raises(FileError, match=words):
+        read(tmp_path / "labels.mha", META, extra, "ElementDataFile = LOCAL\n", packed)
+
+
+def test_compressed_voxels_are_read(tmp_path):
+    packed = zlib.compress(VOXELS)
+    for name, size, last in (("mha", f"CompressedDataSize = {len(packed)}\n", "LOCAL"), ("mhd", "", "voxels.zraw")):
+        (tmp_path / "voxels.zraw").write_bytes(packed)
+        extra = f"CompressedData = True\n{size}"
+        seg = read(tmp_path / f"labels.{name}", META, extra, f"ElementDataFile = {last}\n", packed)
+        assert seg.labels.ravel(order="F").tolist() == list(VOXELS)
 
 
 def test_what_others_write_into_headers_is_read(tmp_path):
