@@ -8,8 +8,8 @@
 One reader a run, in this process: a reader that crashes, waits for longer than 20 s or takes more than 3 GB ends it,
 and libFuzzer leaves the input beside the corpus. An exception that is no refusal is noted once for each place it comes
 from, and the run goes on. Inputs that reach code that none before reached stay in the corpus, so that the next run
-begins with them. Beside it NAME.json adds up the processor's minutes and the inputs of all runs, of which --sum
-makes a table.
+begins with them. Label maps are read twice, so that what is not in the file but in the memory is seen. Beside the
+corpus NAME.json adds up the processor's minutes and the inputs of all runs, of which --sum makes a table.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from pathlib import Path
 from typing import Any
 
 import atheris
+import numpy as np
 
 import femprep.mesh
 
@@ -74,8 +75,16 @@ def readers(folder: Path) -> dict[str, Reader]:
     for ending in (".nii", ".nii.gz", ".nrrd", ".mha"):
         path = folder / f"labels{ending}"
         fp.write_segmentation(sources.maps["lv"], path)
-        found[f"labels{ending}"] = (lambda path: fp.read_segmentation(path, preset="acdc"), [path])
+        found[f"labels{ending}"] = (read_twice, [path])
     return found
+
+
+def read_twice(path: Path) -> None:
+    """Read a label map; what it holds must not be what was in the memory."""
+    labels = fp.read_segmentation(path, preset="acdc").labels
+    np.full(labels.nbytes, 170, dtype=np.uint8)  # is freed at once: what is not read then differs
+    if not np.array_equal(fp.read_segmentation(path, preset="acdc").labels, labels):
+        raise RuntimeError("read twice it holds other labels")
 
 
 class Target:
