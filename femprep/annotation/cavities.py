@@ -21,7 +21,7 @@ from femprep.annotation.reading import CavityOpening, Name, NoReading, Reading
 from femprep.annotation.shell import Shell
 from femprep.annotation.space import Space, flood, reached_far, space_of
 from femprep.annotation.vein_ends import vein_rim
-from femprep.model import FACET_TAGS, BoolArray, IntArray
+from femprep.model import FACET_TAGS, BoolArray, IntArray, endocardium
 
 #: Walls of vessels are thinner than this, mm; their insides narrower than a ball of this radius, mm.
 _THIN, VESSEL_BALL = 5.0, 40.0
@@ -84,7 +84,7 @@ def by_cavities(shell: Shell) -> Reading:
     tag = np.full(len(shell), FACET_TAGS["epi"], dtype=np.int32)
     given = {"epi": Name(0.95, "looks outside")}
     for k, name in enumerate(names):
-        endo = "endo" if count == 1 else f"endo_{name}"
+        endo = endocardium(name, alone=count == 1)
         tag[looks == k + 1] = FACET_TAGS[endo]
         given[endo] = sure[name]
     behind = _behind(shell, space, basin, looks == outside)

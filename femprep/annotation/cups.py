@@ -20,7 +20,7 @@ from femprep.annotation.reading import Name, NoReading, Reading
 from femprep.annotation.shell import Shell
 from femprep.annotation.space import flood
 from femprep.mesh.topology import components
-from femprep.model import FACET_TAGS, BoolArray, FloatArray
+from femprep.model import FACET_TAGS, BoolArray, FloatArray, endocardium
 from femprep.model.products import product, unit_vectors
 
 #: A base leans less than this against the mouth's plane, degrees, as creases of a base do.
@@ -62,7 +62,7 @@ def by_hull(shell: Shell) -> Reading:
     tag = np.where(outer, FACET_TAGS["epi"], 0).astype(np.int32)
     given = {"epi": Name(0.9, "looks out of the convex hull"), "base": Name(0.8, "lies across the rim of a mouth")}
     for name, own in zip(names, endo):
-        called = "endo" if count == 1 else f"endo_{name}"
+        called = endocardium(name, alone=count == 1)
         tag[own] = FACET_TAGS[called]
         given[called] = sure[name]
     tag = spread(shell, tag)

@@ -13,7 +13,7 @@ from femprep.annotation.hollows import hollows
 from femprep.annotation.hull import hull_of
 from femprep.annotation.reading import Name, NoReading, Question, Reading
 from femprep.annotation.shell import Shell
-from femprep.model import FACET_TAGS, BoolArray, FloatArray, Plane
+from femprep.model import FACET_TAGS, BoolArray, FloatArray, Plane, endocardium
 from femprep.model.notice import spot
 
 #: Neighbours that fold by less than this, degrees, may lie in one plane; and by how much of an edge they may leave it.
@@ -219,7 +219,7 @@ def _read(shell: Shell, way: str, taken: BoolArray, ends: dict[str, BoolArray]) 
     tag[epi] = FACET_TAGS["epi"]
     given = {"epi": Name(1.0, "the one sheet that looks outward")}
     for k, name in zip(inner, names):
-        endo = "endo" if len(inner) == 1 else f"endo_{name}"
+        endo = endocardium(name, alone=len(inner) == 1)
         tag[piece == k] = FACET_TAGS[endo]
         given[endo] = sure[name]
     flat = "a flat piece" if way == "flat pieces" else "a piece between the sheets"

@@ -13,7 +13,7 @@ from femprep.model.plane import Plane
 from femprep.model.progress import Progress
 from femprep.model.purkinje import PurkinjeNet
 from femprep.model.surface import SphereMap, Surface, split_quads
-from femprep.model.tags import FACET_TAGS, REGION_TAGS, TISSUES, endo_tags, is_blood, tag_name
+from femprep.model.tags import FACET_TAGS, REGION_TAGS, TISSUES, endo_tags, endocardium, is_blood, tag_name
 from femprep.model.verdict import verdict_of, with_failure, with_verdict, without_failure
 from femprep.model.volume_mesh import Nested, VolumeMesh
 from femprep.model.wall import BloodPools, Wall
@@ -37,6 +37,7 @@ __all__ = [
     "VolumeMesh",
     "Wall",
     "endo_tags",
+    "endocardium",
     "frozen",
     "is_blood",
     "noted",

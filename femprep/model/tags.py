@@ -76,6 +76,11 @@ def is_blood(region: npt.ArrayLike) -> BoolArray:
     return np.asarray(np.isin(region, [number for name, number in REGION_TAGS.items() if name.startswith("blood_")]))
 
 
+def endocardium(chamber: str, alone: bool = False) -> str:
+    """Name of the facets of a chamber's endocardium; one that is the mesh's only one is plainly ``endo``."""
+    return "endo" if alone else f"endo_{chamber}"
+
+
 def endo_tags() -> list[int]:
     """Numbers of all endocardia."""
     return [number for name, number in FACET_TAGS.items() if name == "endo" or name.startswith("endo_")]

@@ -14,7 +14,7 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.image import LabelObject, Segmentation
-from femprep.model import Notice, Plane, Progress, Surface, noted
+from femprep.model import Notice, Plane, Progress, Surface, endocardium, noted
 from femprep.model.stages import Stages
 from femprep.options import Options
 from femprep.surface import fit_surface
@@ -119,7 +119,7 @@ class WallSurfaces:
     def by_facets(self) -> dict[str, Surface]:
         """Those that the wall is built from by the tags of its facets."""
         alone = len(self.endo) == 1
-        endo = {"endo" if alone else f"endo_{name}": surface for name, surface in self.endo.items()}
+        endo = {endocardium(name, alone): surface for name, surface in self.endo.items()}
         return {**endo, "epi": self.epi}
 
 

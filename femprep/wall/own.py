@@ -11,7 +11,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import is_closed, volume
-from femprep.model import FloatArray, Notice, Plane, Surface
+from femprep.model import FloatArray, Notice, Plane, Surface, endocardium
 from femprep.model.notice import spot
 from femprep.model.units import LEAST, MILLIMETRES, MOST, guess_unit
 from femprep.options import WallOptions, choose, takes
@@ -183,7 +183,7 @@ def anatomy_of(surfaces: Mapping[str, object]) -> str:
 
 def facets_of(name: str, anatomy: str) -> str:
     """Name of the facets of a surface in a mesh of some anatomy."""
-    return name if name == OUTER else "endo" if anatomy == "lv" else f"endo_{name}"
+    return name if name == OUTER else endocardium(name, alone=anatomy == "lv")
 
 
 def _unit(surfaces: Mapping[str, Surface], unit: str) -> tuple[str, float, list[Notice]]:
