@@ -1,7 +1,8 @@
 """A NRRD's or MetaImage's header in, where its voxels are out; what ITK could not read safely is refused.
 
 ITK copies what a header says into arrays of fixed length and gives the name of numbered files to ``snprintf`` as it
-stands: values that are too long, or a ``%n`` in that name, overwrite memory or end the process.
+stands: values that are too long, or a ``%n`` in that name, overwrite memory or end the process. Where a MetaImage tells
+wrongly where its voxels are, ITK makes labels of what is in the memory, or in the header.
 """
 
 from __future__ import annotations
@@ -67,7 +68,8 @@ def nrrd_voxels(path: Path) -> Voxels:
     Raises
     ------
     FileError
-        A line is longer than ITK bears, or the files' name is no pattern.
+        A line is longer than ITK bears, sizes are no numbers, voxels begin in the header, or the files' name is no
+        pattern.
     """
     with open(path, "rb") as file:
         fields = dict(_nrrd_fields(path, file))
@@ -104,7 +106,8 @@ def meta_voxels(path: Path) -> Voxels:
     Raises
     ------
     FileError
-        There are no voxels, a text is longer than ITK bears, or the files' name is no pattern.
+        There are no voxels, a text is longer than ITK bears, their sizes or place are not told in a way that ITK
+        understands, or the files' name is no pattern.
     """
     fields: dict[str, str] = {}
     with open(path, "rb") as file:
