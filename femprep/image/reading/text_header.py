@@ -123,13 +123,13 @@ def _meta_place(path: Path, fields: dict[str, str], offset: int) -> Voxels:
     """Where the voxels are by the fields of a header that ends at an offset."""
     numbers = {key: _numbers(path, key, fields[key], most) for key, most in _NUMBERS.items() if key in fields}
     name, compressed = fields[_DATA], fields.get("CompressedData", "")[:1] in ("T", "t", "1")
-    count, least = None, 0
-    if "NDims" in numbers and "DimSize" in numbers:
-        (axes,), sizes, (channels,) = numbers["NDims"], numbers["DimSize"], numbers.get(_CHANNELS, [1])
-        if len(sizes) < axes:
-            raise FileError(f"{path}: its header has {len(sizes)} sizes, expected {axes} (NDims); {REMEDY}")
-        count = math.prod(sizes[:axes]) * channels if axes else None
-        least = (count or 0) * _BYTES.get(fields.get("ElementType", "").removeprefix("MET_"), 1)
+    if missing := [key for key in ("NDims", "DimSize") if key not in numbers]:
+        raise FileError(f"{path}: its header has no {missing[0]}; {REMEDY}")
+    (axes,), sizes, (channels,) = numbers["NDims"], numbers["DimSize"], numbers.get(_CHANNELS, [1])
+    if not 0 < axes <= len(sizes):
+        raise FileError(f"{path}: its header has {len(sizes)} sizes, expected {axes} (NDims); {REMEDY}")
+    count = math.prod(sizes[:axes]) * channels
+    least = count * _BYTES.get(fields.get("ElementType", "").removeprefix("MET_"), 1)
     local, skipped = name.upper() == "LOCAL", fields.get("HeaderSize", "0")
     if skipped != "0" and (compressed or (local and skipped != "-1")):  # ITK skips from the file's beginning
         raise FileError(f"{path}: its header has 'HeaderSize' {skipped[:40]!r}, expected none here; {REMEDY}")
@@ -160,8 +160,8 @@ def _meta_field(path: Path, field: bytes) -> tuple[str, str]:
     key = next(iter(re.findall(r"\w+", name)), "")
     if _DATA in value or (_DATA in name and (name != _DATA or not values)):  # ITK may take another one
         raise FileError(f"{path}: its header has {field.decode('latin-1')[:40]!r}, expected '{_DATA} ='; {REMEDY}")
-    if key in _PLACE and name != key:
-        raise FileError(f"{path}: its header has {name[:40]!r}, expected '{key} ='; {REMEDY}")
+    if name not in _PLACE and (meant := set(re.findall(r"\w+", name)).intersection(_PLACE)):
+        raise FileError(f"{path}: its header has {name[:40]!r}, expected '{min(meant)} ='; {REMEDY}")
     if key in _META_TEXTS and len(value) > _LONGEST_META:
         raise FileError(f"{path}: its header has a {key!r} of {len(value)} characters; {REMEDY}")
     return key, value

@@ -90,6 +90,11 @@ def test_compressed_voxels_that_are_not_all_there_are_refused(tmp_path, size, vo
         read(tmp_path / "labels.mha", META, extra, "ElementDataFile = LOCAL\n", packed)
 
 
+def test_sizes_are_needed(tmp_path):
+    with pytest.raises(FileError, match="its header has no DimSize"):
+        read(tmp_path / "labels.mha", META.replace("DimSize = 4 4 4\n", ""), "", "ElementDataFile = LOCAL\n")
+
+
 def test_compressed_voxels_are_read(tmp_path):
     packed = zlib.compress(VOXELS)
     for name, size, last in (("mha", f"CompressedDataSize = {len(packed)}\n", "LOCAL"), ("mhd", "", "voxels.zraw")):
