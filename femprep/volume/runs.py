@@ -15,7 +15,7 @@ from femprep.options import CheckOptions, VolumeOptions
 from femprep.volume.background import background_field
 from femprep.volume.blood import Filling
 from femprep.volume.finish import Candidate, finish
-from femprep.volume.refine.plan import WallThickness, is_thin
+from femprep.volume.refine.plan import WallThickness, has_few_through, is_thin
 from femprep.volume.sizing import SizingField
 from femprep.volume.tetwild.guard import RunError, TetwildRun, TooLongError, run_tetwild
 from femprep.volume.tetwild.ways import RunParameters, RunRecord, Status, planned_runs
@@ -96,6 +96,11 @@ class Sizes:
         finest, coarsest = self.range(levels, follows)
         return max(finest, 0.4 * coarsest)
 
+    @property
+    def few_through(self) -> bool:
+        """Whether edges of one length leave few elements through the wall."""
+        return self._given is None and has_few_through(self._thickness, self._options.edge_length)
+
     def seconds(self, need: Estimate, parameters: RunParameters) -> float:
         """Seconds that a run will take, by those that one with edges of one length needs."""
         field = self.field(parameters.levels, parameters.follows)
@@ -141,7 +146,7 @@ def best_of_runs(
     records: list[RunRecord] = []
     best: Candidate | None = None
     shortest = sizes.shortest(levels) / 2.0**levels
-    for parameters in planned_runs(options, lambda: records[-1].status, shortest, levels):
+    for parameters in planned_runs(options, lambda: records[-1].status, shortest, levels, sizes.few_through):
         if parameters.follows and options.envelope is None:
             widest = _THIN_ENVELOPE * sizes.shortest(parameters.levels, True)
             parameters = replace(parameters, envelope=min(parameters.envelope, widest))

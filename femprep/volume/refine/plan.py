@@ -28,6 +28,9 @@ _THINNEST: Final = 1.0
 _LEAST: Final = 0.65
 #: The same of a mesh that is not refined: for the mesher alone it is only the sheets that matter.
 _LEAST_DIRECT: Final = 0.3
+#: A wall has few elements through it where edges are longer than its mean thickness times this: 10 of 44 such hearts
+#: missed the mean ratio with what suffices for others, of 16 others none.
+_FEW: Final = 0.75
 #: Points of a side at most that its thickness is measured at.
 _MOST_POINTS: Final = 4000
 
@@ -97,3 +100,8 @@ def is_thin(thickness: WallThickness, edge_length: float, levels: int) -> bool:
     ``levels`` is how often they are refined.
     """
     return 0.0 < thickness.of_all_but(_THINNEST) < (_LEAST if levels else _LEAST_DIRECT) * edge_length
+
+
+def has_few_through(thickness: WallThickness, edge_length: float) -> bool:
+    """Whether edges of a length, mm, leave few elements through a wall."""
+    return bool(len(thickness.values)) and edge_length > _FEW * float(thickness.values.mean())
