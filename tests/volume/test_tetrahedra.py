@@ -199,6 +199,17 @@ def test_attempts_follow_the_outcome():
         (pytest.approx(0.3), 6.5, 8),
         (pytest.approx(0.1), 6.5, 8),
     ]
+    few = list(planned_runs(VolumeOptions(edge_length=2.0), lambda: "missed", few=True))
+    assert [(a.envelope, a.stop_energy, a.passes) for a in few] == [
+        (pytest.approx(0.3), 7.0, 8),
+        (pytest.approx(0.3), 6.5, 8),
+    ]
+    few = list(planned_runs(VolumeOptions(edge_length=2.0), lambda: "wrong mesh", few=True))
+    assert [(a.envelope, a.stop_energy) for a in few] == [
+        (pytest.approx(0.3), 7.0),
+        (pytest.approx(0.1), 6.5),
+        (pytest.approx(0.1 / 1.5), 6.5),
+    ]
     told = iter(["missed", "too long"])
     # What the lowest energy takes too long for is not tried with a higher one than missed.
     assert len(list(planned_runs(VolumeOptions(), lambda: next(told)))) == 2
@@ -271,6 +282,23 @@ def test_a_run_that_takes_too_long_is_followed_by_another_one(mesher, coarse_wal
 )
 def test_a_run_begins_with_the_energy_of_its_quality_or_the_users(options, first):
     assert next(planned_runs(VolumeOptions(**options), str)).stop_energy == first
+
+
+@pytest.mark.parametrize(
+    ("options", "energy", "envelope", "passes"),
+    [
+        ({}, 7.0, 0.3, 8),
+        ({"quality": "fast"}, 35.0, 0.3, 8),
+        ({"quality": "best"}, 6.0, 0.3, 80),
+        ({"stop_energy": 12.0}, 12.0, 0.3, 80),
+        ({"envelope": 0.05}, 7.0, 0.05, 8),
+    ],
+)
+def test_a_wall_of_few_elements_begins_with_less_energy_in_a_wide_envelope(options, energy, envelope, passes):
+    first = next(planned_runs(VolumeOptions(edge_length=2.0, **options), str, few=True))
+    assert (first.stop_energy, first.envelope, first.passes) == (energy, pytest.approx(envelope), passes)
+    refined = next(planned_runs(VolumeOptions(edge_length=2.0, **options), str, levels=1, few=True))
+    assert refined == next(planned_runs(VolumeOptions(edge_length=2.0, **options), str, levels=1))
 
 
 @pytest.mark.slow

@@ -19,9 +19,9 @@ Status = Literal["reached", "missed", "too long", "crashed", "wrong mesh"]
 #: 1.1 to 1.5 times the first run's time; in one of .2 a wall of 1 mm came out wrong.
 _LOWEST_ENERGY: Final = 6.5
 _WIDE_ENVELOPE: Final = 0.15
-#: Stop energy of the first run in a wall of few elements, by the quality's. With 10, in the envelope of others, 10 of 24
-#: such walls missed the mean ratio, with 10 in the wide one 6, with 8 there 3, with 7 one of 15, with 6.5 none: in all
-#: 413, 335, 328 and 363 s for 24, the runs that came next among them.
+#: Stop energy of the first run in a wall of few elements, by the quality's. With 10, in the envelope of others, 10 of
+#: 24 such walls missed the mean ratio, with 10 in the wide one 6, with 8 there 3, with 7 one of 15, with 6.5 none: in
+#: all 413, 335, 328 and 363 s for 24 with 10, 10, 8 and 6.5, the runs that came next among them.
 _FEW_ENERGY: Final = 0.7
 #: Passes of improvement that fTetWild makes at most, and that it makes with the lowest stop energy: the mean ratio
 #: rises with the first ones (of a thin wall by .012 with 8, .019 with 15, .026 with 30), the others wait for a few

@@ -7,7 +7,7 @@ import pytest
 from analytic_walls import ellipsoid_wall
 
 from femprep.options import VolumeOptions
-from femprep.volume.refine.plan import LONGEST, is_thin, levels_for, measured_thickness
+from femprep.volume.refine.plan import LONGEST, WallThickness, has_few_through, is_thin, levels_for, measured_thickness
 from femprep.volume.tetwild.ways import planned_runs
 from femprep.volume.validate import check_amount
 
@@ -66,6 +66,15 @@ def test_thickness_that_most_of_a_wall_has():
     assert not is_thin(thin, 2.0, 1)
     assert not is_thin(thin, 4.0, 0)
     assert is_thin(thin, 7.0, 0)
+
+
+def test_a_wall_has_few_elements_through_it_where_edges_are_long_by_its_mean_thickness():
+    thin = measured_thickness(ellipsoid_wall((22.0, 22.0, 42.0), (24.0, 24.0, 44.0), rings=24))
+    assert thin.values.mean() == pytest.approx(1.98, abs=0.05)
+    assert has_few_through(thin, 1.6)
+    assert not has_few_through(thin, 1.4)
+    nothing = WallThickness(np.empty((0, 3)), np.empty(0))
+    assert not has_few_through(nothing, 100.0)
 
 
 def test_a_refined_mesh_is_tried_twice_then_the_mesher_makes_it_itself_twice():
