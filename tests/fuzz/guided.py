@@ -9,7 +9,8 @@ One reader a run, in this process: a reader that crashes, waits for longer than 
 and libFuzzer leaves the input beside the corpus. An exception that is no refusal is noted once for each place it comes
 from, and the run goes on. Inputs that reach code that none before reached stay in the corpus, so that the next run
 begins with them. Label maps are read twice, so that what is not in the file but in the memory is seen. Beside the
-corpus NAME.json adds up the processor's minutes and the inputs of all runs, of which --sum makes a table.
+corpus NAME.json adds up the processor's minutes and the inputs of all runs, of which --sum makes a table: of meshes a
+line for each ending, by which a reader is chosen, however many writers its sound files are from.
 """
 
 from __future__ import annotations
@@ -133,10 +134,11 @@ class Target:
             (self.kept / "tally.json").write_text(json.dumps(tally))
 
 
-def add_up(record: Path, tally: dict[str, Any], minutes: float) -> dict[str, Any]:
-    """What all runs of a reader came to, in a file."""
+def add_up(record: Path, ending: str, tally: dict[str, Any], minutes: float) -> dict[str, Any]:
+    """What all runs of a name came to, in a file."""
     before = json.loads(record.read_text()) if record.is_file() else {}
     total = {
+        "ending": ending,
         "minutes": round(before.get("minutes", 0.0) + minutes, 1),
         "inputs": before.get("inputs", 0) + tally["inputs"],
         "refused": before.get("refused", 0) + tally["refused"],
@@ -150,12 +152,17 @@ def add_up(record: Path, tally: dict[str, Any], minutes: float) -> dict[str, Any
 
 def table(corpus: Path) -> str:
     """Minutes of the processor, inputs and what fell short, of each reader so far."""
-    head = "| reader | minutes | inputs | refused | reached new code | ended the process | no refusal |"
-    lines = [head, "|---|" + 6 * "---|"]
+    readers: dict[str, list[dict[str, Any]]] = {}
     for record in sorted(corpus.glob("*.json")):
         total = json.loads(record.read_text())
-        counts = " | ".join(f"{total[key]:,}" for key in ("inputs", "refused", "reached", "ended"))
-        lines.append(f"| {record.stem} | {total['minutes']:g} | {counts} | {'; '.join(total['no refusal']) or 0} |")
+        by_ending = not record.stem.startswith(("surface", "labels"))
+        readers.setdefault(total["ending"] if by_ending else record.stem, []).append(total)
+    head = "| reader | minutes | inputs | refused | reached new code | ended the process | no refusal |"
+    lines = [head, "|---|" + 6 * "---|"]
+    for name, totals in sorted(readers.items()):
+        counts = " | ".join(f"{sum(one[key] for one in totals):,}" for key in ("inputs", "refused", "reached", "ended"))
+        told = "; ".join(line for one in totals for line in one["no refusal"])
+        lines.append(f"| {name} | {sum(one['minutes'] for one in totals):.1f} | {counts} | {told or 0} |")
     return "\n".join(lines)
 
 
@@ -192,7 +199,9 @@ def main() -> None:
         tally = json.loads((kept / "tally.json").read_text())
         tally.update(status=status, reached=len(list(corpus.iterdir())))
         used = resource.getrusage(resource.RUSAGE_CHILDREN)  # on a busy machine less than the clock's
-        total = add_up(given.corpus / f"{given.reader}.json", tally, (used.ru_utime + used.ru_stime) / 60.0)
+        total = add_up(
+            given.corpus / f"{given.reader}.json", sound[0].suffix, tally, (used.ru_utime + used.ru_stime) / 60.0
+        )
         print(json.dumps({"reader": given.reader, **tally, "all runs": total}))
 
 
