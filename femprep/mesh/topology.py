@@ -48,18 +48,23 @@ def edge_table(cells: npt.ArrayLike) -> EdgeTable:
     start, stop = cells.ravel(), np.roll(cells, -1, axis=1).ravel()
     low, high = np.minimum(start, stop), np.maximum(start, stop)
     size = int(high.max()) + 1 if m else 1
-    key, number, count = np.unique(low * size + high, return_inverse=True, return_counts=True)
-    number = number.ravel()
-    order = np.argsort(number, kind="stable")
-    first = np.cumsum(count) - count
-    owner = order // p
+    keys = low * size + high
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    begins = np.ones(len(keys), dtype=bool)
+    begins[1:] = keys[1:] != keys[:-1]
+    first = np.flatnonzero(begins)
+    count = np.diff(first, append=len(keys))
+    number = np.empty(len(keys), dtype=np.int64)
+    number[order] = np.cumsum(begins) - 1
+    key, owner = keys[first], order // p
     second = np.where(count > 1, owner[np.minimum(first + 1, max(m * p - 1, 0))], -1)
     return EdgeTable(
         nodes=np.stack([key // size, key % size], axis=1),
-        count=count.astype(np.int64),
+        count=count,
         forward=np.bincount(number, weights=start < stop, minlength=len(key)).astype(np.int64),
         cells=np.stack([owner[first], second], axis=1),
-        of_cell=number.reshape(m, p).astype(np.int64),
+        of_cell=number.reshape(m, p),
     )
 
 

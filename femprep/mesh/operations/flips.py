@@ -8,7 +8,7 @@ import numpy as np
 
 from femprep.mesh.energies.distortion import Ideal
 from femprep.mesh.topology import EdgeTable, edge_table
-from femprep.model import FloatArray, IntArray
+from femprep.model import BoolArray, FloatArray, IntArray
 
 #: Passes at most; each flips edges that share no triangle.
 _PASSES: Final = 50
@@ -42,32 +42,36 @@ def flip_edges(
     cells = cells.copy()
     count = len(points)
     total = 0
+    # What no corner of has changed is no better than it was: it is looked at once.
+    changed = np.ones(count, dtype=bool)
     for _ in range(_PASSES):
         table = edge_table(cells)
         pairs, corners = around_edges(cells, table)
+        near = changed[corners].any(axis=1)
+        pairs, corners = pairs[near], corners[near]
         a, b, c, d = corners.T
         degree = np.bincount(table.nodes.ravel(), minlength=count)
         present = table.nodes[:, 0] * count + table.nodes[:, 1]
-        free = ~np.isin(np.minimum(c, d) * count + np.maximum(c, d), present)
-        free &= (degree[a] > _DEGREE) & (degree[b] > _DEGREE)
-        now = _measure(points, normals, cells, area, size)
-        edges = np.flatnonzero(free)
-        if not len(edges):
+        free = (degree[a] > _DEGREE) & (degree[b] > _DEGREE)
+        free &= ~_among(np.minimum(c, d) * count + np.maximum(c, d), present)
+        if not free.any():
             break
-        first, second = np.stack([a, d, c], axis=1)[edges], np.stack([d, b, c], axis=1)[edges]
-        then = _measure(points, normals, first, area, size) + _measure(points, normals, second, area, size)
-        before = now[pairs].sum(axis=1)[edges]
+        pairs, corners = pairs[free], corners[free]
+        before, then = (
+            _measure(points, normals, each.reshape(-1, 3), area, size).reshape(-1, 2).sum(axis=1)
+            for each in (cells[pairs], _flipped(corners))
+        )
         better = np.isfinite(then) & (then < before - _WORTH * np.minimum(before, 1e9))
         gain = np.where(np.isfinite(before), before, 1e30) - then
-        edges, first, second, gain = edges[better], first[better], second[better], gain[better]
-        used = np.zeros(count, dtype=bool)
+        pairs, corners, gain = pairs[better], corners[better], gain[better]
+        changed = np.zeros(count, dtype=bool)
         flipped = 0
         for k in np.argsort(-gain, kind="stable"):
-            own = corners[edges[k]]
-            if used[own].any():
+            own = corners[k]
+            if changed[own].any():
                 continue
-            used[own] = True
-            cells[pairs[edges[k]]] = first[k], second[k]
+            changed[own] = True
+            cells[pairs[k]] = _flipped(own)
             flipped += 1
         total += flipped
         if not flipped:
@@ -92,6 +96,17 @@ def around_edges(cells: IntArray, table: EdgeTable) -> tuple[IntArray, IntArray]
     ends = cells[one, side], cells[one, (side + 1) % 3]
     corners = np.stack([*ends, cells[one, (side + 2) % 3], cells[two, (other + 2) % 3]], axis=1)
     return pairs.T, corners
+
+
+def _flipped(corners: IntArray) -> IntArray:
+    """The two triangles ``(..., 2, 3)`` that flips make of corners ``(..., 4)``."""
+    return corners[..., [[0, 3, 2], [3, 1, 2]]]
+
+
+def _among(keys: IntArray, sorted_keys: IntArray) -> BoolArray:
+    """Whether each key is one of some others, which are sorted."""
+    at = np.minimum(np.searchsorted(sorted_keys, keys), len(sorted_keys) - 1)
+    return np.asarray(sorted_keys[at] == keys)
 
 
 def _measure(points: FloatArray, normals: FloatArray, cells: IntArray, area: FloatArray, size: float) -> FloatArray:

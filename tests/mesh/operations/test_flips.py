@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from femprep.mesh.operations.flips import around_edges
+from femprep.mesh.measures.triangles import triangle_quality
+from femprep.mesh.operations.flips import around_edges, flip_edges
 from femprep.mesh.topology import edge_table
 from femprep.template import charge_template
 
@@ -29,3 +30,18 @@ def test_an_open_triangle_has_no_inner_edge() -> None:
     pairs, corners = around_edges(cells, edge_table(cells))
     assert pairs.shape == (0, 2)
     assert corners.shape == (0, 4)
+
+
+def test_flips_go_on_until_none_helps() -> None:
+    """Only edges near the last flips are looked at again: none that is left out would have been flipped."""
+    template = charge_template(300)
+    rng = np.random.default_rng(7)
+    points = template.directions + rng.normal(0.0, 0.06, template.directions.shape)
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    area = np.full(len(points), 4.0 * np.pi / len(template.cells))
+    cells, flips = flip_edges(points, points, template.cells, area, 0.1)
+    assert flips > 20
+    assert triangle_quality(points, cells).mean() > triangle_quality(points, template.cells).mean()
+    again, more = flip_edges(points, points, cells, area, 0.1)
+    assert more == 0
+    assert (again == cells).all()
