@@ -21,7 +21,9 @@ _LOWEST_ENERGY: Final = 6.5
 _WIDE_ENVELOPE: Final = 0.15
 #: Stop energy of the first run in a wall of few elements, by the quality's. With 10, in the envelope of others, 10 of
 #: 24 such walls missed the mean ratio, with 10 in the wide one 6, with 8 there 3, with 7 one of 15, with 6.5 none: in
-#: all 413, 335, 328 and 363 s for 24 with 10, 10, 8 and 6.5, the runs that came next among them.
+#: all 413, 335, 328 and 363 s for 24 with 10, 10, 8 and 6.5, the runs that came next among them. With 7, one wall took
+#: 16 to 24 s, but more than 40 in two runs of six that might make 8 passes and in two of three with 4; in nine with 30
+#: and more never.
 _FEW_ENERGY: Final = 0.7
 #: Passes of improvement that fTetWild makes at most, and that it makes with the lowest stop energy: the mean ratio
 #: rises with the first ones (of a thin wall by .012 with 8, .019 with 15, .026 with 30), the others wait for a few
@@ -245,7 +247,7 @@ def _changed(energy: float, change: Change) -> float:
 
 def _first(options: VolumeOptions, way: FillingWay, edge: float, levels: int, few: bool) -> RunParameters:
     """Parameters of the first run of a way."""
-    targets, passes = options.targets, _PASSES
+    targets = options.targets
     energy = targets.stop_energy
     envelope = options.envelope or max(targets.envelope, way.envelope or 0.0) * edge * 2.0**levels
     few = few and not way.refined
@@ -253,6 +255,6 @@ def _first(options: VolumeOptions, way: FillingWay, edge: float, levels: int, fe
         envelope = _envelopes(options, edge)[1]
     if options.stop_energy is None:
         energy = max(energy, way.energy or 0.0)
-        if few and energy > _LOWEST_ENERGY:
-            energy, passes = max(_LOWEST_ENERGY, _FEW_ENERGY * energy), _PASSES_LOWEST
-    return RunParameters(envelope, energy, levels, way.name, way.follows, passes=passes)
+        if few:
+            energy = min(energy, max(_LOWEST_ENERGY, _FEW_ENERGY * energy))
+    return RunParameters(envelope, energy, levels, way.name, way.follows)
