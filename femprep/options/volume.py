@@ -96,7 +96,7 @@ class VolumeOptions(StageOptions):
         le=1000,
         description="Shape energy at which the mesher stops improving elements: 3 is a regular tetrahedron, lower is "
         "better and slower; below 6 it may never be reached. By quality if not given: 50, 10 or 6; 35, 7 or 6 where "
-        "edges are longer than three quarters of the wall's thickness.",
+        "edges are longer than the wall is thick in the mean.",
     )
     optimise: bool = Field(
         True, description="Move points of the worst elements afterwards, surface points along their surface."
