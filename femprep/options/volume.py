@@ -87,8 +87,8 @@ class VolumeOptions(StageOptions):
         None,
         gt=0,
         description="How far the mesher may leave the wall's surface, mm. By run if not given, as run.json tells: a "
-        "twentieth of the edge length (fast: a tenth), a tenth of the length before refinement, .15 after a run that "
-        "missed the quality.",
+        "twentieth of the edge length (fast: a tenth), a tenth of the length before refinement, .15 where edges "
+        "are longer than the wall is thick in the mean and after a run that missed the quality.",
     )
     stop_energy: float | None = Field(
         None,
