@@ -18,6 +18,7 @@ from femprep.image.reading.affine import choose_spacing, sizes, spacing_warning
 from femprep.image.reading.dicom import is_dicom, read_dicom
 from femprep.image.reading.files import format_of
 from femprep.image.reading.itk import ImageContent, count_frames, read_content, skewed, write_image
+from femprep.image.reading.nifti_floats import require_finite
 from femprep.image.reading.rectangular import is_sheared, rectangular_labels
 from femprep.image.reading.segments import chosen_segments, merged_layers, require_layers, segments_of
 from femprep.image.segmentation import Segmentation, count_labels
@@ -215,7 +216,10 @@ def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
 def _read(file: Path, frame: int | None, sheared: bool) -> ImageContent:
     """The file by the library that reads its format."""
     if not is_dicom(file):
-        return read_content(file, frame, sheared=sheared)
+        content = read_content(file, frame, sheared=sheared)
+        if format_of(file) == "NiftiImageIO":
+            require_finite(file, content.array.size, frame)
+        return content
     if frame not in (None, 1):
         raise InputError(f"{file}: has no frame {frame}, a DICOM SEG holds one; leave --frame out")
     return read_dicom(file)

@@ -211,6 +211,36 @@ def test_nan_voxels_are_refused(tmp_path):
         read_segmentation(path, preset="acdc")
 
 
+@pytest.mark.parametrize("ending", ["nii", "nii.gz"])
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_voxels_of_nifti_that_are_no_numbers_are_refused(tmp_path, ending, kind):
+    sound = heart().labels.T.astype(kind)
+    spoiled = sound.copy()
+    spoiled[5, 5, 5], spoiled[0, 0, 0], spoiled[-1, -1, -1] = np.nan, np.inf, -np.inf
+    path = tmp_path / f"nan.{ending}"
+    SimpleITK.WriteImage(SimpleITK.JoinSeries([image(sound), image(spoiled)]), str(path))
+    with pytest.raises(InputError, match=r"nan\.nii.*: 3 voxels are no numbers"):
+        read_segmentation(path, preset="acdc", frame=2)
+    np.testing.assert_array_equal(read_segmentation(path, preset="acdc", frame=1).labels, heart().labels)
+
+
+def test_voxels_that_are_no_numbers_are_found_in_the_other_byte_order(tmp_path, nifti):
+    path, end = tmp_path / "big.nii", len(nifti) - 352
+    for kind, places in (("h", [*range(40, 56, 2), 70, 72, 252, 254]), ("i", [0]), ("f", [*range(76, 124, 4)])):
+        for place in places:
+            struct.pack_into(f">{kind}", nifti, place, struct.unpack_from(f"<{kind}", nifti, place)[0])
+    nifti[256:328] = np.frombuffer(bytes(nifti[256:328]), "<f4").astype(">f4").tobytes()
+    struct.pack_into(">2h", nifti, 70, 16, 32)
+    voxels = heart().labels.T.astype(">f4")
+    assert voxels.size == end
+    path.write_bytes(bytes(nifti[:352]) + voxels.tobytes())
+    np.testing.assert_array_equal(read_segmentation(path, preset="acdc").labels, heart().labels)
+    voxels[3, 2, 1] = np.nan
+    path.write_bytes(bytes(nifti[:352]) + voxels.tobytes())
+    with pytest.raises(InputError, match="1 voxels are no numbers"):
+        read_segmentation(path, preset="acdc")
+
+
 @pytest.mark.parametrize("ending", ["nii.gz", "nrrd"])
 def test_several_frames_are_refused_and_a_single_one_is_taken(tmp_path, ending):
     path = tmp_path / f"frames.{ending}"

@@ -1,0 +1,51 @@
+"""A NIfTI file of floats in; refused where voxels are NaN or infinite, which ITK reads as 0, the background."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from femprep.errors import InputError
+from femprep.image.reading.nifti_header import LONGEST_HEADER, float_voxels
+
+#: Voxels looked at in one go.
+_BLOCK: Final = 1 << 22
+
+
+def require_finite(path: Path, voxels: int, frame: int | None = None) -> None:
+    """Check that the voxels of one frame are numbers; voxels of integers always are.
+
+    Parameters
+    ----------
+    path : path
+        A file that :func:`femprep.image.reading.files.require_whole` takes.
+    voxels : int
+        Of one frame.
+    frame : int, optional
+        From 1.
+
+    Raises
+    ------
+    InputError
+    """
+    with open(path, "rb") as file:
+        compressed = file.read(2) == b"\x1f\x8b"
+    with gzip.open(path, "rb") if compressed else open(path, "rb") as stream:
+        kind = float_voxels(stream.read(LONGEST_HEADER))
+        if kind is None:
+            return
+        dtype, offset = np.dtype(kind[0]), kind[1]
+        stream.seek(offset + dtype.itemsize * voxels * ((frame or 1) - 1))
+        left, wrong = voxels, 0
+        while left > 0:
+            block = np.frombuffer(stream.read(dtype.itemsize * min(left, _BLOCK)), dtype)
+            wrong += int(np.count_nonzero(~np.isfinite(block)))
+            left -= _BLOCK
+    if wrong:
+        raise InputError(
+            f"{path}: {wrong} voxels are no numbers (NaN or infinite), so that it is no label map; "
+            "write 0 where there is no label"
+        )
