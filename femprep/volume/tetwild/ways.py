@@ -209,22 +209,24 @@ def planned_runs(
     lowest = False
     for _ in range(max(targets.retries - len(ways) + 1, least)):
         (change,) = [change for change in CHANGES if change.after == came]
-        if change.lowest and parameters.stop_energy <= _LOWEST_ENERGY:
-            return  # what it misses no run reaches
-        if came == "too long" and lowest:
-            return  # a mesh that misses is at hand, and a higher stop energy gives no better one
-        lowest = lowest or change.lowest
-        envelope = wide if change.lowest else change.envelope * parameters.envelope
-        if change.envelope < 1.0 < parameters.envelope / narrow:
-            envelope = narrow  # nothing sound came of a wider one
-        parameters = replace(
-            parameters,
-            envelope=envelope,
-            stop_energy=_changed(parameters.stop_energy, change),
-            passes=_PASSES_LOWEST if lowest else parameters.passes,
-            follows=parameters.follows or change.follows,
-            patience=patience,
-        )
+        if few and change.envelope < 1.0 < parameters.envelope / narrow:
+            few = False  # nothing sound came of the wide one: it begins as in other walls
+            parameters = replace(_first(options, ways[-1], edge, 0, few), patience=patience)
+        elif (change.lowest and parameters.stop_energy <= _LOWEST_ENERGY) or (came == "too long" and lowest):
+            return  # what the lowest energy misses no run reaches, nor a higher one than that of a mesh that missed
+        else:
+            lowest = lowest or change.lowest
+            envelope = wide if change.lowest else change.envelope * parameters.envelope
+            if change.envelope < 1.0 < parameters.envelope / narrow:
+                envelope = narrow
+            parameters = replace(
+                parameters,
+                envelope=envelope,
+                stop_energy=_changed(parameters.stop_energy, change),
+                passes=_PASSES_LOWEST if lowest else parameters.passes,
+                follows=parameters.follows or change.follows,
+                patience=patience,
+            )
         yield parameters
         came = status()
         patience *= 2.0 if came == "too long" else 1.0
