@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -9,7 +10,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.model import FloatArray, Wall, tag_name
+from femprep.mesh.topology import edge_table
+from femprep.model import FloatArray, IntArray, Wall, tag_name
 from femprep.options import VolumeOptions
 from femprep.volume.sizing import SizingField
 
@@ -54,17 +56,34 @@ class WallThickness:
 
 def measured_thickness(wall: Wall) -> WallThickness:
     """Measure how thick a wall is, from points of each side to the other sides."""
-    sides = [t for t in np.unique(wall.facet_tag).tolist() if tag_name(t).startswith(("endo", "epi"))]
     points, found = [np.empty((0, 3))], [np.empty(0)]
-    for tag in sides:
-        others = wall.triangles[np.isin(wall.facet_tag, [t for t in sides if t != tag])]
-        if not len(others):
-            continue
-        nodes = np.unique(wall.triangles[wall.facet_tag == tag])
+    for own, others in _sides(wall):
+        nodes = np.unique(own)
         nodes = nodes[:: max(1, len(nodes) // _MOST_POINTS)]
         points.append(wall.points[nodes])
         found.append(ClosestFinder(wall.points, others)(wall.points[nodes]).distance)
     return WallThickness(np.concatenate(points), np.concatenate(found))
+
+
+def nearest_sheets(wall: Wall) -> float:
+    """How near the sides of a wall come to one another at middles of edges, mm; infinite where it has one side alone.
+
+    Vertices of a thin wall were pushed apart to a millimetre, edges of 4 mm between them may be nearer.
+    """
+    found = float("inf")
+    for own, others in _sides(wall):
+        middles = wall.points[edge_table(own).nodes].mean(axis=1)
+        found = min(found, float(ClosestFinder(wall.points, others)(middles).distance.min()))
+    return found
+
+
+def _sides(wall: Wall) -> Iterator[tuple[IntArray, IntArray]]:
+    """Triangles of each side, and those of the other ones, where there are any."""
+    sides = [t for t in np.unique(wall.facet_tag).tolist() if tag_name(t).startswith(("endo", "epi"))]
+    for tag in sides:
+        others = wall.triangles[np.isin(wall.facet_tag, [t for t in sides if t != tag])]
+        if len(others):
+            yield wall.triangles[wall.facet_tag == tag], others
 
 
 def levels_of(options: VolumeOptions, thickness: WallThickness, field: SizingField | None = None) -> int:

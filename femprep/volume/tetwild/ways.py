@@ -205,37 +205,39 @@ def planned_runs(
     # The mesher alone may try again after the refined ways, too: of a small heart in systole it misses the mean ratio
     # with its own stop energy and reached it with 6.
     least = 1 if len(ways) > 1 and targets.retries > 1 else 0
-    narrow, wide = _envelopes(options, edge)
+    narrow, wide = narrow_envelope(options, edge), wide_envelope(options, edge)
     lowest = False
     for _ in range(max(targets.retries - len(ways) + 1, least)):
         (change,) = [change for change in CHANGES if change.after == came]
-        if few and change.envelope < 1.0 < parameters.envelope / narrow:
-            few = False  # nothing sound came of the wide one: it begins as in other walls
-            parameters = replace(_first(options, ways[-1], edge, 0, few), patience=patience)
-        elif (change.lowest and parameters.stop_energy <= _LOWEST_ENERGY) or (came == "too long" and lowest):
-            return  # what the lowest energy misses no run reaches, nor a higher one than that of a mesh that missed
-        else:
-            lowest = lowest or change.lowest
-            envelope = wide if change.lowest else change.envelope * parameters.envelope
-            if change.envelope < 1.0 < parameters.envelope / narrow:
-                envelope = narrow
-            parameters = replace(
-                parameters,
-                envelope=envelope,
-                stop_energy=_changed(parameters.stop_energy, change),
-                passes=_PASSES_LOWEST if lowest else parameters.passes,
-                follows=parameters.follows or change.follows,
-                patience=patience,
-            )
+        if change.lowest and parameters.stop_energy <= _LOWEST_ENERGY:
+            return  # what it misses no run reaches
+        if came == "too long" and lowest:
+            return  # a mesh that misses is at hand, and a higher stop energy gives no better one
+        lowest = lowest or change.lowest
+        envelope = wide if change.lowest else change.envelope * parameters.envelope
+        if change.envelope < 1.0 < parameters.envelope / narrow:
+            envelope = narrow  # nothing sound came of a wider one
+        parameters = replace(
+            parameters,
+            envelope=envelope,
+            stop_energy=_changed(parameters.stop_energy, change),
+            passes=_PASSES_LOWEST if lowest else parameters.passes,
+            follows=parameters.follows or change.follows,
+            patience=patience,
+        )
         yield parameters
         came = status()
         patience *= 2.0 if came == "too long" else 1.0
 
 
-def _envelopes(options: VolumeOptions, edge: float) -> tuple[float, float]:
-    """Envelope of the mesher alone, as the quality or the user has it, and the wide one, mm."""
-    narrow = options.envelope or options.targets.envelope * edge
-    return narrow, options.envelope or max(narrow, _WIDE_ENVELOPE * edge)
+def narrow_envelope(options: VolumeOptions, edge: float) -> float:
+    """Envelope of the mesher alone, as the quality or the user has it, mm."""
+    return options.envelope or options.targets.envelope * edge
+
+
+def wide_envelope(options: VolumeOptions, edge: float) -> float:
+    """The envelope of walls of few elements, and of runs with the lowest stop energy, mm."""
+    return options.envelope or max(narrow_envelope(options, edge), _WIDE_ENVELOPE * edge)
 
 
 def _changed(energy: float, change: Change) -> float:
@@ -254,7 +256,7 @@ def _first(options: VolumeOptions, way: FillingWay, edge: float, levels: int, fe
     envelope = options.envelope or max(targets.envelope, way.envelope or 0.0) * edge * 2.0**levels
     few = few and not way.refined
     if few:
-        envelope = _envelopes(options, edge)[1]
+        envelope = wide_envelope(options, edge)
     if options.stop_energy is None:
         energy = max(energy, way.energy or 0.0)
         if few:

@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from analytic_walls import ellipsoid_wall
 
+from femprep.model import FACET_TAGS
 from femprep.options import VolumeOptions
-from femprep.volume.refine.plan import LONGEST, WallThickness, has_few_through, is_thin, levels_for, measured_thickness
+from femprep.volume.blood import Filling
+from femprep.volume.refine.plan import (
+    LONGEST,
+    WallThickness,
+    has_few_through,
+    is_thin,
+    levels_for,
+    measured_thickness,
+    nearest_sheets,
+)
+from femprep.volume.runs import Sizes
 from femprep.volume.tetwild.ways import planned_runs
 from femprep.volume.validate import check_amount
 
@@ -75,6 +88,26 @@ def test_a_wall_has_few_elements_through_it_where_edges_are_long_by_its_mean_thi
     assert not has_few_through(thin, 1.9)
     nothing = WallThickness(np.empty((0, 3)), np.empty(0))
     assert not has_few_through(nothing, 100.0)
+
+
+def test_sheets_may_be_nearer_between_their_vertices():
+    """Two roofs, ridge over ridge at right angles, .2 mm apart where they cross."""
+    points = np.array(
+        [[-2, 0, 0], [2, 0, 0], [0, 2, -1], [0, -2, -1], [0, -2, 0.2], [0, 2, 0.2], [2, 0, 1.2], [-2, 0, 1.2]]
+    )
+    triangles = np.array([[0, 1, 2], [1, 0, 3], [4, 5, 6], [5, 4, 7]])
+    tags = np.repeat([FACET_TAGS["endo"], FACET_TAGS["epi"]], 2)
+    roofs = SimpleNamespace(points=points, triangles=triangles, facet_tag=tags)
+    assert nearest_sheets(roofs) == pytest.approx(0.2, abs=1e-12)
+    assert measured_thickness(roofs).values.min() == pytest.approx(1.2 / np.sqrt(1.25))
+    assert nearest_sheets(SimpleNamespace(points=points, triangles=triangles[:2], facet_tag=tags[:2])) == np.inf
+
+
+def test_a_wide_envelope_is_for_walls_whose_sheets_it_keeps_apart():
+    wall = ellipsoid_wall((22.0, 22.0, 42.0), (24.0, 24.0, 44.0), rings=24)
+    near, thickness = nearest_sheets(wall), measured_thickness(wall)
+    for options, few in (({}, True), ({"envelope": 0.9 * near}, True), ({"envelope": 1.1 * near}, False)):
+        assert Sizes(Filling(wall), VolumeOptions(edge_length=2.1, **options), thickness, None).few_through is few
 
 
 def test_a_refined_mesh_is_tried_twice_then_the_mesher_makes_it_itself_twice():
