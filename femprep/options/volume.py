@@ -88,7 +88,8 @@ class VolumeOptions(StageOptions):
         gt=0,
         description="How far the mesher may leave the wall's surface, mm. By run if not given, as run.json tells: a "
         "twentieth of the edge length (fast: a tenth), a tenth of the length before refinement, .15 where edges "
-        "are longer than the wall is thick in the mean and after a run that missed the quality.",
+        "are longer than the wall is thick in the mean and its sheets farther apart than that everywhere, and after a "
+        "run that missed the quality.",
     )
     stop_energy: float | None = Field(
         None,
@@ -96,7 +97,7 @@ class VolumeOptions(StageOptions):
         le=1000,
         description="Shape energy at which the mesher stops improving elements: 3 is a regular tetrahedron, lower is "
         "better and slower; below 6 it may never be reached. By quality if not given: 50, 10 or 6; 35, 7 or 6 where "
-        "edges are longer than the wall is thick in the mean.",
+        "the envelope is .15 edge lengths for edges longer than the wall is thick.",
     )
     optimise: bool = Field(
         True, description="Move points of the worst elements afterwards, surface points along their surface."
