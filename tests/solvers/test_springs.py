@@ -13,6 +13,7 @@ from meshes import APEX_HEIGHT, BASE_HEIGHT, truncated_ellipsoid
 from solver_tools import (
     calculix_results,
     pressure_loads,
+    require_program,
     require_system_module,
     run_calculix,
     run_system_python,
@@ -73,6 +74,7 @@ def test_calculix_balances_base_springs_and_pressure(kind: str, unit: str, tmp_p
 
 def test_inflation_that_is_checked_knows_the_springs() -> None:
     """``--solve ccx`` holds base and springs together against the pressure."""
+    require_program("ccx")
     free, springs = (inflate(mesh) for mesh in (truncated_ellipsoid("tetra"), held("tetra", 0.5)))
     assert free.converged
     assert springs.converged
