@@ -100,8 +100,8 @@ class Sizes:
     def few_through(self) -> bool:
         """Whether edges of one length leave few elements through the wall, whose sheets a wide envelope keeps apart.
 
-        Of 19 such walls it joined the sheets of three, .13 to .29 mm apart where it was .29 to .39 mm wide, not those
-        of another at .38 in .45, nor of 15 where they were farther apart than it is wide.
+        Of 515 such walls it joined the sheets of three, which come as near as .13 to .29 mm where it was .29 to .39 mm
+        wide; 13 others whose sheets are nearer than it is wide came out well with it, and do without.
         """
         edge = self._options.edge_length
         few = self._given is None and has_few_through(self._thickness, edge)

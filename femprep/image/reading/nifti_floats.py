@@ -8,8 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from femprep.errors import InputError
+from femprep.errors import FileError, InputError
 from femprep.image.reading.nifti_header import LONGEST_HEADER, float_voxels
+from femprep.image.reading.text_header import REMEDY
 
 #: Voxels looked at in one go.
 _BLOCK: Final = 1 << 22
@@ -29,7 +30,7 @@ def require_finite(path: Path, voxels: int, frame: int | None = None) -> None:
 
     Raises
     ------
-    InputError
+    FileError, InputError
     """
     with open(path, "rb") as file:
         compressed = file.read(2) == b"\x1f\x8b"
@@ -41,8 +42,11 @@ def require_finite(path: Path, voxels: int, frame: int | None = None) -> None:
         stream.seek(offset + dtype.itemsize * voxels * ((frame or 1) - 1))
         left, wrong = voxels, 0
         while left > 0:
-            block = np.frombuffer(stream.read(dtype.itemsize * min(left, _BLOCK)), dtype)
-            wrong += int(np.count_nonzero(~np.isfinite(block)))
+            wanted = dtype.itemsize * min(left, _BLOCK)
+            block = stream.read(wanted)
+            if len(block) < wanted:  # the header's bits of a voxel are not those of its type
+                raise FileError(f"{path}: cut short, its voxels are fewer bytes than their type needs; {REMEDY}")
+            wrong += int(np.count_nonzero(~np.isfinite(np.frombuffer(block, dtype))))
             left -= _BLOCK
     if wrong:
         raise InputError(

@@ -224,6 +224,16 @@ def test_voxels_of_nifti_that_are_no_numbers_are_refused(tmp_path, ending, kind)
     np.testing.assert_array_equal(read_segmentation(path, preset="acdc", frame=1).labels, heart().labels)
 
 
+@pytest.mark.parametrize("short", [0, 3])
+def test_floats_of_more_bytes_than_the_header_says_are_refused(tmp_path, nifti, short):
+    """Doubles, said to have 32 bits: the file is as long as that makes it, or a little longer."""
+    struct.pack_into("<2h", nifti, 70, 64, 32)
+    path = tmp_path / "double.nii"
+    path.write_bytes(bytes(nifti[:352]) + bytes(4 * heart().labels.size + short))
+    with pytest.raises(FileError, match=r"double\.nii: "):
+        read_segmentation(path, preset="acdc")
+
+
 def test_voxels_that_are_no_numbers_are_found_in_the_other_byte_order(tmp_path, nifti):
     path, end = tmp_path / "big.nii", len(nifti) - 352
     for kind, places in (("h", [*range(40, 56, 2), 70, 72, 252, 254]), ("i", [0]), ("f", [*range(76, 124, 4)])):
