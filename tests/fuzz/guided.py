@@ -8,7 +8,8 @@
 One reader a run, in this process: a reader that crashes, waits for longer than 20 s or takes more than 3 GB ends it,
 and libFuzzer leaves the input beside the corpus. An exception that is no refusal is noted once for each place it comes
 from, and the run goes on. Inputs that reach code that none before reached stay in the corpus, so that the next run
-begins with them. Label maps are read twice, so that what is not in the file but in the memory is seen. Beside the
+begins with them. Label maps are read twice, so that what is not in the file but in the memory is seen. The process in
+which a file of VTK's is tried first is forked here, in a tenth of the time of one that starts anew. Beside the
 corpus NAME.json adds up the processor's minutes and the inputs of all runs, of which --sum makes a table: of meshes a
 line for each ending, by which a reader is chosen, however many writers its sound files are from.
 """
@@ -22,6 +23,7 @@ import os
 import pkgutil
 import resource
 import shutil
+import signal
 import sys
 import tempfile
 import traceback
@@ -57,7 +59,8 @@ sys.path[:0] = [str(Path(__file__).resolve().parent.parent)]
 
 from fuzz.sources import Sources  # noqa: E402
 
-from femprep.errors import FemprepError  # noqa: E402
+from femprep.errors import FemprepError, FileError  # noqa: E402
+from femprep.mesh.vtk import reading, trial  # noqa: E402
 
 SECONDS, MEGABYTES, LONGEST = 20, 3000, 1 << 20
 Reader = tuple[Callable[[Path], Any], list[Path]]
@@ -86,6 +89,26 @@ def read_twice(path: Path) -> None:
     np.full(labels.nbytes, 170, dtype=np.uint8)  # is freed at once: what is not read then differs
     if not np.array_equal(fp.read_segmentation(path, preset="acdc").labels, labels):
         raise RuntimeError("read twice it holds other labels")
+
+
+def try_forked(path: Path) -> None:
+    """What ``trial.require_readable`` does, without the start of Python and VTK for each file."""
+    for module in ("vtkIOLegacy", "vtkIOXML"):  # not in each child anew
+        import_module(f"vtkmodules.{module}")
+    child = os.fork()
+    if not child:
+        for number in ("SEGV", "ABRT", "BUS", "FPE", "ILL", "ALRM"):  # libFuzzer would take them for its own
+            signal.signal(getattr(signal, f"SIG{number}"), signal.SIG_DFL)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+        signal.alarm(SECONDS // 2)
+        try:
+            trial.read_within_limits(path)
+            os._exit(0)
+        finally:
+            os._exit(1)
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if status:
+        raise FileError(f"{str(path)!r} is damaged: VTK's reader breaks down on it (status {status})")
 
 
 class Target:
@@ -177,6 +200,7 @@ def main() -> None:
     if given.sum:
         print(table(given.corpus))
         return
+    vars(reading)["require_readable"] = try_forked
     memory = "/dev/shm" if os.path.isdir("/dev/shm") else None
     with tempfile.TemporaryDirectory(dir=memory) as folder:
         found = readers(Path(folder))

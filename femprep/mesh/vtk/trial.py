@@ -92,6 +92,11 @@ def _limit_memory(path: Path) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
 
 
+def read_within_limits(path: Path) -> None:
+    """Read a file with the memory of a trial: what that process does, and it may end it."""
+    _limit_memory(path)
+    reader_of(path).Update()
+
+
 if __name__ == "__main__":
-    _limit_memory(Path(sys.argv[1]))
-    reader_of(Path(sys.argv[1])).Update()
+    read_within_limits(Path(sys.argv[1]))
