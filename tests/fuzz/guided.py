@@ -20,7 +20,6 @@ import argparse
 import contextlib
 import json
 import os
-import pkgutil
 import resource
 import shutil
 import signal
@@ -28,35 +27,38 @@ import sys
 import tempfile
 import traceback
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import atheris
 import numpy as np
+import pyvista
 
-import femprep.mesh
+PACKAGE = Path(__file__).resolve().parents[2] / "femprep"
 
-# Compiled functions cannot be followed: they are imported before.
-for module in pkgutil.walk_packages(femprep.mesh.__path__, "femprep.mesh."):
-    import_module(module.name)
-import_module("femprep.export.deck.text")
 
-with atheris.instrument_imports(include=["meshio", "femprep"]):
-    import meshio  # noqa: F401
+def module_of(path: Path) -> str:
+    """Name of the module in a file."""
+    return ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
+
+
+#: Compiled functions cannot be followed.
+COMPILED = {module_of(path) for path in PACKAGE.rglob("*.py") if "compiled(" in path.read_text()}
+
+with atheris.instrument_imports(include=["meshio", "femprep"], exclude=COMPILED):
+    import meshio
 
     import femprep as fp
-    import femprep.export
-    import femprep.image.reading.reader
-    import femprep.surface.given
 
-    for package in (femprep.export, femprep.image, femprep.surface.given):
-        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
-            import_module(module.name)
+    for name in ("export", "image/reading", "mesh/vtk", "surface/files.py"):
+        for path in sorted(PACKAGE.joinpath(name).rglob("*.py")) or [PACKAGE / name]:
+            import_module(module_of(path).removesuffix(".__init__"))
 
 sys.path[:0] = [str(Path(__file__).resolve().parent.parent)]
 
+from fuzz.mutate import Damage  # noqa: E402
 from fuzz.sources import Sources  # noqa: E402
 
 from femprep.errors import FemprepError, FileError  # noqa: E402
@@ -76,11 +78,25 @@ def readers(folder: Path) -> dict[str, Reader]:
             found.setdefault(name, (fp.read_mesh, []))[1].append(path)
     for path in sources.surfaces:
         found[f"surface{path.suffix}"] = (fp.read_surface, [path])
+    for name, path in written_in_words(found, folder):
+        found[name][1].append(path)
     for ending in (".nii", ".nii.gz", ".nrrd", ".mha"):
         path = folder / f"labels{ending}"
         fp.write_segmentation(sources.maps["lv"], path)
         found[f"labels{ending}"] = (read_twice, [path])
     return found
+
+
+def written_in_words(found: dict[str, Reader], folder: Path) -> Iterator[tuple[str, Path]]:
+    """Files of readers whose sound ones are binary or compressed, as text, and uncompressed."""
+    for name in ("mesh-vtu", "mesh-vtk", "mesh-xdmf"):
+        path = folder / f"text.{name.removeprefix('mesh-')}"
+        meshio.read(found[name][1][0]).write(path, **({"data_format": "XML"} if "xdmf" in name else {"binary": False}))
+        yield name, path
+    for name in ("surface.vtp", "surface.vtk", "surface.stl", "surface.ply"):
+        path = folder / f"text-{name}"
+        pyvista.read(found[name][1][0]).save(path, binary=False)
+        yield name, path
 
 
 def read_twice(path: Path) -> None:
@@ -217,7 +233,9 @@ def main() -> None:
         if not child:  # libFuzzer leaves by _exit(): who comes after it is the parent
             limits = [f"-max_total_time={int(60 * given.minutes)}", f"-timeout={SECONDS}", f"-rss_limit_mb={MEGABYTES}"]
             words = [*limits, f"-max_len={LONGEST}", f"-artifact_prefix={kept}/", "-verbosity=0", str(corpus)]
-            atheris.Setup([sys.argv[0], *words], Target(read, sound[0], Path(folder), kept))
+            target = Target(read, sound[0], Path(folder), kept)
+            damage = Damage([path.read_bytes() for path in sound], lambda *given: atheris.Mutate(*given))
+            atheris.Setup([sys.argv[0], *words], target, custom_mutator=damage)
             atheris.Fuzz()
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         tally = json.loads((kept / "tally.json").read_text())
