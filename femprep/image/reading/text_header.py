@@ -156,7 +156,7 @@ def _meta_fields(file: BinaryIO) -> Iterator[bytes]:
 def _meta_field(path: Path, field: bytes) -> tuple[str, str]:
     """Name and value of a field; of a name its first word, with which ITK is content."""
     name, *values = re.split("[=:]", field.decode("latin-1"), maxsplit=1)
-    name, value = name.strip(" \t\r\n"), "".join(values).strip()
+    name, value = name.strip(" \t\r\n"), "".join(values).lstrip("=: \t\r\n").rstrip()  # ITK skips every mark
     key = next(iter(re.findall(r"\w+", name)), "")
     if _DATA in value or (_DATA in name and (name != _DATA or not values)):  # ITK may take another one
         raise FileError(f"{path}: its header has {field.decode('latin-1')[:40]!r}, expected '{_DATA} ='; {REMEDY}")

@@ -90,6 +90,12 @@ def test_compressed_voxels_that_are_not_all_there_are_refused(tmp_path, size, vo
         read(tmp_path / "labels.mha", META, extra, "ElementDataFile = LOCAL\n", packed)
 
 
+def test_compressed_voxels_behind_two_marks_are_counted(tmp_path):
+    extra = "CompressedData = = True\nCompressedDataSize = 64\n"
+    with pytest.raises(FileError, match="incorrect header check"):
+        read(tmp_path / "labels.mha", META, extra, "ElementDataFile = LOCAL\n")
+
+
 def test_sizes_are_needed(tmp_path):
     with pytest.raises(FileError, match="its header has no DimSize"):
         read(tmp_path / "labels.mha", META.replace("DimSize = 4 4 4\n", ""), "", "ElementDataFile = LOCAL\n")
