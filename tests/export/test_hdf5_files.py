@@ -123,6 +123,15 @@ def test_xdmf_that_names_no_file(format: str, text: str, tmp_path: Path) -> None
         fp.read_mesh(path)
 
 
+def test_a_place_in_hdf5_under_another_format_is_not_followed(tmp_path: Path) -> None:
+    """Nobody has looked for links and sizes in a file that is not named as HDF5."""
+    path = tmp_path / "mesh.xdmf"
+    fp.write_mesh(truncated_ellipsoid(heights=2, around=6, layers=1), path, format="dolfinx")
+    path.write_text(path.read_text().replace('Format="HDF"', 'Format="XML"'))
+    with pytest.raises(FileError, match="names no HDF5 data"):
+        fp.read_mesh(path)
+
+
 def test_a_dimension_that_is_missing_is_refused(tmp_path: Path) -> None:
     """HDF5 asks for gigabytes to unpack a part of an array that has another number of dimensions."""
     path = tmp_path / "mesh.h5m"

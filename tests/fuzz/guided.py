@@ -28,9 +28,10 @@ import tempfile
 import traceback
 import warnings
 from collections.abc import Callable, Iterator
+from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import atheris
 import numpy as np
@@ -65,7 +66,23 @@ from femprep.errors import FemprepError, FileError  # noqa: E402
 from femprep.mesh.vtk import reading, trial  # noqa: E402
 
 SECONDS, MEGABYTES, LONGEST = 20, 3000, 1 << 20
-Reader = tuple[Callable[[Path], Any], list[Path]]
+#: Files beside the one a mesh is read by, which are damaged in their turn.
+BESIDE = {
+    "opencarp": ".elem",
+    "opencarp-binary": ".belem",
+    "medit": ".sol",
+    "mesh-node": ".ele",
+    "dolfinx": ".h5",
+    "mesh-xdmf": ".h5",
+}
+
+
+class Reader(NamedTuple):
+    """What reads a file, sound files, and the ending by which it is chosen."""
+
+    read: Callable[[Path], Any]
+    sound: list[Path]
+    ending: str
 
 
 def readers(folder: Path) -> dict[str, Reader]:
@@ -75,15 +92,20 @@ def readers(folder: Path) -> dict[str, Reader]:
     for path in [*sources.meshes, *sources.foreign]:
         name = path.parent.name if path.parent.name != "in" else path.stem
         if path.is_file():
-            found.setdefault(name, (fp.read_mesh, []))[1].append(path)
+            found.setdefault(name, Reader(fp.read_mesh, [], path.suffix)).sound.append(path)
+    for name, ending in BESIDE.items():
+        sound, first = found[name].sound, found[name].sound[0]
+        read = partial(read_beside, name=first.name)
+        beside = [one for path in sound for one in sorted(path.parent.glob(f"*{ending}"))]
+        found[f"{name}{ending}"] = Reader(read, beside, first.suffix)
     for path in sources.surfaces:
-        found[f"surface{path.suffix}"] = (fp.read_surface, [path])
+        found[f"surface{path.suffix}"] = Reader(fp.read_surface, [path], path.suffix)
     for name, path in written_in_words(found, folder):
-        found[name][1].append(path)
+        found[name].sound.append(path)
     for ending in (".nii", ".nii.gz", ".nrrd", ".mha"):
         path = folder / f"labels{ending}"
         fp.write_segmentation(sources.maps["lv"], path)
-        found[f"labels{ending}"] = (read_twice, [path])
+        found[f"labels{ending}"] = Reader(read_twice, [path], path.suffix)
     return found
 
 
@@ -91,12 +113,19 @@ def written_in_words(found: dict[str, Reader], folder: Path) -> Iterator[tuple[s
     """Files of readers whose sound ones are binary or compressed, as text, and uncompressed."""
     for name in ("mesh-vtu", "mesh-vtk", "mesh-xdmf"):
         path = folder / f"text.{name.removeprefix('mesh-')}"
-        meshio.read(found[name][1][0]).write(path, **({"data_format": "XML"} if "xdmf" in name else {"binary": False}))
+        meshio.read(found[name].sound[0]).write(
+            path, **({"data_format": "XML"} if "xdmf" in name else {"binary": False})
+        )
         yield name, path
     for name in ("surface.vtp", "surface.vtk", "surface.stl", "surface.ply"):
         path = folder / f"text-{name}"
-        pyvista.read(found[name][1][0]).save(path, binary=False)
+        pyvista.read(found[name].sound[0]).save(path, binary=False)
         yield name, path
+
+
+def read_beside(path: Path, name: str) -> None:
+    """Read the mesh that has a file beside it."""
+    fp.read_mesh(path.with_name(name))
 
 
 def read_twice(path: Path) -> None:
@@ -223,7 +252,7 @@ def main() -> None:
         if given.list or given.reader not in found:
             print("\n".join(found))
             return
-        read, sound = found[given.reader]
+        read, sound, ending = found[given.reader]
         corpus, kept = given.corpus / given.reader, given.corpus / f"{given.reader}-kept"
         for place in (corpus, kept):
             place.mkdir(parents=True, exist_ok=True)
@@ -241,9 +270,7 @@ def main() -> None:
         tally = json.loads((kept / "tally.json").read_text())
         tally.update(status=status, reached=len(list(corpus.iterdir())))
         used = resource.getrusage(resource.RUSAGE_CHILDREN)  # on a busy machine less than the clock's
-        total = add_up(
-            given.corpus / f"{given.reader}.json", sound[0].suffix, tally, (used.ru_utime + used.ru_stime) / 60.0
-        )
+        total = add_up(given.corpus / f"{given.reader}.json", ending, tally, (used.ru_utime + used.ru_stime) / 60.0)
         print(json.dumps({"reader": given.reader, **tally, "all runs": total}))
 
 

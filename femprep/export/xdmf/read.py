@@ -89,7 +89,7 @@ def _values(element: ElementTree.Element | None, path: Path) -> np.ndarray:
     import h5py
 
     entry = element.find("DataItem") if element is not None else None
-    if entry is None or ":" not in (entry.text or ""):
+    if entry is None or entry.get("Format", "").strip().lower() != "hdf" or ":" not in (entry.text or ""):
         raise FileError(f"{str(path)!r} names no HDF5 data where its grids need them")
     name, where = (entry.text or "").strip().split(":", 1)
     with h5py.File(path.parent / name, "r") as store:
