@@ -61,6 +61,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parent.parent)]
 
 from fuzz.mutate import Damage  # noqa: E402
 from fuzz.sources import Sources  # noqa: E402
+from image.reading.test_dicom import masks_of, phantom, write_seg  # noqa: E402
 
 from femprep.errors import FemprepError, FileError  # noqa: E402
 from femprep.mesh.vtk import reading, trial  # noqa: E402
@@ -100,6 +101,10 @@ def readers(folder: Path) -> dict[str, Reader]:
         found[f"{name}{ending}"] = Reader(read, beside, first.suffix)
     for path in sources.surfaces:
         found[f"surface{path.suffix}"] = Reader(fp.read_surface, [path], path.suffix)
+    dicom = [
+        write_seg(folder / f"{kind}.dcm", phantom(), masks_of(phantom()), kind) for kind in ("BINARY", "FRACTIONAL")
+    ]
+    found["labels.dcm"] = Reader(partial(read_twice, preset=None), dicom, ".dcm")
     for name, path in written_in_words(found, folder):
         found[name].sound.append(path)
     for ending in (".nii", ".nii.gz", ".nrrd", ".mha"):
@@ -128,11 +133,11 @@ def read_beside(path: Path, name: str) -> None:
     fp.read_mesh(path.with_name(name))
 
 
-def read_twice(path: Path) -> None:
+def read_twice(path: Path, preset: str | None = "acdc") -> None:
     """Read a label map; what it holds must not be what was in the memory."""
-    labels = fp.read_segmentation(path, preset="acdc").labels
+    labels = fp.read_segmentation(path, preset=preset).labels
     np.full(labels.nbytes, 170, dtype=np.uint8)  # is freed at once: what is not read then differs
-    if not np.array_equal(fp.read_segmentation(path, preset="acdc").labels, labels):
+    if not np.array_equal(fp.read_segmentation(path, preset=preset).labels, labels):
         raise RuntimeError("read twice it holds other labels")
 
 
