@@ -8,7 +8,7 @@
 One reader a run, in this process: a reader that crashes, waits for longer than 20 s or takes more than 3 GB ends it,
 and libFuzzer leaves the input beside the corpus. An exception that is no refusal is noted once for each place it comes
 from, and the run goes on. Inputs that reach code that none before reached stay in the corpus, so that the next run
-begins with them. Label maps are read twice, so that what is not in the file but in the memory is seen. The process in
+begins with them. What is read is read twice, so that what is not in the file but in the memory is seen. The process in
 which a file of VTK's is tried first is forked here, in a tenth of the time of one that starts anew. Beside the
 corpus NAME.json adds up the processor's minutes and the inputs of all runs, of which --sum makes a table: of meshes a
 line for each ending, by which a reader is chosen, however many writers its sound files are from.
@@ -27,7 +27,8 @@ import sys
 import tempfile
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -36,6 +37,7 @@ from typing import Any, NamedTuple
 import atheris
 import numpy as np
 import pyvista
+import SimpleITK as sitk
 
 PACKAGE = Path(__file__).resolve().parents[2] / "femprep"
 
@@ -90,27 +92,31 @@ def readers(folder: Path) -> dict[str, Reader]:
     """Each reader by name: what reads a file, and sound files (those beside them are needed too)."""
     sources = Sources(folder / "sound")
     found: dict[str, Reader] = {}
+    mesh, surface = partial(read_twice, read=fp.read_mesh), partial(read_twice, read=fp.read_surface)
+    numbered = partial(read_twice, read=partial(fp.read_segmentation, preset="acdc"))
     for path in [*sources.meshes, *sources.foreign]:
         name = path.parent.name if path.parent.name != "in" else path.stem
         if path.is_file():
-            found.setdefault(name, Reader(fp.read_mesh, [], path.suffix)).sound.append(path)
+            found.setdefault(name, Reader(mesh, [], path.suffix)).sound.append(path)
     for name, ending in BESIDE.items():
         sound, first = found[name].sound, found[name].sound[0]
-        read = partial(read_beside, name=first.name)
+        read = partial(mesh, name=first.name)
         beside = [one for path in sound for one in sorted(path.parent.glob(f"*{ending}"))]
         found[f"{name}{ending}"] = Reader(read, beside, first.suffix)
     for path in sources.surfaces:
-        found[f"surface{path.suffix}"] = Reader(fp.read_surface, [path], path.suffix)
+        found[f"surface{path.suffix}"] = Reader(surface, [path], path.suffix)
     dicom = [
         write_seg(folder / f"{kind}.dcm", phantom(), masks_of(phantom()), kind) for kind in ("BINARY", "FRACTIONAL")
     ]
-    found["labels.dcm"] = Reader(partial(read_twice, preset=None), dicom, ".dcm")
+    found["labels.dcm"] = Reader(partial(read_twice, read=fp.read_segmentation), dicom, ".dcm")
     for name, path in written_in_words(found, folder):
         found[name].sound.append(path)
     for ending in (".nii", ".nii.gz", ".nrrd", ".mha"):
         path = folder / f"labels{ending}"
         fp.write_segmentation(sources.maps["lv"], path)
-        found[f"labels{ending}"] = Reader(read_twice, [path], path.suffix)
+        plain = folder / f"plain{ending}"
+        sitk.WriteImage(sitk.Cast(sitk.ReadImage(str(path)), sitk.sitkFloat32), str(plain), useCompression=False)
+        found[f"labels{ending}"] = Reader(numbered, [path, plain], path.suffix)
     return found
 
 
@@ -128,17 +134,31 @@ def written_in_words(found: dict[str, Reader], folder: Path) -> Iterator[tuple[s
         yield name, path
 
 
-def read_beside(path: Path, name: str) -> None:
-    """Read the mesh that has a file beside it."""
-    fp.read_mesh(path.with_name(name))
+def read_twice(path: Path, read: Callable[[Path], Any], name: str = "") -> None:
+    """Read a file, or the one of a name that it lies beside; what it holds must not be what was in the memory.
+
+    A mesh is judged as well, as ``femprep check`` does.
+    """
+    path = path.with_name(name) if name else path
+    found = read(path)
+    content = list(bytes_in(found))
+    np.full(sum(map(len, content)), 170, dtype=np.uint8)  # is freed at once: what is not read then differs
+    if content != list(bytes_in(read(path))):
+        raise RuntimeError("read twice it holds something else")
+    if isinstance(found, fp.VolumeMesh):
+        fp.check(found)
 
 
-def read_twice(path: Path, preset: str | None = "acdc") -> None:
-    """Read a label map; what it holds must not be what was in the memory."""
-    labels = fp.read_segmentation(path, preset=preset).labels
-    np.full(labels.nbytes, 170, dtype=np.uint8)  # is freed at once: what is not read then differs
-    if not np.array_equal(fp.read_segmentation(path, preset=preset).labels, labels):
-        raise RuntimeError("read twice it holds other labels")
+def bytes_in(found: Any) -> Iterator[bytes]:
+    """The numbers of an array, or of those a mapping, a surface, a mesh or a label map holds."""
+    if isinstance(found, np.ndarray):
+        yield found.tobytes()
+    elif isinstance(found, Mapping):
+        for name in sorted(found):
+            yield from bytes_in(found[name])
+    elif is_dataclass(found) and not isinstance(found, type):
+        for field in fields(found):
+            yield from bytes_in(getattr(found, field.name))
 
 
 def try_forked(path: Path) -> None:
