@@ -52,12 +52,12 @@ class Damage:
         if chance.random() < 0.5:
             data = chance.choice(self.sound)
         if chance.random() < 0.25:
-            return self.own(data, most)
+            return self.own(data[:most], most)
         if data[:2] == _GZIP:
             try:
                 return gzip.compress(_changed(gzip.decompress(data), chance), 1)[:most]
             except (OSError, EOFError, zlib.error):
-                return self.own(data, most)
+                return self.own(data[:most], most)
         for _ in range(_TRIES):
             other = _changed(data, chance)[:most]
             if data[:1] != b"<" or _well_formed(other):
