@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from femprep.export.deck.units import UNITS
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.model import BoolArray, IntArray, VolumeMesh
 from femprep.model.blocks import block_rows
+from femprep.model.notice import Notice, noted
 
 
 def read(path: Path) -> VolumeMesh:
@@ -50,7 +52,13 @@ def read(path: Path) -> VolumeMesh:
     for kind, block, own in block_rows(cells):
         parts.cells.append((kind, block, region[own], {name: values[own] for name, values in data.items()}))
     parts.facets += _facets(deck, cells, element_labels, parts.numbers)
-    return parts.mesh(points, "ELSET", "SURFACE")
+    mesh = parts.mesh(points, "ELSET", "SURFACE")
+    if deck.directions is None or "fiber" in data:
+        return mesh
+    words = (
+        f"directions of the last distribution are left out: it has {len(deck.directions)}, for {mesh.n_cells} elements"
+    )
+    return replace(mesh, info=noted(mesh.info, Notice.of("left out", words)))
 
 
 def _index(labels: IntArray, wanted: IntArray, what: str, path: Path) -> IntArray:
@@ -100,6 +108,10 @@ def _directions(deck: Deck, labels: IntArray, path: Path) -> dict[str, np.ndarra
     if deck.directions is None or len(deck.directions) != len(labels):
         return {}
     rows = _index(labels, deck.directions[:, 0].astype(np.int64), "element", path)
+    times = np.bincount(rows, minlength=len(labels))
+    if np.any(times > 1):
+        twice = labels[np.argmax(times)] % PART
+        raise FileError(f"{str(path)!r}: its distribution gives element {twice} several directions; keep one of them")
     found = np.empty((len(labels), 6))
     found[rows] = deck.directions[:, 1:]
     return {"fiber": found[:, :3], "sheet": found[:, 3:]}
