@@ -6,8 +6,10 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from femprep.errors import FileError, InputError
 from femprep.export.abaqus.deck import KINDS, PART, Deck, parse
@@ -38,12 +40,9 @@ def read(path: Path) -> VolumeMesh:
     deck = parse(path)
     if not deck.nodes or not deck.elements:
         raise InputError(f"holds no volume elements of types {', '.join(KINDS)}; other types: {sorted(deck.left_out)}")
-    nodes = np.concatenate(deck.nodes)
+    nodes = _last(np.concatenate(deck.nodes))
     labels, points = nodes[:, 0].astype(np.int64), nodes[:, 1:4] / UNITS[deck.unit].per_mm
-    blocks: dict[str, list[IntArray]] = {}
-    for kind, rows in deck.elements:
-        blocks.setdefault(kind, []).append(rows)
-    tables = {kind: np.concatenate(parts) for kind, parts in blocks.items()}
+    tables = _tables(deck)
     element_labels = np.concatenate([table[:, 0] for table in tables.values()])
     cells = {kind: _index(labels, table[:, 1:], "node", path) for kind, table in tables.items()}
     parts = DeckParts(left_out=deck.left_out)
@@ -53,12 +52,45 @@ def read(path: Path) -> VolumeMesh:
         parts.cells.append((kind, block, region[own], {name: values[own] for name, values in data.items()}))
     parts.facets += _facets(deck, cells, element_labels, parts.numbers)
     mesh = parts.mesh(points, "ELSET", "SURFACE")
-    if deck.directions is None or "fiber" in data:
-        return mesh
-    words = (
-        f"directions of the last distribution are left out: it has {len(deck.directions)}, for {mesh.n_cells} elements"
-    )
-    return replace(mesh, info=noted(mesh.info, Notice.of("left out", words)))
+    return replace(mesh, info=noted(mesh.info, *_notices(deck, mesh)))
+
+
+def _tables(deck: Deck) -> dict[str, IntArray]:
+    """Labels and nodes of the elements of each type."""
+    blocks: dict[str, list[IntArray]] = {}
+    kept = _are_last(np.concatenate([rows[:, 0] for _, rows in deck.elements]))
+    for kind, rows in deck.elements:
+        own, kept = kept[: len(rows)], kept[len(rows) :]
+        if own.any():
+            blocks.setdefault(kind, []).append(rows[own])
+    return {kind: np.concatenate(parts) for kind, parts in blocks.items()}
+
+
+def _last(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """The rows of a table that count."""
+    return table[_are_last(table[:, 0])]
+
+
+def _are_last(labels: npt.NDArray[Any]) -> BoolArray:
+    """Which definitions count: the last one of a label, as in Abaqus."""
+    _, from_end = np.unique(labels[::-1], return_index=True)
+    found = np.zeros(len(labels), dtype=np.bool_)
+    found[len(labels) - 1 - from_end] = True
+    return found
+
+
+def _notices(deck: Deck, mesh: VolumeMesh) -> Iterator[Notice]:
+    """What was taken, and what was left out."""
+    more = sum(map(len, deck.nodes)) - len(mesh.points), sum(len(rows) for _, rows in deck.elements) - mesh.n_cells
+    if any(more):
+        words = (
+            f"definitions of {more[0]} nodes and {more[1]} elements are repeated: the last one was taken, as in Abaqus"
+        )
+        yield Notice.of("assumed", words)
+    if deck.directions is not None and "fiber" not in mesh.cell_data:
+        count = len(deck.directions)
+        words = f"directions of the last distribution are left out: it has {count}, for {mesh.n_cells} elements"
+        yield Notice.of("left out", words)
 
 
 def _index(labels: IntArray, wanted: IntArray, what: str, path: Path) -> IntArray:

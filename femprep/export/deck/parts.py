@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +13,7 @@ from femprep.errors import InputError
 from femprep.export.deck.names import Numbers
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, element_faces
 from femprep.model import FloatArray, IntArray, VolumeMesh
+from femprep.model.notice import Notice, noted
 
 log = logging.getLogger(__name__)
 
@@ -38,7 +40,7 @@ class DeckParts:
     left_out: set[str] = field(default_factory=set)
 
     def mesh(self, points: FloatArray, region_from: str, facets_from: str) -> VolumeMesh:
-        """The mesh of these parts, elements of a type together; data that not all parts have are left out.
+        """The mesh of these parts, elements of a type together; data that not all parts have are left out, and told.
 
         Raises
         ------
@@ -58,6 +60,7 @@ class DeckParts:
                 wrong = int(nodes.max()) if nodes.max() >= len(points) else int(nodes.min())
                 raise InputError(f"node {wrong} (from 0) is used, but there are {len(points)} nodes")
         shared = [name for name in ordered[0][3] if all(name in data for *_, data in ordered)]
+        info = noted(self.numbers.info, *self._partly(shared))
         none = np.empty(0, dtype=np.int32)
         return VolumeMesh(
             points=points,
@@ -68,9 +71,17 @@ class DeckParts:
             cell_data={name: np.concatenate([data[name] for *_, data in ordered]) for name in shared},
             info={
                 "source": {"region": region_from, "facet_tag": facets_from, "left_out": sorted(self.left_out)},
-                **self.numbers.info,
+                **info,
             },
         )
+
+    def _partly(self, shared: list[str]) -> Iterator[Notice]:
+        """What some elements have and others do not."""
+        for name in sorted({name for *_, data in self.cells for name in data}.difference(shared)):
+            without = sum(len(nodes) for _, nodes, _, data in self.cells if name not in data)
+            total = sum(len(nodes) for _, nodes, *_ in self.cells)
+            words = f"{name} is left out: {{amount}} of {total} have none"
+            yield Notice.of("left out", words, amount=without, unit="elements")
 
 
 def rows_of_nodes(rows: Iterable[Iterable[int]], place: Mapping[int, int]) -> IntArray:
@@ -85,6 +96,19 @@ def rows_of_nodes(rows: Iterable[Iterable[int]], place: Mapping[int, int]) -> In
         return np.array([[place[n] for n in row] for row in rows], dtype=np.int64)
     except KeyError as error:
         raise InputError(f"node {error.args[0]} is used, but not defined") from None
+
+
+def require_once(labels: Iterable[int], what: str) -> None:
+    """Check that nodes or elements are defined once.
+
+    Raises
+    ------
+    InputError
+        One is defined more often: programs differ in which definition they take.
+    """
+    label, times = max(Counter(labels).items(), key=lambda one: one[1], default=(0, 0))
+    if times > 1:
+        raise InputError(f"{what} {label} is defined {times} times; keep one of the definitions")
 
 
 def with_mid_side_nodes(kind: str, corners: IntArray, cells: Mapping[str, IntArray]) -> tuple[str, IntArray]:

@@ -13,12 +13,13 @@ import numpy as np
 from femprep.errors import FileError, InputError
 from femprep.export.deck.fibres import segment_of
 from femprep.export.deck.includes import OpenedFile
-from femprep.export.deck.parts import DeckParts, rows_of_nodes
+from femprep.export.deck.parts import DeckParts, require_once, rows_of_nodes
 from femprep.export.deck.units import units_of
 from femprep.export.febio.step import INWARD
 from femprep.export.febio.write import FEBIO_FACETS, FEBIO_TYPES
 from femprep.mesh.vtk.entities import refuse_entities
 from femprep.model import FloatArray, IntArray, VolumeMesh
+from femprep.model.notice import Notice, noted
 
 _KINDS: Final = {name: kind for kind, name in FEBIO_TYPES.items()}
 _FACETS: Final = {name: kind for kind, name in FEBIO_FACETS.items()}
@@ -45,6 +46,7 @@ def read(path: Path) -> VolumeMesh:
     if not nodes:
         raise InputError("holds no nodes")
     place = {int(node.get("id", "0")): i for i, node in enumerate(nodes)}
+    require_once((int(node.get("id", "0")) for node in nodes), "node")
     points = np.array([(node.text or "").split(",") for node in nodes], dtype=np.float64)
     parts, numbers = DeckParts(), []
     axes = _axes(root)
@@ -55,8 +57,9 @@ def read(path: Path) -> VolumeMesh:
             continue
         rows = _nodes(block, place)
         region = parts.numbers.of(re.sub(f"_{kind}$", "", name))
-        parts.cells.append((_KINDS[kind], rows, np.full(len(rows), region), axes.get(name, {})))
+        parts.cells.append((_KINDS[kind], rows, np.full(len(rows), region), axes.pop(name, {})))
         numbers.append((_KINDS[kind], [int(element.get("id", "0")) for element in block]))
+    require_once((label for _, own in numbers for label in own), "element")
     for surface in found.iterfind("Surface"):
         if surface.get("name") == INWARD:
             continue
@@ -66,6 +69,9 @@ def read(path: Path) -> VolumeMesh:
         tag = parts.numbers.of(surface.get("name") or "", facet=True)
         parts.facets += [(_FACETS[t], _nodes(rows, place), tag) for t, rows in by_type.items() if t in _FACETS]
     mesh = parts.mesh(points / units_of(path).per_mm, "Elements", "Surface")
+    if axes:
+        words = f"directions of {', '.join(map(repr, sorted(axes)))} are left out: there are no Elements of that name"
+        mesh = replace(mesh, info=noted(mesh.info, Notice.of("left out", words)))
     return _with_segments(mesh, found, numbers)
 
 
@@ -99,15 +105,21 @@ def _nodes(rows: ElementTree.Element | list[ElementTree.Element], place: dict[in
 
 
 def _axes(root: ElementTree.Element) -> dict[str, dict[str, FloatArray]]:
-    """Fibre and sheet of each element set that has a vector for all its elements."""
+    """Fibre and sheet of each element set that has a vector for all its elements, in their order (``lid``)."""
     found: dict[str, dict[str, FloatArray]] = {}
     for data in root.iterfind("MeshData/ElementData"):
-        own = found.setdefault(data.get("elem_set") or "", {})
-        if data.get("type") == "mat_axis":
-            for name, axis in (("fiber", "a"), ("sheet", "d")):
-                own[name] = np.array([(row.findtext(axis) or "").split(",") for row in data], dtype=np.float64)
-        elif data.get("type") == "fiber":
-            own["fiber"] = np.array([(row.text or "").split(",") for row in data], dtype=np.float64)
+        name, kind = data.get("elem_set") or "", data.get("type")
+        if kind not in ("mat_axis", "fiber"):
+            continue
+        own, rows = found.setdefault(name, {}), {int(row.get("lid", i)): row for i, row in enumerate(data, 1)}
+        if len(rows) < len(data) or set(rows) != set(range(1, len(rows) + 1)):
+            raise InputError(f"{kind} of {name!r} has other elements than 1 to {len(data)}, each once (lid)")
+        ordered = [rows[i] for i in sorted(rows)]
+        if kind == "mat_axis":
+            for direction, axis in (("fiber", "a"), ("sheet", "d")):
+                own[direction] = np.array([(row.findtext(axis) or "").split(",") for row in ordered], dtype=np.float64)
+        else:
+            own["fiber"] = np.array([(row.text or "").split(",") for row in ordered], dtype=np.float64)
     return found
 
 

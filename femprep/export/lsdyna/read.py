@@ -13,7 +13,7 @@ import numpy as np
 from femprep.errors import FileError, InputError
 from femprep.export.deck.fibres import segment_of
 from femprep.export.deck.includes import OpenedFile
-from femprep.export.deck.parts import DeckParts, rows_of_nodes, with_mid_side_nodes
+from femprep.export.deck.parts import DeckParts, require_once, rows_of_nodes, with_mid_side_nodes
 from femprep.export.deck.units import units_of
 from femprep.export.lsdyna.write import PLACES
 from femprep.export.purkinje import PURKINJE
@@ -61,13 +61,16 @@ def read(path: Path) -> VolumeMesh:
             sets[cards[0].strip().lower()] = [n for card in cards[2:] for n in _integers(card, 10) if n]
     if not solids:
         raise InputError("holds no solid elements")
+    require_once(
+        (label for label, _ in dict.fromkeys(zip(ids, map(tuple, points)))), "node"
+    )  # the same again is no harm
+    require_once((label for label, *_ in solids), "element")
     fibres = [beam for beam in beams if titles.get(beam[1], "").startswith(f"{PURKINJE}_")]
     if len(fibres) < len(beams):
         parts.left_out.add("*ELEMENT_BEAM")
     at, wall = dict(zip(ids, points)), {label for solid in solids for label in solid[2]}
-    if fibres:
-        ids = [label for label in ids if label in wall]
-        points = [at[label] for label in ids]
+    ids = [label for label in at if not fibres or label in wall]
+    points = [at[label] for label in ids]
     place = {label: i for i, label in enumerate(ids)}
     aha = {label: n for name, rows in sets.items() if (n := segment_of(name)) is not None for label in rows}
     _add_solids(parts, solids, titles, place, aha)

@@ -1,0 +1,50 @@
+"""Nodes and elements that a deck defines again: the last definition counts, as in Abaqus, and that is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+import femprep as fp
+
+DECK = """*NODE
+1, 0., 0., 0.
+2, 10., 0., 0.
+3, 0., 10., 0.
+4, 0., 0., 10.
+5, 10., 10., 10.
+*ELEMENT, TYPE=C3D4, ELSET=lv
+1, 1, 2, 3, 4
+2, 2, 3, 4, 5
+"""
+
+
+def read(folder: Path, more: str) -> fp.VolumeMesh:
+    path = folder / "mesh.inp"
+    path.write_text(DECK + more)
+    return fp.read_mesh(path)
+
+
+def told(mesh: fp.VolumeMesh) -> list[str]:
+    return [notice["what"] for notice in mesh.info.get("notices", ())]
+
+
+def test_the_last_node_counts(tmp_path: Path) -> None:
+    mesh = read(tmp_path, "*NODE\n2, 20., 0., 0.\n")
+    assert mesh.points[mesh.cells["tetra"][0, 1]].tolist() == [20.0, 0.0, 0.0]
+    assert len(mesh.points) == 5
+    assert told(mesh) == ["definitions of 1 nodes and 0 elements are repeated: the last one was taken, as in Abaqus"]
+
+
+def test_the_last_element_counts(tmp_path: Path) -> None:
+    mesh = read(tmp_path, "*ELEMENT, TYPE=C3D4, ELSET=lv\n1, 2, 1, 3, 5\n")
+    assert mesh.n_cells == 2
+    assert {tuple(sorted(row)) for row in mesh.cells["tetra"].tolist()} == {(0, 1, 2, 4), (1, 2, 3, 4)}
+    assert told(mesh) == ["definitions of 0 nodes and 1 elements are repeated: the last one was taken, as in Abaqus"]
+
+
+def test_once_is_not_told(tmp_path: Path) -> None:
+    mesh = read(tmp_path, "")
+    assert told(mesh) == []
+    np.testing.assert_array_equal(mesh.cells["tetra"], [[0, 1, 2, 3], [1, 2, 3, 4]])
