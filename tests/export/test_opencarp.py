@@ -14,6 +14,7 @@ from same_mesh import assert_same
 from scipy.spatial import cKDTree
 
 from femprep.anatomy import add_coordinates
+from femprep.errors import FileError
 from femprep.export import read_mesh, write_mesh
 from femprep.export.deck.names import facet_nodes, region_nodes
 from femprep.export.opencarp.uvc import OUTSIDE
@@ -165,3 +166,20 @@ def test_the_stimulus_is_a_file_that_is_there(tmp_path: Path) -> None:
     # Without fibres nothing tells along from across.
     assert values["gregion[0].g_il"] == values["gregion[0].g_it"] == values["gregion[0].g_in"]
     assert values["num_gregions"] == "1"
+
+
+@pytest.mark.parametrize(
+    ("ending", "old", "new", "words"),
+    [
+        (".pts", r"\n(\S+ \S+ \S+)\n", r"\n\1 \1\n", "expected three numbers"),
+        (".aha.dat", r"^\S+\n", "", "95 segments for 96 elements"),
+    ],
+)
+def test_rows_of_others_sizes_are_refused(ending: str, old: str, new: str, words: str, tmp_path: Path) -> None:
+    """Six numbers in a row were two points, segments of another mesh none."""
+    mesh = truncated_ellipsoid("hexahedron")
+    write_mesh(mesh.with_data(cell={"aha": np.full(mesh.n_cells, 3, dtype=np.int32)}), tmp_path / "lv.pts")
+    file = tmp_path / f"lv{ending}"
+    file.write_text(re.sub(old, new, file.read_text(), count=1))
+    with pytest.raises(FileError, match=words):
+        read_mesh(tmp_path / "lv.pts")

@@ -122,7 +122,10 @@ def _lines(path: Path, what: str) -> list[str]:
 
 
 def _table(path: Path, what: str) -> np.ndarray:
-    return np.array([line.split() for line in _lines(path, what)], dtype=np.float64).reshape(-1, 3)
+    rows = [line.split() for line in _lines(path, what)]
+    if wrong := [row for row in rows if len(row) != 3]:
+        raise FileError(f"{str(path)!r} has a line {' '.join(wrong[0])[:60]!r}, expected three numbers")
+    return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
 
 def _names(path: Path) -> dict[int, str]:
@@ -144,8 +147,9 @@ def _data(stem: Path, count: int, binary: bool) -> dict[str, np.ndarray]:
             found = {name: axes[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}
     if aha.is_file():
         values = np.array(aha.read_text(encoding="ascii").split(), dtype=np.int32)
-        if len(values) == count:
-            found["aha"] = values
+        if len(values) != count:
+            raise FileError(f"{str(aha)!r} holds {len(values)} segments for {count} elements")
+        found["aha"] = values
     return found
 
 
