@@ -31,6 +31,46 @@ def test_more_nodes_than_bytes_are_refused(content: bytes, tmp_path: Path) -> No
         fp.read_mesh(path)
 
 
+#: Nodes of a file of each version, the number of the first left open.
+NODES = {
+    "2.2": b"4\n%d 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1",
+    "4.0": b"1 4\n1 3 0 4\n%d 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1",
+    "4.1": b"1 4 1 4\n3 1 0 4\n%d\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1",
+}
+
+
+def written(folder: Path, version: str, nodes: bytes) -> Path:
+    path = folder / "mesh.msh"
+    head = b"$MeshFormat\n%s 0 8\n$EndMeshFormat\n" % version.encode()
+    path.write_bytes(head + b"$Nodes\n" + nodes + b"\n$EndNodes\n")
+    return path
+
+
+@pytest.mark.parametrize("version", NODES)
+@pytest.mark.parametrize(
+    ("number", "words"),
+    [
+        (2_000_000_000, "it numbers a node 2000000000, in .* bytes"),
+        (0, "it numbers a node 0, expected whole numbers from 1 on"),
+        (-42, "it numbers a node -42, expected"),
+        (4, "it has 2 nodes 4"),
+    ],
+)
+def test_nodes_have_numbers_of_their_own(version: str, number: int, words: str, tmp_path: Path) -> None:
+    """A file of 30 kB with a large number took 6 GB and 27 s; a node 0 stood for the last one."""
+    with pytest.raises(FileError, match=words):
+        fp.read_mesh(written(tmp_path, version, NODES[version] % number))
+
+
+@pytest.mark.parametrize("version", NODES)
+def test_nodes_that_are_missing_are_refused(version: str, tmp_path: Path) -> None:
+    """Those of version 4 were what was in the memory."""
+    head, rest = (NODES[version] % 1).split(b"\n", 1)
+    nodes = head.replace(b"4", b"5", 1) + b"\n" + rest
+    with pytest.raises(FileError, match="it says it has 5 nodes and lists 4"):
+        fp.read_mesh(written(tmp_path, version, nodes))
+
+
 @pytest.mark.parametrize("made", [("gmsh", True), ("gmsh", False), ("gmsh22", True), ("gmsh22", False)])
 def test_sound_files_are_read(made: tuple[str, bool], tmp_path: Path) -> None:
     mesh = truncated_ellipsoid(heights=2, around=6, layers=1)

@@ -1,41 +1,130 @@
-"""A file of Gmsh's in; an error where it tells of more nodes than it has bytes: meshio asks for memory for them."""
+"""A file of Gmsh's in; an error where its nodes are not as many as it says, or not each numbered once.
+
+meshio asks for memory for as many nodes as a file says it has, and for the largest of their numbers; those that are not
+listed stay what was in the memory.
+"""
 
 from __future__ import annotations
 
 import mmap
 import re
-import struct
+import warnings
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, Protocol
+
+import numpy as np
+import numpy.typing as npt
 
 from femprep.errors import FileError
 
-#: Version 4, text or binary, bytes of a count. Earlier versions have one node a line, which ends with the file.
-_FORMAT: Final = re.compile(rb"\$MeshFormat\s+4\S*\s+([01])\s+([48])\s")
+#: Version, text or binary, bytes of a count.
+_FORMAT: Final = re.compile(rb"\$MeshFormat\s+([24])(\.\d+)?\s+([01])\s+([48])\s")
 #: Characters in which the format, and a line of counts, stand.
 _HEAD: Final = 200
+#: Numbers of nodes that are let pass whatever the size of a file: meshio's table for them takes half a gigabyte.
+_NUMBERED: Final = 1 << 27
+_NUMERIC: Final = re.compile(rb"[\s\deE.+naifNAIF-]*")
+#: A node of version 4.0, binary.
+_NODE: Final = np.dtype([("number", "<i4"), ("x", "<f8", 3)])
 
 
 def require_counts(path: Path) -> None:
-    """Check the counts of blocks and nodes against the bytes of a ``.msh`` file of version 4; others are let pass.
+    """Check the numbers of nodes of a ``.msh`` file against what it says of them, and its bytes.
 
     Raises
     ------
     FileError
-        They are larger.
+        There are others, a number is used twice or is none, or far larger than the file.
     """
     if not path.stat().st_size:
         return
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         found = _FORMAT.search(data[: 20 * _HEAD])
-        line = data.find(b"\n", data.find(b"$Nodes")) + 1
-        if found is None or not line:
+        start = data.find(b"$Nodes")
+        place = data.find(b"\n", start) + 1
+        if found is None or start < 0 or not place:
             return
-        head = data[line : line + _HEAD]
-        if found[1] == b"0":
-            counts = [int(word[:20]) for word in head.split()[:2] if word.isdigit()]
-        else:
-            width = int(found[2])
-            counts = list(struct.unpack("=2I" if width == 4 else "=2Q", head[: 2 * width].ljust(2 * width, b"\0")))
-        if max(counts, default=0) > len(data):
-            raise FileError(f"{str(path)!r} is damaged: it says it has {max(counts)} nodes, in {len(data)} bytes")
+        wrong = _wrong(data, place, found)
+    if wrong:
+        raise FileError(f"{str(path)!r} is damaged: {wrong}")
+
+
+def _wrong(data: mmap.mmap, place: int, found: re.Match[bytes]) -> str | None:
+    """What is wrong with the nodes that begin at a place; None where nothing is, or what meshio says itself."""
+    size, text, version = len(data), found[3] == b"0", (found[1] + (found[2] or b"")).decode()
+    early, count = version.startswith("2"), f"<u{found[4].decode()}"
+    if text:
+        source: _Source = _Text(data, place, len(data))
+    else:  # of which version 2 has its count as text
+        source = _Text(data, place, max(data.find(b"\n", place), place)) if early else _Binary(data, place)
+    head = source.take(count, 1 if early else 2 if version == "4.0" else 4)[:2]  # nodes; or blocks, nodes
+    if not head.size:
+        return None
+    if head.max() > size:
+        return f"it says it has {head.max():.0f} nodes, in {size} bytes"
+    if early and not text:  # meshio wants them numbered from 1 on
+        return None
+    numbers = source.take(_NODE, int(head[0])) if early else _of_blocks(source, head[0], version, count, size)
+    if len(numbers) != head[-1]:
+        return f"it says it has {head[-1]:.0f} nodes and lists {len(numbers)}"
+    if not len(numbers):
+        return None
+    if (wrong := numbers[~(np.isfinite(numbers) & (numbers == np.round(numbers)) & (numbers >= 1))]).size:
+        return f"it numbers a node {wrong[0]:g}, expected whole numbers from 1 on"
+    if numbers.max() > max(size, _NUMBERED):
+        return f"it numbers a node {numbers.max():.0f}, in {size} bytes; number its nodes anew"
+    once, times = np.unique(numbers, return_counts=True)
+    return f"it has {times.max()} nodes {once[np.argmax(times)]:.0f}" if times.max() > 1 else None
+
+
+class _Source(Protocol):
+    def take(self, form: Any, count: int) -> npt.NDArray[Any]: ...
+
+
+class _Text:
+    """Numbers of a text, whatever the lines they stand in, as far as there is nothing else."""
+
+    def __init__(self, data: mmap.mmap, place: int, end: int) -> None:
+        found = _NUMERIC.match(data, place, end)
+        text = found[0].decode("ascii") if found else ""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # the same as the error, of older numpy
+            try:
+                self.numbers = np.fromstring(text, dtype=np.float64, sep=" ")
+            except ValueError:  # which meshio says
+                self.numbers = np.empty(0)
+        self.at = 0
+
+    def take(self, form: Any, count: int) -> npt.NDArray[Any]:
+        if form == _NODE:
+            return self.take(None, 4 * count)[::4]
+        self.at += count
+        return self.numbers[self.at - count : self.at]
+
+
+class _Binary:
+    """Numbers of a binary file."""
+
+    def __init__(self, data: mmap.mmap, place: int) -> None:
+        self.data, self.at = data, place
+
+    def take(self, form: Any, count: int) -> npt.NDArray[Any]:
+        size = np.dtype(form).itemsize
+        raw = self.data[self.at : self.at + size * count]
+        self.at += len(raw)
+        found = np.frombuffer(raw[: len(raw) // size * size], form)
+        return found["number"] if form == _NODE else found
+
+
+def _of_blocks(source: _Source, blocks: float, version: str, count: str, most: int) -> npt.NDArray[np.float64]:
+    """Numbers of the nodes in the blocks of version 4, as far as they are there."""
+    found = [np.empty(0)]
+    for _ in range(int(blocks)):
+        source.take("<i4", 3)
+        own = source.take(count, 1)
+        if not own.size or not 0 <= own[0] <= most:
+            break
+        found.append(source.take(_NODE if version == "4.0" else count, int(own[0])))
+        if version != "4.0":
+            source.take("<f8", 3 * int(own[0]))
+    return np.concatenate(found).astype(np.float64)
