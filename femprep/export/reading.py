@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import FemprepError, FileError, InputError, MissingDependencyError
+from femprep.export.avs import require_numbers
 from femprep.export.deck.units import units_of
 from femprep.export.ending import ending_files
 from femprep.export.foreign import from_meshio
@@ -156,6 +157,11 @@ def _meshio(path: Path) -> VolumeMesh:
     return from_meshio(meshio_mesh(path))
 
 
+def _avs(path: Path) -> VolumeMesh:
+    require_numbers(path)
+    return _meshio(path)
+
+
 def _with_unit(path: Path) -> VolumeMesh:
     """A text file of ours names its unit near its top; of anyone else's the lengths stay as they are."""
     mesh, scale = _meshio(path), units_of(path).per_mm
@@ -219,4 +225,5 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".med": _med,
     ".msh": _with_unit,
     ".mesh": _medit,
+    ".avs": _avs,
 }

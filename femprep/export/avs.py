@@ -1,0 +1,46 @@
+"""An AVS UCD file in; an error where a node, a cell or a row of data is numbered as another one is.
+
+meshio keeps the last node of a number, and leaves what has no row of data as it was in the memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from femprep.errors import FileError
+
+
+def require_numbers(path: Path) -> None:
+    """Check that nodes and cells are numbered once each, and that there is one row of data for each of them.
+
+    Raises
+    ------
+    FileError
+    """
+    rows = [words for line in path.read_text("latin-1").splitlines() if (words := line.split("#", 1)[0].split())]
+    try:
+        for what, numbers, wanted in _numbers(rows):
+            if len(set(numbers)) < len(numbers):
+                twice = next(number for i, number in enumerate(numbers) if number in numbers[:i])
+                raise FileError(f"{str(path)!r} has two {what} numbered {twice}; keep one of them")
+            if wanted is not None and set(numbers) != set(wanted):
+                raise FileError(f"{str(path)!r} has {what} of other numbers than its nodes or cells")
+    except (ValueError, IndexError):  # of which meshio says what is wrong
+        return
+
+
+def _numbers(rows: Sequence[list[str]]) -> Iterator[tuple[str, list[int], list[int] | None]]:
+    """What is numbered, its numbers, and those it should have."""
+    nodes, cells, node_data, cell_data = map(int, rows[0][:4])
+    at = 1
+    own = {}
+    for what, count in (("nodes", nodes), ("cells", cells)):
+        own[what] = [int(float(row[0])) for row in rows[at : at + count]]
+        yield what, own[what], None
+        at += count
+    for what, there in (("nodes", node_data), ("cells", cell_data)):
+        if there:
+            at += 1 + len(rows[at][1:])
+            yield f"rows of data of {what}", [int(row[0]) for row in rows[at : at + len(own[what])]], own[what]
+            at += len(own[what])
