@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from femprep.errors import FemprepError, FileError, InputError, MissingDependencyError
-from femprep.export.avs import require_numbers
 from femprep.export.deck.units import units_of
-from femprep.export.ending import ending_files
 from femprep.export.foreign import from_meshio
 from femprep.export.gmsh.counts import require_counts
 from femprep.export.hdf5 import require_hdf5
 from femprep.export.namemap import with_namemap
+from femprep.export.others.avs import read as _avs
+from femprep.export.others.flac3d import read as _flac3d
+from femprep.export.others.nastran import read as _nastran
+from femprep.export.through_meshio import meshio_mesh
 from femprep.export.verdict import verdict_in
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.mesh.vtk.entities import refuse_entities
@@ -157,41 +157,10 @@ def _meshio(path: Path) -> VolumeMesh:
     return from_meshio(meshio_mesh(path))
 
 
-def _avs(path: Path) -> VolumeMesh:
-    require_numbers(path)
-    return _meshio(path)
-
-
 def _with_unit(path: Path) -> VolumeMesh:
     """A text file of ours names its unit near its top; of anyone else's the lengths stay as they are."""
     mesh, scale = _meshio(path), units_of(path).per_mm
     return mesh if scale == 1.0 else replace(mesh, points=mesh.points / scale)
-
-
-def meshio_mesh(path: Path) -> Any:
-    """What meshio reads from a file; what it prints is kept off the terminal, and its exits become errors.
-
-    Raises
-    ------
-    FileError
-        meshio does not know the format, or cannot read the file.
-    MissingDependencyError
-        meshio needs a further package for it (netCDF4 for Exodus).
-    """
-    import meshio
-    from meshio._mesh import topological_dimension
-
-    topological_dimension.setdefault("wedge15", 3)  # meshio 5.3.5 reads it, then stumbles over its own table
-    said = io.StringIO()
-    try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), ending_files():
-            return meshio.read(path)
-    except ImportError as error:
-        raise MissingDependencyError(f"{str(path)!r} needs the package {error.name}; install it with pip") from error
-    except (Exception, SystemExit) as error:
-        reason = str(error) if not isinstance(error, SystemExit) else said.getvalue()
-        reason = " ".join(reason.split()) or type(error).__name__
-        raise FileError(f"{str(path)!r} is damaged or of an unknown format: {reason}") from error
 
 
 #: Nodes of each facet type.
@@ -226,4 +195,8 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".msh": _with_unit,
     ".mesh": _medit,
     ".avs": _avs,
+    ".f3grid": _flac3d,
+    ".bdf": _nastran,
+    ".fem": _nastran,
+    ".nas": _nastran,
 }

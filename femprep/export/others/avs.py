@@ -1,4 +1,4 @@
-"""An AVS UCD file in; an error where a node, a cell or a row of data is numbered as another one is.
+"""An AVS UCD file in, its mesh out, where no node, cell or row of data is numbered as another one is.
 
 meshio keeps the last node of a number, and leaves what has no row of data as it was in the memory.
 """
@@ -9,15 +9,24 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from femprep.errors import FileError
+from femprep.export.foreign import from_meshio
+from femprep.export.through_meshio import meshio_mesh
+from femprep.model import VolumeMesh
 
 
-def require_numbers(path: Path) -> None:
-    """Check that nodes and cells are numbered once each, and that there is one row of data for each of them.
+def read(path: Path) -> VolumeMesh:
+    """Read a file in which nodes and cells are numbered once each, with one row of data for each of them.
 
     Raises
     ------
     FileError
+        They are not.
     """
+    _require_numbers(path)
+    return from_meshio(meshio_mesh(path))
+
+
+def _require_numbers(path: Path) -> None:
     rows = [words for line in path.read_text("latin-1").splitlines() if (words := line.split("#", 1)[0].split())]
     try:
         for what, numbers, wanted in _numbers(rows):

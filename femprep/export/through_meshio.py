@@ -1,0 +1,37 @@
+"""A mesh file in, what meshio reads of it out, or one error."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from pathlib import Path
+from typing import Any
+
+from femprep.errors import FileError, MissingDependencyError
+from femprep.export.ending import ending_files
+
+
+def meshio_mesh(path: Path) -> Any:
+    """What meshio reads from a file; what it prints is kept off the terminal, and its exits become errors.
+
+    Raises
+    ------
+    FileError
+        meshio does not know the format, or cannot read the file.
+    MissingDependencyError
+        meshio needs a further package for it (netCDF4 for Exodus).
+    """
+    import meshio
+    from meshio._mesh import topological_dimension
+
+    topological_dimension.setdefault("wedge15", 3)  # meshio 5.3.5 reads it, then stumbles over its own table
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), ending_files():
+            return meshio.read(path)
+    except ImportError as error:
+        raise MissingDependencyError(f"{str(path)!r} needs the package {error.name}; install it with pip") from error
+    except (Exception, SystemExit) as error:
+        reason = str(error) if not isinstance(error, SystemExit) else said.getvalue()
+        reason = " ".join(reason.split()) or type(error).__name__
+        raise FileError(f"{str(path)!r} is damaged or of an unknown format: {reason}") from error

@@ -1,0 +1,49 @@
+"""FLAC3D and NASTRAN: numbers beyond all, given twice, and groups that meshio mistakes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import femprep as fp
+from femprep.errors import FileError
+
+POINTS = "G 1 0 0 0\nG 2 10 0 0\nG 3 0 10 0\nG 4 0 0 10\nG 5 10 10 10\n"
+ZONES = "Z T4 1 1 2 3 4\nZ T4 2 2 3 4 5\n"
+GRIDS = "".join(
+    f"GRID,{i},,{x},{y},{z}\n" for i, (x, y, z) in enumerate([(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9)], 1)
+)
+BULK = f"BEGIN BULK\n{GRIDS}CTETRA,1,1,1,2,3,4\nENDDATA\n"
+
+
+def written(path: Path, text: str) -> Path:
+    path.write_text(text)
+    return path
+
+
+def test_a_flac3d_grid_and_its_groups(tmp_path: Path) -> None:
+    one = fp.read_mesh(written(tmp_path / "a.f3grid", f'{POINTS}{ZONES}ZGROUP "lv" SLOT 1\n2\n'))
+    assert one.n_cells == 2
+    assert len(set(one.region.tolist())) == 2
+    faces = 'F T3 1 1 2 3\nF T3 2 2 3 5\nZGROUP "lv" SLOT 1\n2\n'
+    two = fp.read_mesh(written(tmp_path / "b.f3grid", f"{POINTS}{ZONES}{faces}"))
+    assert set(two.region.tolist()) == {0}
+    (notice,) = two.info["notices"]
+    assert notice["what"] == "groups zone:lv:1 are left out: meshio mistakes them where there are several types"
+
+
+def test_a_number_that_a_flac3d_grid_cannot_hold_is_refused(tmp_path: Path) -> None:
+    text = POINTS + ZONES.replace("T4 2", "T4 4000000000")
+    with pytest.raises(FileError, match="numbers an element 4000000000, in"):
+        fp.read_mesh(written(tmp_path / "a.f3grid", text))
+
+
+def test_what_a_nastran_deck_numbers_twice_is_refused(tmp_path: Path) -> None:
+    assert fp.read_mesh(written(tmp_path / "a.bdf", BULK)).n_cells == 1
+    twice = BULK.replace("CTETRA", "GRID,4,,0,0,1\nCTETRA", 1)
+    with pytest.raises(FileError, match="GRID 4 is defined 2 times"):
+        fp.read_mesh(written(tmp_path / "b.bdf", twice))
+    twice = BULK.replace("ENDDATA", "CTETRA,1,1,1,2,4,3\nENDDATA")
+    with pytest.raises(FileError, match="element 1 is defined 2 times"):
+        fp.read_mesh(written(tmp_path / "c.bdf", twice))
