@@ -154,13 +154,15 @@ def _are_tags(values: np.ndarray) -> bool:
 def _data(cell_data: Mapping[str, list[Any]], blocks: list[int], taken: set[str]) -> dict[str, np.ndarray]:
     """Cell arrays over some blocks.
 
-    Left out are arrays that differ in shape between blocks, and those that are zero throughout: files with one array
-    for cells and facets alike fill it up with zeros where it says nothing.
+    Left out are arrays that differ in shape between blocks or are no numbers, and those that are zero throughout:
+    files with one array for cells and facets alike fill it up with zeros where it says nothing.
     """
     found = {}
     for name, arrays in cell_data.items():
         parts = [np.asarray(arrays[i]) for i in blocks]
-        if name not in taken and len({part.shape[1:] for part in parts}) == 1 and any(np.any(part) for part in parts):
+        numbers = all(part.dtype.kind in "biuf" for part in parts)
+        alike = numbers and len({part.shape[1:] for part in parts}) == 1
+        if name not in taken and alike and any(np.any(part) for part in parts):
             values = np.concatenate(parts)
             # Formats that know floats alone give the AHA segments back as such.
             found[name] = values.astype(np.int32) if name == "aha" else values

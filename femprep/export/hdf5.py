@@ -21,6 +21,8 @@ _SMALL: Final = 2**20
 #: of the names and their free room, where in them the first free block is, and where they are in the file.
 _HEAP: Final = re.compile(b"HEAP" + bytes(4))
 _HEAP_HEAD: Final = 8
+#: Where texts of any length begin: signature, version, three bytes of none; their size follows.
+_TEXTS: Final = re.compile(b"GCOL\x01" + bytes(3))
 #: What stands where the next free block would be named, after the last one.
 _LAST: Final = 1
 _NUMBERS, _NUMBER = struct.Struct("<3Q"), struct.Struct("<Q")
@@ -72,6 +74,8 @@ def _require(path: Path) -> None:
         with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
             if any(_is_endless(data, heap.start()) for heap in _HEAP.finditer(data)):
                 raise FileError(f"{str(path)!r} is damaged: free room in one of its heaps never ends")
+            if any(_is_too_large(data, heap.end()) for heap in _TEXTS.finditer(data)):
+                raise FileError(f"{str(path)!r} is damaged: one of its heaps is larger than the file")
     import h5py
 
     def link(name: str, found: Any) -> str | None:
@@ -87,7 +91,8 @@ def _require(path: Path) -> None:
             return f"says that its {name!r} has {found.ndim} dimensions, and keeps it in {len(found.chunks)}"
         if found.external or found.is_virtual:
             return f"keeps its {name!r} in other files"
-        size, stored = found.size * found.dtype.itemsize if found.size else 0, found.id.get_storage_size()
+        size = found.size * found.dtype.itemsize if found.size else 0
+        stored = min(found.id.get_storage_size(), bytes_)  # which the file says, too
         if size > max(_SMALL, _DENSEST * stored):
             return f"says that its {name!r} has {size} bytes, and {stored} are stored"
         return None
@@ -99,6 +104,12 @@ def _require(path: Path) -> None:
         raise FileError(f"{str(path)!r} is damaged: {' '.join(str(error).split())}") from error
     if wrong:
         raise FileError(f"{str(path)!r} {wrong}; give a file that holds it all")
+
+
+def _is_too_large(data: mmap.mmap, place: int) -> bool:
+    """Whether the size at a place is more than the file has: HDF5 asks for as much memory."""
+    head = data[place : place + _NUMBER.size]
+    return len(head) == _NUMBER.size and _NUMBER.unpack(head)[0] > len(data)
 
 
 def _is_endless(data: mmap.mmap, start: int) -> bool:

@@ -17,6 +17,7 @@ from femprep.export.gmsh.counts import require_counts
 from femprep.export.hdf5 import require_hdf5
 from femprep.export.namemap import with_namemap
 from femprep.export.others.avs import read as _avs
+from femprep.export.others.dolfin import read as _dolfin
 from femprep.export.others.flac3d import read as _flac3d
 from femprep.export.others.nastran import read as _nastran
 from femprep.export.through_meshio import meshio_mesh
@@ -157,6 +158,10 @@ def _meshio(path: Path) -> VolumeMesh:
     return from_meshio(meshio_mesh(path))
 
 
+def _hmf(path: Path) -> VolumeMesh:
+    raise InputError("HMF, an experiment of meshio, is not read; write XDMF")
+
+
 def _with_unit(path: Path) -> VolumeMesh:
     """A text file of ours names its unit near its top; of anyone else's the lengths stay as they are."""
     mesh, scale = _meshio(path), units_of(path).per_mm
@@ -195,6 +200,8 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".msh": _with_unit,
     ".mesh": _medit,
     ".avs": _avs,
+    ".xml": _dolfin,
+    ".hmf": _hmf,  # a length within its texts makes HDF5 ask for gigabytes
     ".f3grid": _flac3d,
     ".bdf": _nastran,
     ".fem": _nastran,

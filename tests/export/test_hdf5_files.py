@@ -123,6 +123,20 @@ def test_xdmf_that_names_no_file(format: str, text: str, tmp_path: Path) -> None
         fp.read_mesh(path)
 
 
+def test_texts_that_are_larger_than_the_file_are_refused(tmp_path: Path) -> None:
+    """HDF5 asked for 4 GB to read a word."""
+    path = tmp_path / "mesh.h5m"
+    with h5py.File(path, "w") as store:
+        store.attrs["kind"] = "Tetrahedron"
+    require_hdf5(path)
+    content = bytearray(path.read_bytes())
+    heap = content.index(b"GCOL")
+    struct.pack_into("<Q", content, heap + 8, 2**32)
+    path.write_bytes(content)
+    with pytest.raises(FileError, match="heaps is larger than the file"):
+        require_hdf5(path)
+
+
 def test_a_place_in_hdf5_under_another_format_is_not_followed(tmp_path: Path) -> None:
     """Nobody has looked for links and sizes in a file that is not named as HDF5."""
     path = tmp_path / "mesh.xdmf"

@@ -80,6 +80,19 @@ BESIDE = {
 }
 
 
+#: Further files that meshio reads: name, format.
+RARE = (
+    *(
+        ("mesh.cgns", "cgns"),
+        ("mesh.xml", "dolfin-xml"),
+        ("mesh.hmf", "hmf"),
+        ("mesh.mdpa", "mdpa"),
+        ("mesh.vol", "netgen"),
+    ),
+    *(("mesh.post", "permas"), ("mesh.b8.ugrid", "ugrid"), ("ansys.msh", "ansys")),
+)
+
+
 class Reader(NamedTuple):
     """What reads a file, sound files, and the ending by which it is chosen."""
 
@@ -99,9 +112,9 @@ def readers(folder: Path) -> dict[str, Reader]:
         if path.is_file():
             found.setdefault(name, Reader(mesh, [], path.suffix)).sound.append(path)
     for name, ending in BESIDE.items():
-        sound, first = found[name].sound, found[name].sound[0]
+        first = found[name].sound[0]
         read = partial(mesh, name=first.name)
-        beside = [one for path in sound for one in sorted(path.parent.glob(f"*{ending}"))]
+        beside = [one for path in found[name].sound for one in sorted(path.parent.glob(f"*{ending}"))]
         found[f"{name}{ending}"] = Reader(read, beside, first.suffix)
     for path in sources.surfaces:
         found[f"surface{path.suffix}"] = Reader(surface, [path], path.suffix)
@@ -109,6 +122,13 @@ def readers(folder: Path) -> dict[str, Reader]:
         write_seg(folder / f"{kind}.dcm", phantom(), masks_of(phantom()), kind) for kind in ("BINARY", "FRACTIONAL")
     ]
     found["labels.dcm"] = Reader(partial(read_twice, read=fp.read_segmentation), dicom, ".dcm")
+    sound = fp.read_mesh(sources.foreign[0])
+    for name, kind in RARE:
+        path = folder / f"rare-{kind}" / name
+        path.parent.mkdir()
+        with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere), contextlib.redirect_stderr(nowhere):
+            meshio.write(path, meshio.Mesh(sound.points, list(sound.cells.items())), kind)
+        found[f"rare-{kind}"] = Reader(mesh, [path], path.suffix if kind != "ansys" else f"{path.suffix} of Ansys")
     for name, path in written_in_words(found, folder):
         found[name].sound.append(path)
     for ending in (".nii", ".nii.gz", ".nrrd", ".mha"):

@@ -169,9 +169,11 @@ class _Tags:
         count = 3 if self.packed else 1
         size = struct.calcsize(self.form)
         try:
-            head = base64.b64decode(text[: 4 * -(-count * size // 3)]) if encoded else text
+            head = base64.b64decode(text[: 4 * -(-count * size // 3)], validate=True) if encoded else text
             numbers = [int(struct.unpack_from(self.form, head, size * k)[0]) for k in range(count)]
-        except (binascii.Error, struct.error):
+        except binascii.Error:  # VTK reads something into it, such as 10 GB
+            return f"an array begins with {text[:40].decode('latin-1')!r}, which is no base 64"
+        except struct.error:
             return None  # VTK's to say
         if self.packed and (numbers[2] > numbers[1] * min(numbers[0], 1) or (numbers[0] and not numbers[1])):
             # VTK divides by the size of blocks, and writes the last one where there is room for so many.

@@ -146,3 +146,15 @@ def test_blocks_that_cannot_be(head: list[int], wide: bool, tmp_path: Path) -> N
     words = f"an array says that it has {head[0]} blocks of {head[1]} bytes, the last of {head[2]}"
     with pytest.raises(FileError, match=words):
         load(path)
+
+
+def test_an_array_that_is_no_base_64_is_refused(tmp_path: Path) -> None:
+    """VTK took 10 GB and 43 s for what it read into it."""
+    path = tmp_path / "grid.vtu"
+    write(grid(), path, 1)
+    text = path.read_text()
+    first = re.search(r'format="binary"[^>]*>\s*', text)
+    assert first is not None
+    path.write_text(text[: first.end() + 3] + "==" + text[first.end() + 5 :])
+    with pytest.raises(FileError, match="which is no base 64"):
+        load(path)

@@ -1,4 +1,4 @@
-"""FLAC3D and NASTRAN: numbers beyond all, given twice, and groups that meshio mistakes."""
+"""FLAC3D, NASTRAN and Netgen: numbers beyond all, given twice, and groups that meshio mistakes."""
 
 from __future__ import annotations
 
@@ -47,3 +47,11 @@ def test_what_a_nastran_deck_numbers_twice_is_refused(tmp_path: Path) -> None:
     twice = BULK.replace("ENDDATA", "CTETRA,1,1,1,2,4,3\nENDDATA")
     with pytest.raises(FileError, match="element 1 is defined 2 times"):
         fp.read_mesh(written(tmp_path / "c.bdf", twice))
+
+
+def test_arrays_that_are_no_numbers_are_left_out(tmp_path: Path) -> None:
+    """Netgen's numbers of regions that no integer holds become objects in meshio."""
+    points = "points\n4\n0 0 0\n9 0 0\n0 9 0\n0 0 9\n"
+    text = f"mesh3d\ndimension\n3\n{points}volumeelements\n1\n{{}} 4 1 3 2 4\nendmesh\n"
+    assert "netgen:index" in fp.read_mesh(written(tmp_path / "a.vol", text.format(7))).cell_data
+    assert fp.read_mesh(written(tmp_path / "b.vol", text.format(10**30))).cell_data == {}

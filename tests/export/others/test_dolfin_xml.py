@@ -1,0 +1,50 @@
+"""DOLFIN XML: each vertex and cell once, or the file is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import pytest
+from meshes import truncated_ellipsoid
+
+import femprep as fp
+from femprep.errors import FileError
+
+
+@pytest.fixture
+def path(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
+    mesh = truncated_ellipsoid(heights=2, around=6, layers=1)
+    made = tmp_path / "mesh.xml"
+    meshio.write(made, meshio.Mesh(mesh.points, list(mesh.cells.items())), "dolfin-xml")
+    assert fp.read_mesh(made).n_cells == mesh.n_cells
+    return made
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ('<vertex index="5"', '<vertex index="4"', "vertices"),
+        ('<tetrahedron index="5"', '<tetrahedron index="4"', "cells"),
+        ('<vertices size="', '<vertices size="9', "vertices"),
+    ],
+)
+def test_what_is_not_there_once_is_refused(path: Path, old: str, new: str, what: str) -> None:
+    """It was what was in the memory."""
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(FileError, match=f"{what}, and does not list each of them once"):
+        fp.read_mesh(path)
+
+
+def test_values_of_cells(path: Path) -> None:
+    count = fp.read_mesh(path).n_cells
+    rows = "".join(f'<entity index="{i}" value="{i + 1}"/>' for i in range(count))
+    beside = path.with_name("mesh_load.xml")
+    whole = f'<dolfin><mesh_function type="uint" dim="3" size="{count}">{rows}</mesh_function></dolfin>'
+    beside.write_text(whole)
+    assert fp.read_mesh(path).cell_data["load"].tolist() == list(range(1, count + 1))
+    beside.write_text(whole.replace('index="3"', 'index="2"'))
+    with pytest.raises(FileError, match="mesh_load"):
+        fp.read_mesh(path)
