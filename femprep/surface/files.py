@@ -13,6 +13,7 @@ from femprep.errors import FileError, InputError
 from femprep.mesh.topology import is_closed, is_consistently_wound
 from femprep.mesh.vtk.reading import load
 from femprep.model import FloatArray, IntArray, Surface
+from femprep.surface.rows import require_rows
 
 _VTK = (".vtp", ".vtk")
 _OTHERS = (".stl", ".ply", ".obj", ".off")
@@ -92,6 +93,7 @@ def _from_vtk(path: Path) -> Surface:
 def _from_trimesh(path: Path) -> Surface:
     import trimesh
 
+    require_rows(path)
     # From its bytes alone: materials and pictures that it names are not looked for.
     mesh = trimesh.load(io.BytesIO(path.read_bytes()), file_type=path.suffix[1:].lower(), force="mesh", process=False)
     return _foreign(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64), path)
