@@ -20,6 +20,7 @@ from femprep.export.others.avs import read as _avs
 from femprep.export.others.dolfin import read as _dolfin
 from femprep.export.others.flac3d import read as _flac3d
 from femprep.export.others.nastran import read as _nastran
+from femprep.export.others.su2 import read as _su2
 from femprep.export.through_meshio import meshio_mesh
 from femprep.export.verdict import verdict_in
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
@@ -201,6 +202,7 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".mesh": _medit,
     ".avs": _avs,
     ".xml": _dolfin,
+    ".su2": _su2,
     ".hmf": _hmf,  # a length within its texts makes HDF5 ask for gigabytes
     ".f3grid": _flac3d,
     ".bdf": _nastran,

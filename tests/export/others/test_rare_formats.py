@@ -55,3 +55,16 @@ def test_arrays_that_are_no_numbers_are_left_out(tmp_path: Path) -> None:
     text = f"mesh3d\ndimension\n3\n{points}volumeelements\n1\n{{}} 4 1 3 2 4\nendmesh\n"
     assert "netgen:index" in fp.read_mesh(written(tmp_path / "a.vol", text.format(7))).cell_data
     assert fp.read_mesh(written(tmp_path / "b.vol", text.format(10**30))).cell_data == {}
+
+
+def test_an_su2_mesh_that_is_cut_short_is_refused(tmp_path: Path) -> None:
+    points = "NPOIN= 5\n0 0 0 0\n9 0 0 1\n0 9 0 2\n0 0 9 3\n9 9 9 4\n"
+    mark = "NMARK= 1\nMARKER_TAG= epi\nMARKER_ELEMS= 1\n5 0 1 2\n"
+    whole = f"NDIME= 3\n% made by hand\nNELEM= 2\n10 0 1 2 3 0\n10 1 2 3 4 1\n{points}{mark}"
+    mesh = fp.read_mesh(written(tmp_path / "a.su2", whole))
+    assert (mesh.n_cells, mesh.n_facets) == (2, 1)
+    for row, words in (("10 0 1 2 3 0\n", "NELEM= 2 and lists 1"), ("9 9 9 4\n", "NPOIN= 5 and lists 4")):
+        with pytest.raises(FileError, match=words):
+            fp.read_mesh(written(tmp_path / "b.su2", whole.replace(row, "")))
+    with pytest.raises(FileError, match="MARKER_ELEMS= 1 and lists 0"):
+        fp.read_mesh(written(tmp_path / "c.su2", whole.replace("5 0 1 2\n", "")))
