@@ -13,7 +13,6 @@ import numpy as np
 from femprep.errors import FemprepError, FileError, InputError, MissingDependencyError
 from femprep.export.deck.units import units_of
 from femprep.export.foreign import from_meshio
-from femprep.export.gmsh.counts import require_counts
 from femprep.export.hdf5 import require_hdf5
 from femprep.export.namemap import with_namemap
 from femprep.export.others.avs import read as _avs
@@ -71,8 +70,6 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         if path.suffix.lower() in _XML:
             refuse_entities(path)
         require_hdf5(path)
-        if path.suffix.lower() == ".msh":
-            require_counts(path)
         mesh = import_module(f"femprep.export.{reader}.read").read(path) if isinstance(reader, str) else reader(path)
         _require_finite(mesh)
         _require_nodes(mesh)
@@ -198,7 +195,7 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".vtk": _legacy_vtk,
     ".xdmf": _xdmf,
     ".med": _med,
-    ".msh": _with_unit,
+    ".msh": "gmsh",
     ".mesh": _medit,
     ".avs": _avs,
     ".xml": _dolfin,

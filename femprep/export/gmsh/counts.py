@@ -18,9 +18,9 @@ import numpy.typing as npt
 from femprep.errors import FileError
 
 #: Version, text or binary, bytes of a count.
-_FORMAT: Final = re.compile(rb"\$MeshFormat\s+([24])(\.\d+)?\s+([01])\s+([48])\s")
-#: Characters in which the format, and a line of counts, stand.
-_HEAD: Final = 200
+FORMAT: Final = re.compile(rb"\$MeshFormat\s+([24])(\.\d+)?\s+([01])\s+([48])\s")
+#: Characters in which it stands, comments before it included.
+HEAD: Final = 4000
 #: Numbers of nodes that are let pass whatever the size of a file: meshio's table for them takes half a gigabyte.
 _NUMBERED: Final = 1 << 27
 _NUMERIC: Final = re.compile(rb"[\s\deE.+naifNAIF-]*")
@@ -39,7 +39,7 @@ def require_counts(path: Path) -> None:
     if not path.stat().st_size:
         return
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        found = _FORMAT.search(data[: 20 * _HEAD])
+        found = FORMAT.search(data[:HEAD])
         start = data.find(b"$Nodes")
         place = data.find(b"\n", start) + 1
         if found is None or start < 0 or not place:
@@ -67,6 +67,8 @@ def _wrong(data: mmap.mmap, place: int, found: re.Match[bytes]) -> str | None:
     numbers = source.take(_NODE, int(head[0])) if early else _of_blocks(source, head[0], version, count, size)
     if len(numbers) != head[-1]:
         return f"it says it has {head[-1]:.0f} nodes and lists {len(numbers)}"
+    if source.left():
+        return f"it lists more than the {head[-1]:.0f} nodes that it says it has"
     if not len(numbers):
         return None
     if (wrong := numbers[~(np.isfinite(numbers) & (numbers == np.round(numbers)) & (numbers >= 1))]).size:
@@ -79,6 +81,7 @@ def _wrong(data: mmap.mmap, place: int, found: re.Match[bytes]) -> str | None:
 
 class _Source(Protocol):
     def take(self, form: Any, count: int) -> npt.NDArray[Any]: ...
+    def left(self) -> bool: ...
 
 
 class _Text:
@@ -101,6 +104,9 @@ class _Text:
         self.at += count
         return self.numbers[self.at - count : self.at]
 
+    def left(self) -> bool:
+        return self.at < len(self.numbers)
+
 
 class _Binary:
     """Numbers of a binary file."""
@@ -114,6 +120,9 @@ class _Binary:
         self.at += len(raw)
         found = np.frombuffer(raw[: len(raw) // size * size], form)
         return found["number"] if form == _NODE else found
+
+    def left(self) -> bool:
+        return False  # what follows is another section, as far as numbers can tell
 
 
 def _of_blocks(source: _Source, blocks: float, version: str, count: str, most: int) -> npt.NDArray[np.float64]:

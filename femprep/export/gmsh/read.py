@@ -1,0 +1,28 @@
+"""A Gmsh file in, its volume mesh out: nodes as many as it says, data by the numbers they are of."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from femprep.export.deck.units import units_of
+from femprep.export.foreign import from_meshio
+from femprep.export.gmsh.counts import require_counts
+from femprep.export.gmsh.rows import by_their_numbers
+from femprep.export.through_meshio import meshio_mesh
+from femprep.model import VolumeMesh
+
+
+def read(path: Path) -> VolumeMesh:
+    """Read a ``.msh`` file, of Gmsh or of Ansys.
+
+    Raises
+    ------
+    FileError
+        It is damaged.
+    """
+    require_counts(path)
+    found = meshio_mesh(path)
+    by_their_numbers(path, found)
+    mesh, scale = from_meshio(found), units_of(path).per_mm
+    return mesh if scale == 1.0 else replace(mesh, points=mesh.points / scale)

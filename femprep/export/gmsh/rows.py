@@ -1,0 +1,116 @@
+"""A Gmsh file in text, and what meshio read of it, in; its data by the numbers of nodes and elements they are of, out.
+
+meshio looks neither at these numbers nor at rows that are too many: data in another order went to other elements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.errors import FileError
+from femprep.export.gmsh.counts import FORMAT, HEAD
+from femprep.model import IntArray
+
+
+class _Section(NamedTuple):
+    name: str
+    rows: Sequence[bytes]
+
+
+class _Data(NamedTuple):
+    """Numbers that the rows of a data section are of."""
+
+    name: str
+    numbers: IntArray
+
+
+def by_their_numbers(path: Path, mesh: Any) -> None:
+    """Put the data of a ``meshio.Mesh`` in the order of its nodes and elements.
+
+    Raises
+    ------
+    FileError
+        A section has more or fewer rows than it says, or data are of other nodes or elements.
+    """
+    data = path.read_bytes()
+    head = FORMAT.search(data[:HEAD])
+    if head is None or head[3] != b"0":  # of binary ones meshio wants data in order
+        return
+    sections, version = _sections(data), head[1] + (head[2] or b"")
+    elements = [_elements(path, one.rows, version) for one in sections if one.name == "Elements"]
+    found = {kind: [_data(path, one) for one in sections if one.name == kind] for kind in ("NodeData", "ElementData")}
+    for name, rows in found["NodeData"]:
+        nodes = next(_nodes(one.rows, version) for one in sections if one.name == "Nodes")
+        mesh.point_data[name] = mesh.point_data[name][_order(path, name, rows, nodes)]
+    for name, rows in found["ElementData"]:
+        ends = np.cumsum([len(block) for block in mesh.cell_data[name]])[:-1]
+        values = np.concatenate(mesh.cell_data[name])
+        mesh.cell_data[name] = np.split(values[_order(path, name, rows, elements[0])], ends)
+
+
+def _sections(data: bytes) -> list[_Section]:
+    found: list[_Section] = []
+    for part in data.split(b"\n$End")[:-1]:
+        head, _, rest = part[part.find(b"$", part.find(b"\n") if found else 0) + 1 :].partition(b"\n")
+        found.append(_Section(head.strip().decode("latin-1"), [row for row in rest.split(b"\n") if row.strip()]))
+    return found
+
+
+def _elements(path: Path, rows: Sequence[bytes], version: bytes) -> IntArray:
+    """Numbers of the elements, in their order."""
+    if version.startswith(b"2"):
+        said, own = int(rows[0]), list(rows[1:])
+    else:
+        blocks, said = (int(word) for word in rows[0].split()[:2])
+        own, at = [], 1
+        for _ in range(blocks):
+            count = int(rows[at].split()[3])
+            own += rows[at + 1 : at + 1 + count]
+            at += 1 + count
+        own += rows[at:]
+    if len(own) != said:
+        raise FileError(f"{str(path)!r} says it has {said} elements and lists {len(own)}")
+    return _first(own)
+
+
+def _nodes(rows: Sequence[bytes], version: bytes) -> IntArray:
+    """Numbers of the nodes, in their order."""
+    if version.startswith(b"2"):
+        return _first(rows[1:])
+    found, at = [], 1
+    for _ in range(int(rows[0].split()[0])):
+        count = int(rows[at].split()[3])
+        found.append(_first(rows[at + 1 : at + 1 + count]))
+        at += 1 + count * (1 if version == b"4.0" else 2)
+    return np.concatenate(found)
+
+
+def _first(rows: Sequence[bytes]) -> IntArray:
+    return np.array([row.split(None, 1)[0] for row in rows]).astype(np.int64)
+
+
+def _data(path: Path, section: _Section) -> _Data:
+    rows = list(section.rows)
+    heads: list[list[bytes]] = []
+    for _ in range(3):  # texts, real numbers, whole numbers
+        count = int(rows[0])
+        heads.append(rows[1 : 1 + count])
+        rows = rows[1 + count :]
+    name, said = heads[0][0].strip().decode().replace('"', ""), int(heads[2][2])
+    if len(rows) != said:
+        raise FileError(f"{str(path)!r} says that its {name!r} has {said} rows and lists {len(rows)}")
+    return _Data(name, _first(rows))
+
+
+def _order(path: Path, name: str, rows: IntArray, wanted: IntArray) -> npt.NDArray[np.intp]:
+    """Which row is that of each node or element."""
+    order = np.argsort(rows, kind="stable")
+    place = np.searchsorted(rows[order], wanted)
+    if len(rows) != len(wanted) or place.max(initial=-1) >= len(rows) or np.any(rows[order][place] != wanted):
+        raise FileError(f"{str(path)!r} has {name!r} of other nodes or elements than its own")
+    return order[place]
