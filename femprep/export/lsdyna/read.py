@@ -18,6 +18,7 @@ from femprep.export.deck.units import units_of
 from femprep.export.lsdyna.write import PLACES
 from femprep.export.purkinje import PURKINJE
 from femprep.model import PurkinjeNet, VolumeMesh
+from femprep.model.notice import Notice, noted
 
 #: Places that repeat a node, by element type: which type an element of eight places is.
 _REPEATED: Final = {"tetra": ((3, 4), (3, 5), (3, 6), (3, 7)), "wedge": ((4, 5), (6, 7)), "hexahedron": ()}
@@ -83,6 +84,9 @@ def read(path: Path) -> VolumeMesh:
                 facet_kind, nodes = with_mid_side_nodes(kind, rows_of_nodes(own, place), cells)
                 parts.facets.append((facet_kind, nodes, tag))
     mesh = parts.mesh(np.array(points) / scale, "*PART", "*SET_SEGMENT")
+    if not re.search(r"^\*END\s*$", text, re.MULTILINE | re.IGNORECASE):
+        words = "the deck has no *END, and was read to the end of the file: whether it is cut short cannot be told"
+        mesh = replace(mesh, info=noted(mesh.info, Notice.of("assumed", words)))
     if not fibres:
         return mesh
     told = re.search(r"Purkinje fibres; conduction (\S+) m/s", text)

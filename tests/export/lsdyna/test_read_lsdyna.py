@@ -40,3 +40,14 @@ def test_an_element_is_defined_once(deck: Path) -> None:
     deck.write_text(text.replace(rows, f"{rows}\n{rows}", 1))
     with pytest.raises(FileError, match="element 1 is defined 2 times"):
         fp.read_mesh(deck)
+
+
+def test_a_deck_without_its_end_is_told(deck: Path) -> None:
+    whole = fp.read_mesh(deck)
+    assert "notices" not in whole.info
+    text = deck.read_text()
+    deck.write_text(text[: text.index("*SET_SEGMENT")])
+    cut = fp.read_mesh(deck)
+    assert cut.n_cells == whole.n_cells
+    (notice,) = cut.info["notices"]
+    assert notice["what"].startswith("the deck has no *END")
