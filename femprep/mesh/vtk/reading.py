@@ -14,7 +14,8 @@ import numpy as np
 from femprep.errors import FileError
 from femprep.mesh.vtk.entities import refuse_entities
 from femprep.mesh.vtk.sizes import require_sizes
-from femprep.mesh.vtk.trial import may_end_the_process, reader_of, require_readable
+from femprep.mesh.vtk.text import require_text
+from femprep.mesh.vtk.trial import holds_text, may_end_the_process, reader_of, require_readable
 
 #: Where the cells of the two kinds of data sets are.
 _CELLS: Final = {"vtkPolyData": ("GetVerts", "GetLines", "GetPolys", "GetStrips"), "vtkUnstructuredGrid": ("GetCells",)}
@@ -34,6 +35,8 @@ def load(path: Path) -> Any:
     if path.suffix.lower() != ".vtk":
         refuse_entities(path)
     require_sizes(path)
+    if path.suffix.lower() in (".vtu", ".vtp") and holds_text(path):
+        require_text(path)
     if may_end_the_process(path):
         require_readable(path)
     reader = reader_of(path)

@@ -61,6 +61,14 @@ def may_end_the_process(path: Path) -> bool:
         return data.find(_COMPRESSED, 0, _HEAD) < 0 or _TEXT.search(data) is not None
 
 
+def holds_text(path: Path) -> bool:
+    """Whether an XML file has arrays in text."""
+    if not path.stat().st_size:
+        return False
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        return _TEXT.search(data) is not None
+
+
 def require_readable(path: Path) -> None:
     """Make sure that a file does not end the process that reads it.
 
