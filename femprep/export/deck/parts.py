@@ -59,15 +59,17 @@ class DeckParts:
             if nodes.size and (nodes.min() < 0 or nodes.max() >= len(points)):
                 wrong = int(nodes.max()) if nodes.max() >= len(points) else int(nodes.min())
                 raise InputError(f"node {wrong} (from 0) is used, but there are {len(points)} nodes")
+        once = [(kind, _once(nodes), tag) for kind, nodes, tag in sides]
+        repeated = sum(len(nodes) for _, nodes, _ in sides) - sum(len(nodes) for _, nodes, _ in once)
         shared = [name for name in ordered[0][3] if all(name in data for *_, data in ordered)]
-        info = noted(self.numbers.info, *self._partly(shared))
+        info = noted(self.numbers.info, *self._partly(shared), *_told(repeated))
         none = np.empty(0, dtype=np.int32)
         return VolumeMesh(
             points=points,
             cells={kind: np.concatenate([nodes for k, nodes, *_ in ordered if k == kind]) for kind in kinds},
             region=np.concatenate([region for _, _, region, _ in ordered]).astype(np.int32),
-            facets={kind: np.concatenate([nodes for k, nodes, _ in sides if k == kind]) for kind in facet_kinds},
-            facet_tag=np.concatenate([none, *(np.full(len(nodes), tag, np.int32) for _, nodes, tag in sides)]),
+            facets={kind: np.concatenate([nodes for k, nodes, _ in once if k == kind]) for kind in facet_kinds},
+            facet_tag=np.concatenate([none, *(np.full(len(nodes), tag, np.int32) for _, nodes, tag in once)]),
             cell_data={name: np.concatenate([data[name] for *_, data in ordered]) for name in shared},
             info={
                 "source": {"region": region_from, "facet_tag": facets_from, "left_out": sorted(self.left_out)},
@@ -82,6 +84,21 @@ class DeckParts:
             total = sum(len(nodes) for _, nodes, *_ in self.cells)
             words = f"{name} is left out: {{amount}} of {total} have none"
             yield Notice.of("left out", words, amount=without, unit="elements")
+
+
+def _once(facets: IntArray) -> IntArray:
+    """The facets of one name, each once."""
+    if not len(facets):
+        return facets
+    first = np.unique(np.sort(facets, axis=1), axis=0, return_index=True)[1]
+    return facets[np.sort(first)]
+
+
+def _told(repeated: int) -> list[Notice]:
+    if not repeated:
+        return []
+    words = "{amount} facets are listed again under the same name, and taken once"
+    return [Notice.of("repaired", words, amount=repeated)]
 
 
 def rows_of_nodes(rows: Iterable[Iterable[int]], place: Mapping[int, int]) -> IntArray:

@@ -48,6 +48,17 @@ def test_what_is_said_twice_is_refused(old: str, new: str, words: str, tmp_path:
         fp.read_mesh(written(tmp_path, (old, new)))
 
 
+def test_a_facet_that_is_listed_again_is_taken_once(tmp_path: Path) -> None:
+    whole = fp.read_mesh(written(tmp_path))
+    text = (tmp_path / "mesh.feb").read_text()
+    facet = text[text.index('<quad4 id="3"') :].splitlines()[0]
+    mesh = fp.read_mesh(written(tmp_path, (facet, f"{facet}\n{facet}")))
+    assert mesh.n_facets == whole.n_facets
+    assert [one["what"] for one in mesh.info["notices"]] == [
+        "1 facets are listed again under the same name, and taken once"
+    ]
+
+
 def test_directions_of_another_set_are_told(tmp_path: Path) -> None:
     name = next(iter(MESH.region_names))
     found = fp.read_mesh(written(tmp_path, (f'elem_set="{name}"', 'elem_set="some"')))

@@ -41,7 +41,9 @@ def test_a_number_too_many_is_refused(path: Path, name: str) -> None:
 
 def test_numbers_that_are_missing_are_refused(path: Path) -> None:
     text = path.read_text()
-    array = next(one for one in re.finditer(r'<DataArray[^>]*Name="(\w+)"[^>]*>\s*(-?\d\S*\s)', text) if one[1] == "load")
+    array = next(
+        one for one in re.finditer(r'<DataArray[^>]*Name="(\w+)"[^>]*>\s*(-?\d\S*\s)', text) if one[1] == "load"
+    )
     path.write_text(text[: array.start(2)] + text[array.end(2) :])
     with pytest.raises(FileError, match="its array 'load' has 79 numbers, expected 80"):
         load(path)
