@@ -36,6 +36,8 @@ class Deck:
     sets: dict[str, list[Any]] = field(default_factory=dict)
     surfaces: dict[str, list[tuple[str | int, str]]] = field(default_factory=dict)
     directions: np.ndarray | None = None
+    #: How many nodes have fewer than three coordinates.
+    short: int = 0
     unit: str = "mm"
     left_out: set[str] = field(default_factory=set)
     #: First number of each part, by its name in capitals, and of the part of each instance.
@@ -68,8 +70,7 @@ def parse(path: Path) -> Deck:
         elif PARTNERS in options.get("NSET", "").lower() or SPRINGS in options.get("ELSET", "").lower():
             continue  # they hold the mesh, and are no part of it
         elif keyword == "NODE" and lines:
-            table = _table(lines, path)
-            table = np.pad(table, ((0, 0), (0, max(0, 4 - table.shape[1]))))
+            table = _table(lines, deck)
             table[:, 0] += first
             deck.nodes.append(table)
         elif keyword == "ELEMENT" and lines:
@@ -143,10 +144,13 @@ def _fields(line: str) -> list[str]:
     return [text for part in line.split(",") if (text := part.strip())]
 
 
-def _table(lines: list[str], path: Path) -> np.ndarray:
-    rows = [_fields(line) for line in lines]
-    if len({len(row) for row in rows}) != 1:
-        raise FileError(f"{str(path)!r}: the lines of *NODE hold different numbers of values")
+def _table(lines: Sequence[str], deck: Deck) -> np.ndarray:
+    """Numbers and coordinates of nodes; those that are not given are 0, as in Abaqus, and counted."""
+    rows = [[text.strip() for text in line.split(",", 4)[:4]] for line in lines]
+    short = [row for row in rows if len(row) < 4 or not all(row)]
+    deck.short += len(short)
+    for row in short:
+        row[:] = [text or "0" for text in row] + ["0"] * (4 - len(row))
     return np.array(rows, dtype=np.float64)
 
 

@@ -87,6 +87,10 @@ def _notices(deck: Deck, mesh: VolumeMesh) -> Iterator[Notice]:
             f"definitions of {more[0]} nodes and {more[1]} elements are repeated: the last one was taken, as in Abaqus"
         )
         yield Notice.of("assumed", words)
+    if deck.short:
+        yield Notice.of(
+            "assumed", f"{deck.short} nodes have fewer than three coordinates: 0 for the others, as in Abaqus"
+        )
     if deck.directions is not None and "fiber" not in mesh.cell_data:
         count = len(deck.directions)
         words = f"directions of the last distribution are left out: it has {count}, for {mesh.n_cells} elements"

@@ -1,4 +1,4 @@
-"""Nodes and elements that a deck defines again: the last definition counts, as in Abaqus, and that is told."""
+"""Nodes and elements that a deck defines again, or in part: as in Abaqus, and that is told."""
 
 from __future__ import annotations
 
@@ -48,3 +48,10 @@ def test_once_is_not_told(tmp_path: Path) -> None:
     mesh = read(tmp_path, "")
     assert told(mesh) == []
     np.testing.assert_array_equal(mesh.cells["tetra"], [[0, 1, 2, 3], [1, 2, 3, 4]])
+
+
+def test_coordinates_that_are_not_given_are_0(tmp_path: Path) -> None:
+    mesh = read(tmp_path, "*NODE\n2, 20.\n5, , 10., 10.\n")
+    ends = mesh.points[mesh.cells["tetra"][1, [0, 3]]]  # nodes 2 and 5
+    assert ends.tolist() == [[20.0, 0.0, 0.0], [0.0, 10.0, 10.0]]
+    assert told(mesh)[1:] == ["2 nodes have fewer than three coordinates: 0 for the others, as in Abaqus"]
