@@ -33,7 +33,8 @@ def test_data_go_to_what_they_are_of(version: str, tmp_path: Path) -> None:
     """meshio looks at the order of rows alone."""
     heights = DATA.format("Node", "height", 5, "15 5\n11 1\n13 3\n12 2\n14 4")
     loads = DATA.format("Element", "load", 2, "22 2.5\n21 1.5")
-    mesh = read(tmp_path, version, heights, loads)
+    earlier = heights.replace("15 5\n", "15 9\n")  # of another time, under the same name
+    mesh = read(tmp_path, version, earlier, heights, loads)
     np.testing.assert_array_equal(mesh.point_data["height"], [1, 2, 3, 4, 5])
     np.testing.assert_array_equal(mesh.cell_data["load"], [1.5, 2.5])
 

@@ -5,7 +5,7 @@ meshio looks neither at these numbers nor at rows that are too many: data in ano
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -41,24 +41,30 @@ def by_their_numbers(path: Path, mesh: Any) -> None:
     head = FORMAT.search(data[:HEAD])
     if head is None or head[3] != b"0":  # of binary ones meshio wants data in order
         return
-    sections, version = _sections(data), head[1] + (head[2] or b"")
+    sections, version = list(_sections(data)), head[1] + (head[2] or b"")
     elements = [_elements(path, one.rows, version) for one in sections if one.name == "Elements"]
     found = {kind: [_data(path, one) for one in sections if one.name == kind] for kind in ("NodeData", "ElementData")}
-    for name, rows in found["NodeData"]:
+    for name, rows in dict(found["NodeData"]).items():  # of one name meshio keeps the last, too
         nodes = next(_nodes(one.rows, version) for one in sections if one.name == "Nodes")
         mesh.point_data[name] = mesh.point_data[name][_order(path, name, rows, nodes)]
-    for name, rows in found["ElementData"]:
+    for name, rows in dict(found["ElementData"]).items():
         ends = np.cumsum([len(block) for block in mesh.cell_data[name]])[:-1]
         values = np.concatenate(mesh.cell_data[name])
         mesh.cell_data[name] = np.split(values[_order(path, name, rows, elements[0])], ends)
 
 
-def _sections(data: bytes) -> list[_Section]:
-    found: list[_Section] = []
-    for part in data.split(b"\n$End")[:-1]:
-        head, _, rest = part[part.find(b"$", part.find(b"\n") if found else 0) + 1 :].partition(b"\n")
-        found.append(_Section(head.strip().decode("latin-1"), [row for row in rest.split(b"\n") if row.strip()]))
-    return found
+def _sections(data: bytes) -> Iterator[_Section]:
+    """The sections of a file, up to the first that does not end."""
+    start = data.find(b"$")
+    while start >= 0:
+        line = data.find(b"\n", start)
+        name = data[start + 1 : line].strip()
+        end = data.find(b"\n$End" + name, line) if line >= 0 else -1
+        if end < 0:
+            return
+        rows = [row for row in data[line + 1 : end].split(b"\n") if row.strip()]
+        yield _Section(name.decode("latin-1"), rows)
+        start = data.find(b"$", end + len(name) + 5)
 
 
 def _elements(path: Path, rows: Sequence[bytes], version: bytes) -> IntArray:
