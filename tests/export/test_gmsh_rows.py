@@ -66,3 +66,11 @@ def test_rows_that_are_too_many_are_refused(version: str, row: str, words: str, 
     """The last one was left out, or all coordinates moved on by one."""
     with pytest.raises(FileError, match=words):
         read(tmp_path, version, change=(row, row + row))
+
+
+@pytest.mark.parametrize("version", MESHES)
+def test_heads_longer_than_the_file_are_refused(version: str, tmp_path: Path) -> None:
+    """meshio read lines for ever."""
+    data = DATA.format("Element", "load", 2, "21 1.5\n22 2.5").replace("\n1\n0\n3\n", "\n9223372036854775808\n0\n3\n")
+    with pytest.raises(FileError, match="its data have 9223372036854775808 tags"):
+        read(tmp_path, version, data)

@@ -8,7 +8,7 @@ from pathlib import Path
 from femprep.export.deck.units import units_of
 from femprep.export.foreign import from_meshio
 from femprep.export.gmsh.counts import require_counts
-from femprep.export.gmsh.rows import by_their_numbers
+from femprep.export.gmsh.rows import by_their_numbers, require_heads
 from femprep.export.through_meshio import meshio_mesh
 from femprep.model import VolumeMesh
 
@@ -22,6 +22,7 @@ def read(path: Path) -> VolumeMesh:
         It is damaged.
     """
     require_counts(path)
+    require_heads(path)
     found = meshio_mesh(path)
     by_their_numbers(path, found)
     mesh, scale = from_meshio(found), units_of(path).per_mm

@@ -5,9 +5,10 @@ meshio looks neither at these numbers nor at rows that are too many: data in ano
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,9 @@ import numpy.typing as npt
 from femprep.errors import FileError
 from femprep.export.gmsh.counts import FORMAT, HEAD
 from femprep.model import IntArray
+
+#: Where the head of a data section begins.
+_HEADS: Final = re.compile(rb"\$(?:Node|Element)Data[^\n]*\n")
 
 
 class _Section(NamedTuple):
@@ -51,6 +55,29 @@ def by_their_numbers(path: Path, mesh: Any) -> None:
         ends = np.cumsum([len(block) for block in mesh.cell_data[name]])[:-1]
         values = np.concatenate(mesh.cell_data[name])
         mesh.cell_data[name] = np.split(values[_order(path, name, rows, elements[0])], ends)
+
+
+def require_heads(path: Path) -> None:
+    """Check that heads of data sections are not longer than the file: meshio reads on for ever.
+
+    Raises
+    ------
+    FileError
+    """
+    data = path.read_bytes()
+    for section in _HEADS.finditer(data):
+        at = section.end()
+        for _ in range(3):  # texts, real numbers, whole numbers
+            line, at = data[at : at + 40].split(b"\n", 1)[0].strip(), data.find(b"\n", at) + 1
+            if not line.isdigit() or not at:
+                break
+            if int(line) > len(data):
+                said = line.decode()
+                raise FileError(f"{str(path)!r} says that its data have {said} tags, in {len(data)} bytes")
+            for _ in range(int(line)):
+                if at >= len(data):
+                    break
+                at = data.find(b"\n", at) + 1 or len(data)
 
 
 def _sections(data: bytes) -> Iterator[_Section]:
