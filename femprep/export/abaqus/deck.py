@@ -150,7 +150,7 @@ def _table(lines: Sequence[str], deck: Deck) -> np.ndarray:
     short = [row for row in rows if len(row) < 4 or not all(row)]
     deck.short += len(short)
     for row in short:
-        row[:] = [text or "0" for text in row] + ["0"] * (4 - len(row))
+        row[1:] = [text or "0" for text in row[1:]] + ["0"] * (4 - len(row))
     return np.array(rows, dtype=np.float64)
 
 

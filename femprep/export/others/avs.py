@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from femprep.errors import FileError
+from femprep.export.deck.parts import require_once
 from femprep.export.foreign import from_meshio
 from femprep.export.through_meshio import meshio_mesh
 from femprep.model import VolumeMesh
@@ -19,7 +20,7 @@ def read(path: Path) -> VolumeMesh:
 
     Raises
     ------
-    FileError
+    FileError, InputError
         They are not.
     """
     _require_numbers(path)
@@ -29,14 +30,13 @@ def read(path: Path) -> VolumeMesh:
 def _require_numbers(path: Path) -> None:
     rows = [words for line in path.read_text("latin-1").splitlines() if (words := line.split("#", 1)[0].split())]
     try:
-        for what, numbers, wanted in _numbers(rows):
-            if len(set(numbers)) < len(numbers):
-                twice = next(number for i, number in enumerate(numbers) if number in numbers[:i])
-                raise FileError(f"{str(path)!r} has two {what} numbered {twice}; keep one of them")
-            if wanted is not None and set(numbers) != set(wanted):
-                raise FileError(f"{str(path)!r} has {what} of other numbers than its nodes or cells")
+        found = list(_numbers(rows))
     except (ValueError, IndexError):  # of which meshio says what is wrong
         return
+    for what, numbers, wanted in found:
+        require_once(numbers, what)
+        if wanted is not None and set(numbers) != set(wanted):
+            raise FileError(f"{str(path)!r} has a {what} of another number than its nodes or cells")
 
 
 def _numbers(rows: Sequence[list[str]]) -> Iterator[tuple[str, list[int], list[int] | None]]:
@@ -44,12 +44,12 @@ def _numbers(rows: Sequence[list[str]]) -> Iterator[tuple[str, list[int], list[i
     nodes, cells, node_data, cell_data = map(int, rows[0][:4])
     at = 1
     own = {}
-    for what, count in (("nodes", nodes), ("cells", cells)):
+    for what, count in (("node", nodes), ("cell", cells)):
         own[what] = [int(float(row[0])) for row in rows[at : at + count]]
         yield what, own[what], None
         at += count
-    for what, there in (("nodes", node_data), ("cells", cell_data)):
+    for what, there in (("node", node_data), ("cell", cell_data)):
         if there:
             at += 1 + len(rows[at][1:])
-            yield f"rows of data of {what}", [int(row[0]) for row in rows[at : at + len(own[what])]], own[what]
+            yield f"row of data of {what}", [int(row[0]) for row in rows[at : at + len(own[what])]], own[what]
             at += len(own[what])

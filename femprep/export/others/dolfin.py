@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import glob
 from pathlib import Path
 from xml.etree import ElementTree
 
 from femprep.errors import FileError
 from femprep.export.foreign import from_meshio
 from femprep.export.through_meshio import meshio_mesh
+from femprep.mesh.vtk.entities import refuse_entities
 from femprep.model import VolumeMesh
 
 #: Elements with a number of parts, and what these are.
@@ -22,7 +24,8 @@ def read(path: Path) -> VolumeMesh:
     FileError
         A vertex, a cell or a value is missing or there twice: meshio leaves it as it was in the memory.
     """
-    for file in [path, *sorted(path.parent.glob(f"{path.stem}_*.xml"))]:
+    for file in [path, *sorted(path.parent.glob(f"{glob.escape(path.stem)}_*.xml"))]:
+        refuse_entities(file)
         _require_all(file)
     return from_meshio(meshio_mesh(path))
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import femprep as fp
+from femprep.errors import FileError
 
 DECK = """*NODE
 1, 0., 0., 0.
@@ -55,3 +57,8 @@ def test_coordinates_that_are_not_given_are_0(tmp_path: Path) -> None:
     ends = mesh.points[mesh.cells["tetra"][1, [0, 3]]]  # nodes 2 and 5
     assert ends.tolist() == [[20.0, 0.0, 0.0], [0.0, 10.0, 10.0]]
     assert told(mesh)[1:] == ["2 nodes have fewer than three coordinates: 0 for the others, as in Abaqus"]
+
+
+def test_a_node_without_a_number_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="could not convert"):
+        read(tmp_path, "*NODE\n, 1., 2., 3.\n")

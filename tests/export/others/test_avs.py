@@ -49,11 +49,11 @@ def test_data_are_those_of_their_numbers(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("9 10 10 10", "4 10 10 10", "two nodes numbered 4"),
-        ("2 8 tet", "1 8 tet", "two cells numbered 1"),
-        ("2 20.0", "1 20.0", "two rows of data of cells numbered 1"),
-        ("9 4.5", "4 4.5", "two rows of data of nodes numbered 4"),
-        ("9 4.5", "8 4.5", "rows of data of nodes of other numbers"),
+        ("9 10 10 10", "4 10 10 10", "node 4 is defined 2 times"),
+        ("2 8 tet", "1 8 tet", "cell 1 is defined 2 times"),
+        ("2 20.0", "1 20.0", "row of data of cell 1 is defined 2 times"),
+        ("9 4.5", "4 4.5", "row of data of node 4 is defined 2 times"),
+        ("9 4.5", "8 4.5", "row of data of node of another number"),
     ],
 )
 def test_what_is_numbered_as_another_is_refused(old: str, new: str, words: str, tmp_path: Path) -> None:

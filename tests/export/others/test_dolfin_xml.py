@@ -48,3 +48,10 @@ def test_values_of_cells(path: Path) -> None:
     beside.write_text(whole.replace('index="3"', 'index="2"'))
     with pytest.raises(FileError, match="mesh_load"):
         fp.read_mesh(path)
+
+
+def test_entities_of_files_beside_it_are_refused(path: Path) -> None:
+    laughs = '<mesh_function type="uint" dim="3" size="0">&a;</mesh_function>'
+    path.with_name("mesh_load.xml").write_text(f'<!DOCTYPE a [<!ENTITY a "ha">]><dolfin>{laughs}</dolfin>')
+    with pytest.raises(FileError, match="entit"):
+        fp.read_mesh(path)
