@@ -28,8 +28,13 @@ _NUMERIC: Final = re.compile(rb"[\s\deE.+naifNAIF-]*")
 _NODE: Final = np.dtype([("number", "<i4"), ("x", "<f8", 3)])
 
 
-def require_counts(path: Path) -> None:
-    """Check the numbers of nodes of a ``.msh`` file against what it says of them, and its bytes.
+def node_numbers(path: Path) -> npt.NDArray[np.float64] | None:
+    """Numbers of the nodes of a ``.msh`` file, held against what it says of them, and its bytes.
+
+    Returns
+    -------
+    (n,) array, or None
+        In their order; None where nothing tells, or meshio wants them to be 1, 2, 3...
 
     Raises
     ------
@@ -37,46 +42,51 @@ def require_counts(path: Path) -> None:
         There are others, a number is used twice or is none, or far larger than the file.
     """
     if not path.stat().st_size:
-        return
+        return None
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         found = FORMAT.search(data[:HEAD])
         start = data.find(b"$Nodes")
         place = data.find(b"\n", start) + 1
         if found is None or start < 0 or not place:
-            return
-        wrong = _wrong(data, place, found)
-    if wrong:
-        raise FileError(f"{str(path)!r} is damaged: {wrong}")
+            return None
+        numbers = _listed(data, place, found)
+        if numbers is not None and len(numbers):
+            _require_once(numbers, len(data))
+        return numbers
 
 
-def _wrong(data: mmap.mmap, place: int, found: re.Match[bytes]) -> str | None:
-    """What is wrong with the nodes that begin at a place; None where nothing is, or what meshio says itself."""
+def _listed(data: mmap.mmap, place: int, found: re.Match[bytes]) -> npt.NDArray[np.float64] | None:
+    """The numbers of nodes that begin at a place, as many as there are to be."""
     size, text, version = len(data), found[3] == b"0", (found[1] + (found[2] or b"")).decode()
     early, count = version.startswith("2"), f"<u{found[4].decode()}"
     if text:
-        source: _Source = _Text(data, place, len(data))
+        source: _Source = _Text(data, place, size)
     else:  # of which version 2 has its count as text
         source = _Text(data, place, max(data.find(b"\n", place), place)) if early else _Binary(data, place)
     head = source.take(count, 1 if early else 2 if version == "4.0" else 4)[:2]  # nodes; or blocks, nodes
     if not head.size:
         return None
     if head.max() > size:
-        return f"it says it has {head.max():.0f} nodes, in {size} bytes"
+        raise FileError(f"it says it has {head.max():.0f} nodes, in {size} bytes")
     if early and not text:  # meshio wants them numbered from 1 on
         return None
     numbers = source.take(_NODE, int(head[0])) if early else _of_blocks(source, head[0], version, count, size)
     if len(numbers) != head[-1]:
-        return f"it says it has {head[-1]:.0f} nodes and lists {len(numbers)}"
+        raise FileError(f"it says it has {head[-1]:.0f} nodes and lists {len(numbers)}")
     if source.left():
-        return f"it lists more than the {head[-1]:.0f} nodes that it says it has"
-    if not len(numbers):
-        return None
+        raise FileError(f"it lists more than the {head[-1]:.0f} nodes that it says it has")
+    return numbers
+
+
+def _require_once(numbers: npt.NDArray[np.float64], size: int) -> None:
+    """Every number is one, and used once."""
     if (wrong := numbers[~(np.isfinite(numbers) & (numbers == np.round(numbers)) & (numbers >= 1))]).size:
-        return f"it numbers a node {wrong[0]:g}, expected whole numbers from 1 on"
+        raise FileError(f"it numbers a node {wrong[0]:g}, expected whole numbers from 1 on")
     if numbers.max() > max(size, _NUMBERED):
-        return f"it numbers a node {numbers.max():.0f}, in {size} bytes; number its nodes anew"
+        raise FileError(f"it numbers a node {numbers.max():.0f}, in {size} bytes; number its nodes anew")
     once, times = np.unique(numbers, return_counts=True)
-    return f"it has {times.max()} nodes {once[np.argmax(times)]:.0f}" if times.max() > 1 else None
+    if times.max() > 1:
+        raise FileError(f"it has {times.max()} nodes {once[np.argmax(times)]:.0f}")
 
 
 class _Source(Protocol):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from femprep.export.deck.units import units_of
 from femprep.export.foreign import from_meshio
-from femprep.export.gmsh.counts import require_counts
+from femprep.export.gmsh.counts import node_numbers
 from femprep.export.gmsh.rows import by_their_numbers, require_heads
 from femprep.export.through_meshio import meshio_mesh
 from femprep.model import VolumeMesh
@@ -21,9 +21,9 @@ def read(path: Path) -> VolumeMesh:
     FileError
         It is damaged.
     """
-    require_counts(path)
+    nodes = node_numbers(path)
     require_heads(path)
     found = meshio_mesh(path)
-    by_their_numbers(path, found)
+    by_their_numbers(path, found, nodes)
     mesh, scale = from_meshio(found), units_of(path).per_mm
     return mesh if scale == 1.0 else replace(mesh, points=mesh.points / scale)

@@ -33,8 +33,8 @@ class _Data(NamedTuple):
     numbers: IntArray
 
 
-def by_their_numbers(path: Path, mesh: Any) -> None:
-    """Put the data of a ``meshio.Mesh`` in the order of its nodes and elements.
+def by_their_numbers(path: Path, mesh: Any, nodes: npt.NDArray[np.float64] | None) -> None:
+    """Put the data of a ``meshio.Mesh`` in the order of its nodes, whose numbers are given, and elements.
 
     Raises
     ------
@@ -43,13 +43,12 @@ def by_their_numbers(path: Path, mesh: Any) -> None:
     """
     data = path.read_bytes()
     head = FORMAT.search(data[:HEAD])
-    if head is None or head[3] != b"0":  # of binary ones meshio wants data in order
+    if nodes is None or head is None or head[3] != b"0":  # of binary ones meshio wants data in order
         return
     sections, version = list(_sections(data)), head[1] + (head[2] or b"")
     elements = [_elements(path, one.rows, version) for one in sections if one.name == "Elements"]
     found = {kind: [_data(path, one) for one in sections if one.name == kind] for kind in ("NodeData", "ElementData")}
     for name, rows in dict(found["NodeData"]).items():  # of one name meshio keeps the last, too
-        nodes = next(_nodes(one.rows, version) for one in sections if one.name == "Nodes")
         mesh.point_data[name] = mesh.point_data[name][_order(path, name, rows, nodes)]
     for name, rows in dict(found["ElementData"]).items():
         ends = np.cumsum([len(block) for block in mesh.cell_data[name]])[:-1]
@@ -111,18 +110,6 @@ def _elements(path: Path, rows: Sequence[bytes], version: bytes) -> IntArray:
     return _first(own)
 
 
-def _nodes(rows: Sequence[bytes], version: bytes) -> IntArray:
-    """Numbers of the nodes, in their order."""
-    if version.startswith(b"2"):
-        return _first(rows[1:])
-    found, at = [], 1
-    for _ in range(int(rows[0].split()[0])):
-        count = int(rows[at].split()[3])
-        found.append(_first(rows[at + 1 : at + 1 + count]))
-        at += 1 + count * (1 if version == b"4.0" else 2)
-    return np.concatenate(found)
-
-
 def _first(rows: Sequence[bytes]) -> IntArray:
     return np.array([row.split(None, 1)[0] for row in rows]).astype(np.int64)
 
@@ -140,7 +127,7 @@ def _data(path: Path, section: _Section) -> _Data:
     return _Data(name, _first(rows))
 
 
-def _order(path: Path, name: str, rows: IntArray, wanted: IntArray) -> npt.NDArray[np.intp]:
+def _order(path: Path, name: str, rows: IntArray, wanted: npt.NDArray[Any]) -> npt.NDArray[np.intp]:
     """Which row is that of each node or element."""
     order = np.argsort(rows, kind="stable")
     place = np.searchsorted(rows[order], wanted)
