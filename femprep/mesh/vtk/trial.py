@@ -57,8 +57,9 @@ def may_end_the_process(path: Path) -> bool:
     ending = path.suffix.lower()
     if ending in (".vtk", ".vti") or not path.stat().st_size:
         return ending == ".vtk"
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        return data.find(_COMPRESSED, 0, _HEAD) < 0 or _TEXT.search(data) is not None
+    with path.open("rb") as file:
+        compressed = _COMPRESSED in file.read(_HEAD)
+    return not compressed or holds_text(path)
 
 
 def holds_text(path: Path) -> bool:
