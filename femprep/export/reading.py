@@ -10,15 +10,18 @@ from typing import Final
 
 import numpy as np
 
-from femprep.errors import FemprepError, FileError, InputError, MissingDependencyError
+from femprep.errors import FemprepError, FileError, InputError
 from femprep.export.deck.units import units_of
 from femprep.export.foreign import from_meshio
 from femprep.export.hdf5 import require_hdf5
+from femprep.export.midside import require_own_edges
 from femprep.export.namemap import with_namemap
 from femprep.export.others.avs import read as _avs
 from femprep.export.others.dolfin import read as _dolfin
 from femprep.export.others.flac3d import read as _flac3d
 from femprep.export.others.nastran import read as _nastran
+from femprep.export.others.netgen import read as _netgen
+from femprep.export.others.permas import read as _permas
 from femprep.export.others.su2 import read as _su2
 from femprep.export.through_meshio import meshio_mesh
 from femprep.export.verdict import verdict_in
@@ -37,8 +40,8 @@ def read_mesh(path: str | Path) -> VolumeMesh:
     path : path
         ``.vtu`` (of PyAnsys Heart, too, with its ``.namemap.json`` beside it), ``.vtk``, ``.inp`` (Abaqus, CalculiX),
         ``.feb`` (FEBio), ``.k`` (LS-DYNA), ``.pts`` or ``.elem`` (openCARP), ``.xdmf``, ``.msh`` (Gmsh), ``.med``,
-        ``.mesh`` (Medit, its ``.sol`` files beside it), a ``mesh-complete`` folder (svMultiPhysics), and everything
-        else that meshio reads (``.exo``...).
+        ``.mesh`` (Medit, its ``.sol`` files beside it), ``.e`` and ``.exo`` (Exodus II), a ``mesh-complete`` folder
+        (svMultiPhysics), and most else that meshio reads.
 
     Returns
     -------
@@ -73,11 +76,10 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         mesh = import_module(f"femprep.export.{reader}.read").read(path) if isinstance(reader, str) else reader(path)
         _require_finite(mesh)
         _require_nodes(mesh)
+        require_own_edges(mesh)
         mesh = _with_notice(mesh)
         if path.suffix.lower() in _COMMENTED and (verdict := verdict_in(path)):
             mesh = replace(mesh, info={**mesh.info, VERDICT: verdict})
-    except MissingDependencyError:
-        raise
     except FemprepError as error:
         raise FileError(f"{str(path)!r}: {error}" if str(path) not in str(error) else str(error)) from error
     except Exception as error:
@@ -160,6 +162,10 @@ def _hmf(path: Path) -> VolumeMesh:
     raise InputError("HMF, an experiment of meshio, is not read; write XDMF")
 
 
+def _kratos(path: Path) -> VolumeMesh:
+    raise InputError("Kratos' .mdpa is not read; let Kratos write VTK (its VtkOutput)")
+
+
 def _with_unit(path: Path) -> VolumeMesh:
     """A text file of ours names its unit near its top; of anyone else's the lengths stay as they are."""
     mesh, scale = _meshio(path), units_of(path).per_mm
@@ -201,8 +207,15 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".xml": _dolfin,
     ".su2": _su2,
     ".hmf": _hmf,  # a length within its texts makes HDF5 ask for gigabytes
+    ".mdpa": _kratos,  # meshio takes nodes by their rows, whatever their numbers, and knows no elements of Kratos'
     ".f3grid": _flac3d,
     ".bdf": _nastran,
     ".fem": _nastran,
     ".nas": _nastran,
+    ".gz": _netgen,
+    ".e": "exodus",
+    ".exo": "exodus",
+    ".ex2": "exodus",
+    ".post": _permas,
+    ".dato": _permas,
 }

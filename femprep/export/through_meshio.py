@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 from typing import Any
 
-from femprep.errors import FileError, MissingDependencyError
+from femprep.errors import FileError
 from femprep.export.ending import ending_files
 
 
@@ -18,8 +18,6 @@ def meshio_mesh(path: Path) -> Any:
     ------
     FileError
         meshio does not know the format, or cannot read the file.
-    MissingDependencyError
-        meshio needs a further package for it (netCDF4 for Exodus).
     """
     import meshio
     from meshio._mesh import topological_dimension
@@ -29,8 +27,6 @@ def meshio_mesh(path: Path) -> Any:
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), ending_files():
             return meshio.read(path)
-    except ImportError as error:
-        raise MissingDependencyError(f"{str(path)!r} needs the package {error.name}; install it with pip") from error
     except (Exception, SystemExit) as error:
         reason = str(error) if not isinstance(error, SystemExit) else said.getvalue()
         reason = " ".join(reason.split()) or type(error).__name__

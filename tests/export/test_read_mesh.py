@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 from pathlib import Path
 
@@ -13,7 +12,7 @@ import pyvista
 from meshes import truncated_ellipsoid
 from same_mesh import assert_same
 
-from femprep.errors import FileError, MissingDependencyError
+from femprep.errors import FileError
 from femprep.export import read_mesh, write_mesh
 from femprep.model import VolumeMesh
 
@@ -131,14 +130,6 @@ def test_surface_mesh_is_refused_with_what_it_holds(tmp_path: Path) -> None:
     pyvista.UnstructuredGrid(pyvista.Sphere().triangulate()).save(tmp_path / "sphere.vtu")
     with pytest.raises(FileError, match="holds no volume elements \\(found triangle\\)"):
         read_mesh(tmp_path / "sphere.vtu")
-
-
-def test_format_that_needs_a_further_package_names_it(tmp_path: Path) -> None:
-    if importlib.util.find_spec("netCDF4"):
-        pytest.skip("netCDF4 is installed")
-    (tmp_path / "lv.exo").write_bytes(b"CDF")
-    with pytest.raises(MissingDependencyError, match="needs the package netCDF4"):
-        read_mesh(tmp_path / "lv.exo")
 
 
 @pytest.mark.parametrize("ending", [".node", ".ele"])

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import gzip
 import json
 import os
 import resource
@@ -61,6 +62,8 @@ with atheris.instrument_imports(include=["meshio", "femprep"], exclude=COMPILED)
 
 sys.path[:0] = [str(Path(__file__).resolve().parent.parent)]
 
+from exodus_file import two_steps  # noqa: E402
+from exodus_file import write as write_exodus  # noqa: E402
 from fuzz.mutate import Damage  # noqa: E402
 from fuzz.sources import Sources  # noqa: E402
 from image.reading.test_dicom import masks_of, phantom, write_seg  # noqa: E402
@@ -86,7 +89,6 @@ RARE = (
         ("mesh.cgns", "cgns"),
         ("mesh.xml", "dolfin-xml"),
         ("mesh.hmf", "hmf"),
-        ("mesh.mdpa", "mdpa"),
         ("mesh.vol", "netgen"),
     ),
     *(("mesh.post", "permas"), ("mesh.b8.ugrid", "ugrid"), ("ansys.msh", "ansys")),
@@ -129,6 +131,13 @@ def readers(folder: Path) -> dict[str, Reader]:
         with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere), contextlib.redirect_stderr(nowhere):
             meshio.write(path, meshio.Mesh(sound.points, list(sound.cells.items())), kind)
         found[f"rare-{kind}"] = Reader(mesh, [path], path.suffix if kind != "ansys" else f"{path.suffix} of Ansys")
+    packed = folder / "rare-netgen" / "mesh.vol.gz"
+    packed.write_bytes(gzip.compress(found["rare-netgen"].sound[0].read_bytes()))
+    found["packed-netgen"] = Reader(mesh, [packed], ".vol.gz")
+    for kind in ("classic", "hdf5"):
+        path = folder / f"exodus-{kind}" / "mesh.exo"
+        path.parent.mkdir()
+        found[f"exodus-{kind}"] = Reader(mesh, [write_exodus(path, *two_steps(), hdf5=kind == "hdf5")], path.suffix)
     for name, path in written_in_words(found, folder):
         found[name].sound.append(path)
     for ending in (".nii", ".nii.gz", ".nrrd", ".mha"):

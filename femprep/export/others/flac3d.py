@@ -16,6 +16,8 @@ from femprep.model.notice import Notice, noted
 #: Numbers of elements and faces of nine digits and more; what is let pass whatever the size of a file.
 _LONG: Final = re.compile(rb"^[ \t]*[ZF]\s+\w+\s+\+?(\d{9,})\s", re.MULTILINE)
 _NUMBERED: Final = 1 << 27
+#: What meshio makes of a ``W6`` is inside out: FLAC3D's first triangle has its normal outward.
+_WEDGE: Final = [0, 2, 1, 3, 5, 4]
 
 
 def read(path: Path) -> VolumeMesh:
@@ -34,6 +36,9 @@ def read(path: Path) -> VolumeMesh:
     if most > max(len(data), _NUMBERED):
         raise FileError(f"{str(path)!r} numbers an element {most}, in {len(data)} bytes; number them anew")
     mesh = meshio_mesh(path)
+    for block in mesh.cells:
+        if block.type == "wedge":
+            block.data = block.data[:, _WEDGE]
     if len(mesh.cells) < 2 or not mesh.cell_sets:
         return from_meshio(mesh)
     words = f"groups {', '.join(mesh.cell_sets)} are left out: meshio mistakes them where there are several types"

@@ -26,12 +26,16 @@ _CHANNELS, _ROOM = "ElementNumberOfChannels", "CompressedDataSize"
 _NUMBERS: Final = {"NDims": 1, "DimSize": None, _CHANNELS: 1, _ROOM: 1}
 _PLACE: Final = (*_NUMBERS, "ElementType", "CompressedData", "HeaderSize")
 _DATA: Final = "ElementDataFile"
+#: Axes of an image that ITK reads.
+_MOST_AXES: Final = 5
 #: Bytes of a voxel by its type; of others one at least.
 _BYTES: Final = {
     **dict.fromkeys(("SHORT", "USHORT"), 2),
     **dict.fromkeys(("INT", "UINT", "LONG", "ULONG", "FLOAT"), 4),
     **dict.fromkeys(("LONG_LONG", "ULONG_LONG", "DOUBLE"), 8),
 }
+#: What no text holds.
+_CONTROL: Final = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 #: Bytes read as one line.
 _LINE: Final = 1 << 24
 
@@ -106,13 +110,15 @@ def meta_voxels(path: Path) -> Voxels:
     Raises
     ------
     FileError
-        There are no voxels, a text is longer than ITK bears, their sizes or place are not told in a way that ITK
-        understands, or the files' name is no pattern.
+        There are no voxels, a field is there twice, a text is longer than ITK bears, their sizes or place are not told
+        in a way that ITK understands, or the files' name is no pattern.
     """
     fields: dict[str, str] = {}
     with open(path, "rb") as file:
         for field in _meta_fields(file):
             key, value = _meta_field(path, field)
+            if key in fields:
+                raise FileError(f"{path}: its header has {key[:40]!r} twice; keep one of them")
             fields[key] = value
             if key == _DATA:
                 return _meta_place(path, fields, file.tell())
@@ -126,8 +132,9 @@ def _meta_place(path: Path, fields: dict[str, str], offset: int) -> Voxels:
     if missing := [key for key in ("NDims", "DimSize") if key not in numbers]:
         raise FileError(f"{path}: its header has no {missing[0]}; {REMEDY}")
     (axes,), sizes, (channels,) = numbers["NDims"], numbers["DimSize"], numbers.get(_CHANNELS, [1])
-    if not 0 < axes <= len(sizes):
-        raise FileError(f"{path}: its header has {len(sizes)} sizes, expected {axes} (NDims); {REMEDY}")
+    if not 0 < axes <= min(len(sizes), _MOST_AXES):  # ITK ends the process from 11 on
+        expected = f"{axes} (NDims)" if axes <= _MOST_AXES else f"NDims of at most {_MOST_AXES} in place of {axes}"
+        raise FileError(f"{path}: its header has {len(sizes)} sizes, expected {expected}; {REMEDY}")
     count = math.prod(sizes[:axes]) * channels
     least = count * _BYTES.get(fields.get("ElementType", "").removeprefix("MET_"), 1)
     local, skipped = name.upper() == "LOCAL", fields.get("HeaderSize", "0")
@@ -155,11 +162,14 @@ def _meta_fields(file: BinaryIO) -> Iterator[bytes]:
 
 def _meta_field(path: Path, field: bytes) -> tuple[str, str]:
     """Name and value of a field; of a name its first word, with which ITK is content."""
-    name, *values = re.split("[=:]", field.decode("latin-1"), maxsplit=1)
+    text = field.decode("latin-1")
+    if _CONTROL.search(field):
+        raise FileError(f"{path}: before any {_DATA} its header has {text[:40]!r}, no text; {REMEDY}")
+    name, *values = re.split("[=:]", text, maxsplit=1)
     name, value = name.strip(" \t\r\n"), "".join(values).lstrip("=: \t\r\n").rstrip()  # ITK skips every mark
     key = next(iter(re.findall(r"\w+", name)), "")
     if _DATA in value or (_DATA in name and (name != _DATA or not values)):  # ITK may take another one
-        raise FileError(f"{path}: its header has {field.decode('latin-1')[:40]!r}, expected '{_DATA} ='; {REMEDY}")
+        raise FileError(f"{path}: its header has {text[:40]!r}, expected '{_DATA} ='; {REMEDY}")
     if name not in _PLACE and (meant := set(re.findall(r"\w+", name)).intersection(_PLACE)):
         raise FileError(f"{path}: its header has {name[:40]!r}, expected '{min(meant)} ='; {REMEDY}")
     if key in _META_TEXTS and len(value) > _LONGEST_META:

@@ -42,6 +42,8 @@ _RANGES = {
     "maximum_dihedral": (60.0, 180.0),
 }
 _BINS = 20
+#: A range no wider is of no width: what a bin would be of it is no number.
+_LEAST = 1e-300
 
 
 @takes(CheckOptions)
@@ -148,8 +150,10 @@ def statistics(
 ) -> Statistics:
     """Distribution of values ``(n,)``, n at least 1; those out of bounds count into the outermost bins."""
     low, high = bounds or (float(values.min()), float(values.max()))
-    if high - low <= 1e-9 * abs(high):  # too narrow for bins of their own
-        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
+    if high - low <= 1e-9 * abs(high) + _LEAST:  # too narrow for bins of their own
+        half = 0.5 * max(abs(low), abs(high))
+        half = half if half > _LEAST else 0.5
+        low, high = low - half, high + half
     shares = (0, 1, 5, 25, 50, 75, 95, 99, 100)
     found = dict(zip(shares, np.percentile(values, shares).tolist()))
     counts, edges = np.histogram(np.clip(values, low, high), bins=bins, range=(low, high))

@@ -1,7 +1,8 @@
-"""FLAC3D, NASTRAN and Netgen: numbers beyond all, given twice, and groups that meshio mistakes."""
+"""FLAC3D, NASTRAN, Netgen, PERMAS and Kratos: numbers beyond all, given twice, and what meshio mistakes."""
 
 from __future__ import annotations
 
+import gzip
 from pathlib import Path
 
 import pytest
@@ -68,3 +69,47 @@ def test_an_su2_mesh_that_is_cut_short_is_refused(tmp_path: Path) -> None:
             fp.read_mesh(written(tmp_path / "b.su2", whole.replace(row, "")))
     with pytest.raises(FileError, match="MARKER_ELEMS= 1 and lists 0"):
         fp.read_mesh(written(tmp_path / "c.su2", whole.replace("5 0 1 2\n", "")))
+
+
+def test_a_wedge_of_flac3d_is_not_inside_out(tmp_path: Path) -> None:
+    """Its triangles are its points 1, 2, 4 and 3, 5, 6, the fourth being above the first (FLAC3D's own picture)."""
+    corners = [(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3), (1, 2, 0), (0, 2, 3)]
+    points = "".join(f"G {i} {x} {y} {z}\n" for i, (x, y, z) in enumerate(corners, 1))
+    mesh = fp.read_mesh(written(tmp_path / "a.f3grid", f"{points}Z W6 1 1 2 3 4 5 6\n"))
+    assert fp.check(mesh).validity.inverted_elements == 0
+    assert mesh.cells["wedge"].tolist() == [[0, 3, 1, 2, 5, 4]]
+
+
+VOLUME = "mesh3d\ndimension\n3\npoints\n4\n0 0 0\n9 0 0\n0 9 0\n0 0 9\nvolumeelements\n1\n1 4 1 3 2 4\nendmesh\n"
+
+
+def test_a_packed_netgen_mesh(tmp_path: Path) -> None:
+    path = tmp_path / "a.vol.gz"
+    path.write_bytes(gzip.compress(VOLUME.encode()))
+    assert fp.read_mesh(path).n_cells == 1
+    path.write_bytes(gzip.compress(VOLUME.encode() + b" " * 10_000_000))
+    with pytest.raises(FileError, match="unpacks to more than 100 times its size"):
+        fp.read_mesh(path)
+
+
+PERMAS = (
+    "$ENTER COMPONENT NAME=A\n$STRUCTURE\n$COOR\n1 0. 0. 0.\n2 9. 0. 0.\n3 0. 9. 0.\n5 0. 0. 9.\n!\n"
+    "$ELEMENT TYPE=TET4\n1 1 2 3 5\n$END STRUCTURE\n$EXIT COMPONENT\n$FIN\n"
+)
+
+
+def test_a_permas_file(tmp_path: Path) -> None:
+    assert fp.read_mesh(written(tmp_path / "a.post", PERMAS)).cells["tetra"].tolist() == [[0, 1, 2, 3]]
+    for text, words in (
+        (PERMAS.replace("!", "1 9. 9. 9.\n!"), "node 1 is defined 2 times"),
+        (PERMAS.replace("1 1 2 3 5\n", "1 1 2 3 5\n1 1 2 3 5\n"), "element 1 is defined 2 times"),
+        (PERMAS[: PERMAS.index("$END")], "its .STRUCTURE does not end"),
+    ):
+        with pytest.raises(FileError, match=words):
+            fp.read_mesh(written(tmp_path / "b.dato", text))
+
+
+def test_kratos_is_refused(tmp_path: Path) -> None:
+    """meshio takes its nodes by their rows, whatever their numbers."""
+    with pytest.raises(FileError, match="let Kratos write VTK"):
+        fp.read_mesh(written(tmp_path / "a.mdpa", "Begin Nodes\nEnd Nodes\n"))

@@ -42,7 +42,9 @@ def read(path, header, extra="", last="", data=VOXELS):
         pytest.param(
             "Foo =\n\nElementDataFile = LOCAL\n", "ElementDataFile = %n%s 1 3 1\n", r"has 'Foo =\\n\\nEl", id="no value"
         ),
-        pytest.param("", "", "has no ElementDataFile", id="no voxels"),
+        pytest.param("", "", "before any ElementDataFile its header has", id="no voxels"),
+        pytest.param("NDims = -1\n", "ElementDataFile = LOCAL\n", "has 'NDims' twice", id="axes twice"),
+        pytest.param("Anat\x01 = RAI\n", "ElementDataFile = LOCAL\n", "Anat.x01 = RAI.n', no text", id="no text"),
         pytest.param("DimSize = 2 36 66666666,4\n", "ElementDataFile = LOCAL\n", "expected whole numbers", id="sizes"),
         pytest.param("DimSize = 4 4\n", "ElementDataFile = LOCAL\n", r"has 2 sizes, expected 3", id="too few sizes"),
         pytest.param("DimSize | = 1\n", "ElementDataFile = LOCAL\n", r"has 'DimSize \|', exp", id="almost sizes"),
@@ -52,8 +54,15 @@ def read(path, header, extra="", last="", data=VOXELS):
     ],
 )
 def test_a_damaged_metaimage_is_refused(tmp_path, extra, last, words):
+    header = META.replace("DimSize = 4 4 4\n", "") if extra.startswith("DimSize =") else META
     with pytest.raises(FileError, match=words):
-        read(tmp_path / "labels.mha", META, extra, last)
+        read(tmp_path / "labels.mha", header, extra, last)
+
+
+def test_more_axes_than_itk_bears_are_refused(tmp_path):
+    header = META.replace("NDims = 3", "NDims = 11").replace("4 4 4", "4 4 4" + 8 * " 1")
+    with pytest.raises(FileError, match="has 11 sizes, expected NDims of at most 5 in place of 11"):
+        read(tmp_path / "labels.mha", header, "", "ElementDataFile = LOCAL\n")
 
 
 @pytest.mark.parametrize(

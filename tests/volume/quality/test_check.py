@@ -250,6 +250,10 @@ def test_statistics_by_hand():
     assert sum(found.histogram.counts) == 5
 
 
+def test_statistics_of_a_range_that_no_bin_divides():
+    assert sum(statistics(np.array([0.0, 5e-324]), "mm").histogram.counts) == 2
+
+
 @pytest.mark.parametrize("kind", ["hexahedron", "wedge", "tetra"])
 @pytest.mark.parametrize("layers", [1, 3, 5])
 def test_layers_are_counted(kind, layers):
