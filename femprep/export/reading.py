@@ -148,10 +148,10 @@ def _med(path: Path) -> VolumeMesh:
 
 
 def _medit(path: Path) -> VolumeMesh:
-    from femprep.export.medit.read import solutions
+    from femprep.export.medit.read import solutions, with_end
 
     mesh = _with_unit(path)
-    return mesh.with_data(cell=solutions(path, mesh))
+    return with_end(path, mesh.with_data(cell=solutions(path, mesh)))
 
 
 def _meshio(path: Path) -> VolumeMesh:

@@ -1,7 +1,9 @@
-"""The ``.sol`` files of ours beside a ``.mesh`` file in; its fibres, sheets and AHA segments out."""
+"""A ``.mesh`` file and the ``.sol`` files of ours beside it in; its fibres, sheets and AHA segments out."""
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -10,7 +12,10 @@ import numpy as np
 from femprep.errors import FileError
 from femprep.export.medit.write import MEDIT_SECTIONS
 from femprep.model import VolumeMesh
+from femprep.model.notice import Notice, noted
 
+#: What a file ends with.
+_END: Final = re.compile(r"^\s*End\s*$", re.MULTILINE | re.IGNORECASE)
 _AXES: Final = ("fiber", "sheet")
 
 
@@ -47,3 +52,11 @@ def _values(file: Path, section: str, count: int) -> np.ndarray:
     if not head.strip().isdigit() or int(head) != count or len(numbers) < count * sum(sizes):
         raise FileError(f"{str(file)!r} holds {head.strip() or 'no'} values for the {count} elements of {section}")
     return np.array(numbers, dtype=np.float64).reshape(count, -1)
+
+
+def with_end(path: Path, mesh: VolumeMesh) -> VolumeMesh:
+    """The mesh of a text file, with a notice where that does not end as it should: a part of it may be lost."""
+    if _END.search(path.read_text("latin-1")):
+        return mesh
+    words = "the file has no End, and was read to where it ends: whether it is cut short cannot be told"
+    return replace(mesh, info=noted(mesh.info, Notice.of("assumed", words)))
