@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from femprep.errors import InputError
 from femprep.mesh.elements import ELEMENTS
@@ -12,18 +13,20 @@ from femprep.model import BoolArray, VolumeMesh
 
 #: Elements of a type that are looked at, over all of them: a file has one order for a type.
 _LOOKED_AT: Final = 1000
+#: How much nearer the nodes are to the edges in that order: of sound elements, however curved, none is by far the best.
+_NEARER: Final = 0.5
 
 
 def require_own_edges(mesh: VolumeMesh) -> None:
     """Check that the mid-side nodes of quadratic elements are in the order of the edges.
 
-    Formats differ in it (Exodus lists the vertical edges of a hexahedron before the upper ones, PERMAS corners and
-    mid-side nodes in turn), and meshio does not always put them in order.
+    Formats differ in it (Exodus lists the vertical edges of a hexahedron before the upper ones, Gmsh the edges of a
+    corner in turn), and not everyone who writes a file puts them in its order.
 
     Raises
     ------
     InputError
-        In most elements of a type a mid-side node is nearer to the middle of another edge.
+        In most elements of a type the mid-side nodes are far nearer to the middles of the edges in another order.
     """
     for kind, rows in mesh.cells.items():
         if ELEMENTS[kind].quadratic and len(rows):
@@ -36,10 +39,13 @@ def require_own_edges(mesh: VolumeMesh) -> None:
 
 
 def _astray(nodes: np.ndarray, kind: str) -> BoolArray:
-    """Whether a mid-side node of an element, of the nodes ``(n, p, 3)``, is nearer to another edge than to its own."""
+    """Whether the mid-side nodes of an element, of the nodes ``(n, p, 3)``, are nearer to its edges in another order.
+
+    Each edge gets one node: on a thin curved element the middles of two edges are nearer to each other than to theirs.
+    """
     element = ELEMENTS[kind]
     first, last = np.array(element.edges).T
     middles = (nodes[:, first] + nodes[:, last]) / 2.0
     away = np.linalg.norm(nodes[:, element.corners :, None] - middles[:, None], axis=-1)
-    own = np.diagonal(away, axis1=1, axis2=2)
-    return np.asarray(np.any(away.min(axis=2) < own * (1.0 - 1e-9), axis=1))
+    best = np.array([one[linear_sum_assignment(one)].sum() for one in away])
+    return np.asarray(best < _NEARER * np.trace(away, axis1=1, axis2=2))

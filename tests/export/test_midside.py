@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import meshio
 import numpy as np
 import pytest
 
 import femprep as fp
-from femprep.errors import FileError, InputError
+from femprep.errors import InputError
 from femprep.export.midside import require_own_edges
+from femprep.mesh.elements import ELEMENTS
 
 
 def tet10(count: int = 3) -> fp.VolumeMesh:
@@ -35,9 +33,15 @@ def test_most_elements_of_a_type_decide() -> None:
         require_own_edges(fp.VolumeMesh(points=mesh.points, cells={"tetra10": rows}, region=np.ones(3)))
 
 
-def test_what_meshio_does_not_order_is_refused(tmp_path: Path) -> None:
-    """PERMAS lists corners and mid-side nodes in turn; meshio writes them so, and reads them as they stand."""
-    mesh = tet10()
-    meshio.Mesh(mesh.points, [("tetra10", mesh.cells["tetra10"])]).write(tmp_path / "a.post")
-    with pytest.raises(FileError, match="the file has another order of nodes than it is read in"):
-        fp.read_mesh(tmp_path / "a.post")
+def test_thin_curved_elements_are_sound() -> None:
+    """A shell between radii of .24 and .25 over 60 degrees, as in a mesh of libMesh's: edges lie nearer than nodes."""
+    angle = np.array([0.0, np.pi / 3, np.pi / 6])
+    ring = np.column_stack([np.cos(angle), np.sin(angle)])
+    at = [(r, k, z) for k in (0, 1) for r, z in ((0.25, 0.0), (0.25, 0.2), (0.24, 0.2), (0.24, 0.0))]
+    edges = ELEMENTS["hexahedron20"].edges
+    middle = [
+        (0.5 * (at[a][0] + at[b][0]), at[a][1] if at[a][1] == at[b][1] else 2, 0.5 * (at[a][2] + at[b][2]))
+        for a, b in edges
+    ]
+    points = np.array([(r * ring[k, 0], r * ring[k, 1], z) for r, k, z in [*at, *middle]])
+    require_own_edges(fp.VolumeMesh(points=points, cells={"hexahedron20": np.arange(20)[None]}, region=np.ones(1)))

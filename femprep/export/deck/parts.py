@@ -50,7 +50,8 @@ class DeckParts:
         if self.left_out:
             log.warning("elements of types %s are left out", ", ".join(sorted(self.left_out)))
         if not any(len(nodes) for _, nodes, _, _ in self.cells):
-            raise InputError(f"holds no volume elements of types {', '.join(ELEMENTS)}")
+            found = f" (found {', '.join(sorted(self.left_out))})" if self.left_out else ""
+            raise InputError(f"holds no volume elements of types {', '.join(ELEMENTS)}{found}")
         kinds = list(dict.fromkeys(kind for kind, *_ in self.cells))
         ordered = [part for kind in kinds for part in self.cells if part[0] == kind]
         facet_kinds = list(dict.fromkeys(kind for kind, *_ in self.facets))

@@ -9,6 +9,7 @@ from femprep.errors import FileError
 from femprep.export.deck.parts import require_once
 from femprep.export.foreign import from_meshio
 from femprep.export.through_meshio import meshio_mesh
+from femprep.mesh.elements import ELEMENTS
 from femprep.model import VolumeMesh
 
 
@@ -18,7 +19,8 @@ def read(path: Path) -> VolumeMesh:
     Raises
     ------
     FileError
-        Its structure does not end.
+        Its structure does not end, or elements have mid-side nodes: PERMAS lists these and corners in turn, and meshio
+        takes them as they stand.
     InputError
         A node or an element is defined more than once: meshio takes all of them.
     """
@@ -27,6 +29,8 @@ def read(path: Path) -> VolumeMesh:
     if words.count("STRUCTURE") > words.count("END STRUCTURE"):
         raise FileError(f"{str(path)!r} is cut short: its $STRUCTURE does not end; copy it again")
     mesh = meshio_mesh(path)
+    if turned := [block.type for block in mesh.cells if block.type in ELEMENTS and ELEMENTS[block.type].quadratic]:
+        raise FileError(f"{str(path)!r} holds {turned[0]}, whose order of nodes in PERMAS is not known; write another")
     require_once(_labels(lines, "COOR"), "node")
     require_once(_labels(lines, "ELEMENT"), "element")
     return from_meshio(mesh)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import gzip
 from pathlib import Path
 
+import meshio
+import numpy as np
 import pytest
 
 import femprep as fp
@@ -107,6 +109,14 @@ def test_a_permas_file(tmp_path: Path) -> None:
     ):
         with pytest.raises(FileError, match=words):
             fp.read_mesh(written(tmp_path / "b.dato", text))
+
+
+def test_mid_side_nodes_of_permas_are_refused(tmp_path: Path) -> None:
+    """meshio writes them between the corners, as PERMAS has them, and reads them as they stand."""
+    rows = [("tetra10", np.arange(10)[None])]
+    meshio.Mesh(np.random.default_rng(1).random((10, 3)), rows).write(tmp_path / "a.post")
+    with pytest.raises(FileError, match="holds tetra10, whose order of nodes in PERMAS is not known"):
+        fp.read_mesh(tmp_path / "a.post")
 
 
 def test_kratos_is_refused(tmp_path: Path) -> None:
