@@ -14,6 +14,7 @@ from femprep.export.deck.names import Numbers
 from femprep.export.vtk.xml import record_of
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import VolumeMesh
+from femprep.model.notice import Notice, noted
 from femprep.model.verdict import VERDICT
 
 log = logging.getLogger(__name__)
@@ -72,6 +73,8 @@ def from_meshio(mesh: Any) -> VolumeMesh:
     region, region_from = _tags(mesh, volume, numbers, own_names.get(3, {}), facet=False)
     facet_tag, facet_from = _tags(mesh, surface, numbers, own_names.get(2, {}), facet=True)
     taken = {region_from, facet_from, *_BOOKKEEPING}
+    words = "{} is left out: it does not have numbers of one shape for all elements"
+    uneven = sorted({name for blocks in (volume, surface) for name in _uneven(mesh.cell_data, blocks, taken)})
     record = record_of(mesh.field_data)
     points = np.asarray(mesh.points, dtype=np.float64)
     if points.ndim == 2 and points.shape[1] == 2:
@@ -87,7 +90,7 @@ def from_meshio(mesh: Any) -> VolumeMesh:
         facet_data=_data(mesh.cell_data, surface, taken) if surface else {},
         info={
             "source": {"region": region_from, "facet_tag": facet_from, "left_out": left_out},
-            **numbers.info,
+            **noted(numbers.info, *(Notice.of("left out", words.format(name)) for name in uneven)),
             **({VERDICT: record[VERDICT]} if VERDICT in record else {}),
         },
     )
@@ -151,6 +154,23 @@ def _are_tags(values: np.ndarray) -> bool:
     return bool(np.all((values >= -most) & (values <= most)))
 
 
+def _uneven(cell_data: Mapping[str, list[Any]], blocks: list[int], taken: set[str]) -> list[str]:
+    """Cell arrays that are there for some blocks and no numbers of one shape for all of them."""
+    return [
+        name
+        for name, arrays in cell_data.items()
+        if name not in taken
+        and any(arrays[i] is not None for i in blocks)  # MED's fields are of some types
+        and not _alike([np.asarray(arrays[i]) for i in blocks])
+    ]
+
+
+def _alike(parts: list[np.ndarray]) -> bool:
+    """Whether parts are numbers, of one shape that is not empty."""
+    numbers = all(part.dtype.kind in "biuf" and 0 not in part.shape[1:] for part in parts)
+    return numbers and len({part.shape[1:] for part in parts}) == 1
+
+
 def _data(cell_data: Mapping[str, list[Any]], blocks: list[int], taken: set[str]) -> dict[str, np.ndarray]:
     """Cell arrays over some blocks.
 
@@ -160,9 +180,7 @@ def _data(cell_data: Mapping[str, list[Any]], blocks: list[int], taken: set[str]
     found = {}
     for name, arrays in cell_data.items():
         parts = [np.asarray(arrays[i]) for i in blocks]
-        numbers = all(part.dtype.kind in "biuf" for part in parts)
-        alike = numbers and len({part.shape[1:] for part in parts}) == 1
-        if name not in taken and alike and any(np.any(part) for part in parts):
+        if name not in taken and _alike(parts) and any(np.any(part) for part in parts):
             values = np.concatenate(parts)
             # Formats that know floats alone give the AHA segments back as such.
             found[name] = values.astype(np.int32) if name == "aha" else values

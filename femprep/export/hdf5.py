@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import mmap
 import re
 import struct
@@ -39,23 +40,45 @@ def require_hdf5(path: Path) -> None:
     ------
     FileError
         It holds links to other files, an array whose numbers lie in one, or an array larger than what is stored of it
-        can be; or XDMF names something that is no file.
+        can be; or XDMF names something that is no file, or says another number of numbers.
     """
     if path.suffix.lower() in XDMF:
         for store in _named(path):
             if not store.is_file():
                 raise FileError(f"{str(path)!r} names {store.name!r}, which is no file; keep the files together")
             _require(store)
+        _require_dimensions(path)
     elif path.is_file():
         _require(path)
 
 
-def _named(path: Path) -> list[Path]:
-    """Files that XDMF names: HDF5 with a place in it, or bytes."""
+def _items(path: Path) -> list[ElementTree.Element]:
+    """What XDMF says of its numbers."""
     try:
-        items = list(ElementTree.parse(path).iter("DataItem"))
+        return list(ElementTree.parse(path).iter("DataItem"))
     except ElementTree.ParseError as error:
         raise FileError(f"{str(path)!r} is damaged: {error}") from error
+
+
+def _require_dimensions(path: Path) -> None:
+    """Check that HDF5 holds as many numbers as XDMF says."""
+    import h5py
+
+    for item in _items(path):
+        store, _, place = (item.text or "").strip().partition(":")
+        if _format(item) != "hdf" or not place or "Dimensions" not in item.attrib:
+            continue
+        with h5py.File(path.parent / store, "r") as file:
+            found = file.get(place)
+            size = found.size if isinstance(found, h5py.Dataset) else None
+        said = item.attrib["Dimensions"]
+        if size is not None and size != math.prod(int(word) for word in said.split()):
+            raise FileError(f"{str(path)!r} says that {place!r} is {said}, and {store!r} has {size} numbers there")
+
+
+def _named(path: Path) -> list[Path]:
+    """Files that XDMF names: HDF5 with a place in it, or bytes."""
+    items = _items(path)
     stores = {(item.text or "").strip().partition(":")[0] for item in items if _format(item) == "hdf"}
     # meshio looks for these in the working folder.
     bytes_ = {(item.text or "").strip() for item in items if _format(item) == "binary"}

@@ -102,6 +102,7 @@ def test_shells_are_facets_and_unknown_elements_are_told(tmp_path: Path) -> None
         ({"side_ss1": np.array([5], np.int32)}, "side set 1 names a side that a tetra has not"),
         ({"side_ss1": np.array([1, 2], np.int32)}, "side set 1 lists other elements than sides"),
         ({"coordz": np.zeros(3)}, "coordinates of 3 axes, or of different lengths"),
+        ({"ss_prop1": np.empty(0, np.int32)}, "it has a elem_ss1, and 0 numbers in ss_prop1"),
         ({"eb_prop1": np.array([-4], np.int32)}, "eb_prop1 are no numbers that tags can have"),
         ({"connect1": np.zeros((2, 4))}, "connect1 is no list of elements"),
         ({"connect1": np.full((2, 4), 99, np.int32)}, "node 98 .from 0. is used, but there are 8 nodes"),

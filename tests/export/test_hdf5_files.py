@@ -158,3 +158,31 @@ def test_a_dimension_that_is_missing_is_refused(tmp_path: Path) -> None:
     path.write_bytes(content.replace(head, bytes([1, 1]) + head[2:]))
     with pytest.raises(FileError, match="'points' has 1 dimensions, and keeps it in 2"):
         require_hdf5(path)
+
+
+@pytest.mark.parametrize("place", ["cell_data/fiber", "cell_tags/values"])
+def test_xdmf_that_says_another_number_of_numbers(place: str, tmp_path: Path) -> None:
+    mesh = truncated_ellipsoid(heights=2, around=6, layers=1)
+    path = tmp_path / "mesh.xdmf"
+    fp.write_mesh(mesh.with_data(cell={"fiber": np.ones((mesh.n_cells, 3))}), path, format="dolfinx")
+    with h5py.File(path.with_suffix(".h5"), "a") as store:
+        values = store[place][...]
+        del store[place]
+        store[place] = values[:0]
+    with pytest.raises(FileError, match=f"says that '/{place}' is .*, and 'mesh.h5' has 0 numbers there"):
+        fp.read_mesh(path)
+
+
+def test_a_field_of_med_without_values_is_told(tmp_path: Path) -> None:
+    mesh = truncated_ellipsoid(heights=2, around=6, layers=1)
+    path = tmp_path / "mesh.med"
+    fp.write_mesh(mesh.with_data(cell={"fiber": np.ones((mesh.n_cells, 3))}), path)
+    places: list[str] = []
+    with h5py.File(path, "a") as store:
+        store["CHA/fiber"].visititems(lambda name, found: places.append(name) if hasattr(found, "shape") else None)
+        place = "CHA/fiber/" + next(place for place in places if "MAI.TR" not in place and "MAI.QU" not in place)
+        values = store[place][...]
+        del store[place]
+        store[place] = values[:0]
+    (notice,) = fp.read_mesh(path).info["notices"]
+    assert notice["what"] == "fiber is left out: it does not have numbers of one shape for all elements"

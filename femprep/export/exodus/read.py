@@ -37,6 +37,8 @@ _ORDER: Final[Mapping[str, list[int]]] = {
     "wedge15": [*range(9), 12, 13, 14, 9, 10, 11],
     "hexahedron20": [*range(12), 16, 17, 18, 19, 12, 13, 14, 15],
 }
+#: What blocks (``eb``) and side sets (``ss``) list their elements as.
+_LISTS: Final[Mapping[str, str]] = {"eb": "connect", "ss": "elem_ss"}
 #: Our number of each of Exodus' sides, by the number of corners.
 _SIDES: Final[Mapping[int, list[int]]] = {4: [1, 2, 3, 0], 6: [2, 3, 4, 0, 1], 8: [2, 3, 4, 5, 0, 1]}
 
@@ -100,8 +102,10 @@ def _ids(file: Variables, what: str) -> list[int]:
     """Numbers that the file gives to its blocks (``eb``) or side sets (``ss``)."""
     found = file.read(f"{what}_prop1")
     if found is None:
-        return []
+        found = np.empty(0, dtype=np.int32)
     ids = np.atleast_1d(found)
+    if f"{_LISTS[what]}{len(ids) + 1}" in file:
+        raise InputError(f"it has a {_LISTS[what]}{len(ids) + 1}, and {len(ids)} numbers in {what}_prop1")
     if ids.ndim != 1 or ids.dtype.kind not in "iu" or np.any((ids < 0) | (ids > np.iinfo(np.int32).max)):
         raise InputError(f"its {what}_prop1 are no numbers that tags can have")
     return [int(one) for one in ids]
