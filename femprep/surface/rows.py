@@ -1,7 +1,7 @@
 """A surface in text (.off, .ply, .obj) in; an error where it has not as many vertices and faces as it says.
 
 trimesh takes what is there: a face as a vertex where one is missing, fewer faces where a file is cut short, and the
-last point as the corner 0 of an OBJ file.
+last point as the corner 0 of an OBJ file, of which it leaves out faces of two corners.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from femprep.errors import FileError
 
 _ELEMENT: Final = re.compile(r"element\s+(\S+)\s+(\d+)")
 _NO_CORNER: Final = re.compile(rb"^[ \t]*f\b[^\n]*[ \t]0(?=[/\s]|$)", re.MULTILINE)
+_SHORT_FACE: Final = re.compile(rb"^[ \t]*f(?:[ \t]+[^\s#\\]+){0,2}[ \t\r]*(?:#[^\n]*)?$", re.MULTILINE)
 _HEAD_END: Final = re.compile(rb"end_header[^\n]*\n")
 
 
@@ -33,6 +34,8 @@ def require_rows(path: Path) -> None:
         found = _ply(data[: end.end()].decode("latin-1"), data[end.end() :])
     elif ending == ".obj" and (zero := _NO_CORNER.search(data)):
         raise FileError(f"{str(path)!r} has a face {zero[0].decode('latin-1').strip()[:60]!r}; corners begin with 1")
+    elif ending == ".obj" and (short := _SHORT_FACE.search(data)):
+        raise FileError(f"{str(path)!r} has a face {short[0].decode('latin-1').strip()[:60]!r}, expected three corners")
     else:
         return
     if found is None:

@@ -41,3 +41,14 @@ def test_corners_of_obj_begin_with_1(tmp_path: Path) -> None:
     path.write_text(points + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 0/4\n")
     with pytest.raises(FileError, match="has a face 'f 2 3 0'; corners begin with 1"):
         fp.read_surface(path)
+
+
+@pytest.mark.parametrize("face", ["f 2 3", "f 2//1 3//2  ", "f # lost", "f 2 3\r"])
+def test_faces_of_obj_have_three_corners(face: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.obj"
+    points = "".join(f"v {line}\n" for line in POINTS.splitlines())
+    path.write_text(f"{points}f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 \\\n3 4\n")
+    assert len(fp.read_surface(path).cells) == 4
+    path.write_bytes(f"{points}f 1 3 2\nf 1 2 4\nf 1 4 3\n{face}\n".encode())
+    with pytest.raises(FileError, match="expected three corners"):
+        fp.read_surface(path)
