@@ -80,7 +80,8 @@ def opened(path: Path) -> Iterator[Variables]:
     elif head in _CLASSIC:
         from scipy.io import netcdf_file
 
-        with netcdf_file(path, "r", mmap=False) as store:
-            yield Variables(store.variables.get, lambda found, name: getattr(found, name, ""))
+        with netcdf_file(path, "r", mmap=True) as store:  # steps that nobody wants stay on the disk
+            # Not a method of what closing lets go: it would be kept.
+            yield Variables(lambda name: store.variables.get(name), lambda found, name: getattr(found, name, ""))
     else:
         raise FileError(f"{str(path)!r} is no Exodus file: neither HDF5 nor netCDF (version 5 of that is not read)")
