@@ -6,12 +6,13 @@
     python tests/fuzz/guided.py --sum --corpus corpus
 
 One reader a run, in this process: a reader that crashes, waits for longer than 20 s or takes more than 3 GB ends it,
-and libFuzzer leaves the input beside the corpus. An exception that is no refusal is noted once for each place it comes
-from, and the run goes on. Inputs that reach code that none before reached stay in the corpus, so that the next run
-begins with them. What is read is read twice, so that what is not in the file but in the memory is seen. The process in
-which a file of VTK's is tried first is forked here, in a tenth of the time of one that starts anew. Beside the
-corpus NAME.json adds up the processor's minutes and the inputs of all runs, of which --sum makes a table: of meshes a
-line for each ending, by which a reader is chosen, however many writers its sound files are from.
+and libFuzzer leaves the input beside the corpus. An exception that is no refusal is noted once for each place it
+comes from, and the run goes on; so is a file that takes 300 MB more than any before it. Inputs that reach code that
+none before reached stay in the corpus, so that the next run begins with them. What is read is read twice, so that
+what is not in the file but in the memory is seen. The process in which a file of VTK's is tried first is forked here,
+in a tenth of the time of one that starts anew. Beside the corpus NAME.json adds up the processor's minutes and the
+inputs of all runs, of which --sum makes a table: of meshes a line for each ending, by which a reader is chosen,
+however many writers its sound files are from.
 """
 
 from __future__ import annotations
@@ -72,6 +73,8 @@ from femprep.errors import FemprepError, FileError  # noqa: E402
 from femprep.mesh.vtk import reading, trial  # noqa: E402
 
 SECONDS, MEGABYTES, LONGEST = 20, 3000, 1 << 20
+#: Megabytes that one file may add to the most memory so far.
+JUMP = 300
 #: Files beside the one a mesh is read by, which are damaged in their turn.
 BESIDE = {
     "opencarp": ".elem",
@@ -233,6 +236,7 @@ class Target:
             shutil.copytree(sound.parent, place)
         self.path = place / sound.name
         self.told: list[str] = []
+        self.peak = most_memory()
         self.count = self.refused = 0
 
     def __call__(self, data: bytes) -> None:
@@ -247,13 +251,25 @@ class Target:
         except Exception as error:
             last = traceback.extract_tb(error.__traceback__)[-1]
             where = f"{type(error).__name__} {Path(last.filename).name}:{last.lineno}"
-            if where not in self.told:
-                self.told.append(where)
-                (self.kept / f"{len(self.told)}-{self.path.name}").write_bytes(data)
-                (self.kept / f"{len(self.told)}.txt").write_text("".join(traceback.format_exception(error)))
+            self._keep(where, data, "".join(traceback.format_exception(error)))
+        if (peak := most_memory()) > self.peak + JUMP:
+            self._keep(f"more than {JUMP} MB", data, f"{self.peak} to {peak} MB")
+        self.peak = max(self.peak, peak)
         if self.count % 100 == 1:
             tally = {"inputs": self.count, "refused": self.refused, "no refusal": self.told}
             (self.kept / "tally.json").write_text(json.dumps(tally))
+
+    def _keep(self, where: str, data: bytes, words: str) -> None:
+        """Keep what fell short, once for each place it comes from."""
+        if where not in self.told:
+            self.told.append(where)
+            (self.kept / f"{len(self.told)}-{self.path.name}").write_bytes(data)
+            (self.kept / f"{len(self.told)}.txt").write_text(words)
+
+
+def most_memory() -> int:
+    """The most memory this process had so far, megabytes."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
 
 
 def add_up(record: Path, ending: str, tally: dict[str, Any], minutes: float) -> dict[str, Any]:

@@ -266,7 +266,8 @@ def _spacing(
 def _labels(array: npt.NDArray[Any], file: Path) -> npt.NDArray[np.integer[Any]]:
     """Label numbers in the smallest unsigned type, read-only; refuses fractions and negative numbers."""
     if np.issubdtype(array.dtype, np.floating):
-        whole = np.isfinite(array) & (array == np.rint(array))
+        with np.errstate(invalid="ignore"):  # NaN of the kind that signals
+            whole = np.isfinite(array) & (array == np.rint(array))
         if not whole.all():
             value = float(array[~whole][0])
             wrong = int(array.size - np.count_nonzero(whole))

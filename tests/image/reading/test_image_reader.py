@@ -8,6 +8,7 @@ import logging
 import struct
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -208,6 +209,11 @@ def test_nan_voxels_are_refused(tmp_path):
     path = tmp_path / "nan.nrrd"
     SimpleITK.WriteImage(image(array), str(path))
     with pytest.raises(InputError, match=r"1 voxels are no integers .*nan"):
+        read_segmentation(path, preset="acdc")
+    array.view(np.uint32)[5, 5, 5] = 0x7F800001  # NaN of the kind that signals: numpy warns of it
+    SimpleITK.WriteImage(image(array), str(path))
+    with warnings.catch_warnings(), pytest.raises(InputError, match=r"1 voxels are no integers .*nan"):
+        warnings.simplefilter("error")
         read_segmentation(path, preset="acdc")
 
 
