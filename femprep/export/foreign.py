@@ -23,7 +23,7 @@ log = logging.getLogger(__name__)
 TAG_ARRAYS: Final = (
     *("region", "facet_tag", "gmsh:physical", "medit:ref", "cell_tags", "Cell tags", "Facet tags"),
     *("elemTag", "ModelRegionID", "ModelFaceID", "material", "MaterialID", "ID"),
-    *("_surface-id", "_volume-id"),
+    *("_surface-id", "_volume-id", "nastran:ref", "tetgen:ref", "avsucd:material", "netgen:index", "su2:tag"),
 )
 #: Arrays that say nothing about the mesh, only about the file.
 _BOOKKEEPING: Final = ("gmsh:geometrical", "gmsh:dim_tags")
@@ -149,7 +149,11 @@ def _tags(
 def _are_tags(values: np.ndarray) -> bool:
     """Whether values are whole numbers that a tag can have; others would be cut to them."""
     most = np.iinfo(np.int32).max
-    if values.ndim != 1 or not (values.dtype.kind in "iu" or np.array_equal(values, np.round(values))):
+    if (
+        values.ndim != 1
+        or values.dtype.kind not in "biuf"
+        or not (values.dtype.kind in "iu" or np.array_equal(values, np.round(values)))
+    ):
         return False
     return bool(np.all((values >= -most) & (values <= most)))
 

@@ -23,6 +23,7 @@ from femprep.export.others.nastran import read as _nastran
 from femprep.export.others.netgen import read as _netgen
 from femprep.export.others.permas import read as _permas
 from femprep.export.others.su2 import read as _su2
+from femprep.export.others.tecplot import read as _tecplot
 from femprep.export.through_meshio import meshio_mesh
 from femprep.export.verdict import verdict_in
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
@@ -213,6 +214,8 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".fem": _nastran,
     ".nas": _nastran,
     ".gz": _netgen,
+    ".dat": _tecplot,
+    ".tec": _tecplot,
     ".e": "exodus",
     ".exo": "exodus",
     ".ex2": "exodus",

@@ -5,7 +5,7 @@
     python tests/fuzz/guided.py --list
     python tests/fuzz/guided.py --sum --corpus corpus
 
-One reader a run, in this process: a reader that crashes, waits for longer than 20 s or takes more than 3 GB ends it,
+One reader a run, in this process: a reader that crashes, waits for longer than 20 s or takes more than 6 GB ends it,
 and libFuzzer leaves the input beside the corpus. An exception that is no refusal is noted once for each place it
 comes from, and the run goes on; so is a file that takes 300 MB more than any before it. Inputs that reach code that
 none before reached stay in the corpus, so that the next run begins with them. What is read is read twice, so that
@@ -72,7 +72,8 @@ from image.reading.test_dicom import masks_of, phantom, write_seg  # noqa: E402
 from femprep.errors import FemprepError, FileError  # noqa: E402
 from femprep.mesh.vtk import reading, trial  # noqa: E402
 
-SECONDS, MEGABYTES, LONGEST = 20, 3000, 1 << 20
+#: Where atheris follows a comparison of arrays, these stay in memory: some gigabytes in an hour.
+SECONDS, MEGABYTES, LONGEST = 20, 6000, 1 << 20
 #: Megabytes that one file may add to the most memory so far.
 JUMP = 300
 #: Files beside the one a mesh is read by, which are damaged in their turn.

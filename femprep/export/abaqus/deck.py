@@ -7,6 +7,7 @@ where its instance puts it.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,12 +20,15 @@ from femprep.errors import FileError
 from femprep.export.abaqus.sections import Section, sections
 from femprep.export.abaqus.springs import PARTNERS, SPRINGS
 from femprep.export.abaqus.write import ABAQUS_TYPES
+from femprep.export.deck.listed import require_listed
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FloatArray, IntArray
 
 KINDS = {name: kind for kind, name in ABAQUS_TYPES.items()}
 #: What numbers of one part are ahead of those of the part before; what is in no part comes first.
 PART: Final = 10**12
+#: Keywords that make nodes or elements, or move nodes.
+_MAKING: Final = frozenset({"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYMMETRIC MODEL GENERATION"})
 
 
 @dataclass
@@ -35,6 +39,8 @@ class Deck:
     elements: list[tuple[str, IntArray]] = field(default_factory=list)
     sets: dict[str, list[Any]] = field(default_factory=dict)
     surfaces: dict[str, list[tuple[str | int, str]]] = field(default_factory=dict)
+    #: How many rows of each surface name no face of a solid.
+    faceless: Counter[str] = field(default_factory=Counter)
     directions: np.ndarray | None = None
     #: How many nodes have fewer than three coordinates.
     short: int = 0
@@ -59,6 +65,11 @@ def parse(path: Path) -> Deck:
     for section in sections(path):
         keyword, options, lines = section.keyword, section.options, section.lines
         first = deck.instances.get(options.get("INSTANCE", "").upper(), here)
+        require_listed(path, keyword, _MAKING)
+        if (keyword == "SYSTEM" and lines) or (keyword == "NODE" and options.get("SYSTEM", "R").upper() != "R"):
+            raise FileError(
+                f"{str(path)!r}: nodes in axes of their own (*SYSTEM) are not read; write them in global ones"
+            )
         if keyword == "HEADING":
             deck.unit = next((m[1] for line in lines if (m := re.search(r"Units: length (\w+)", line))), deck.unit)
         elif keyword == "PART":
@@ -84,9 +95,11 @@ def parse(path: Path) -> Deck:
                 deck.directions = np.array(found, dtype=np.float64)
                 deck.directions[:, 0] += first
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
-            rows = [_fields(line)[:2] for line in lines]
-            pairs = [(_member(deck, row[0], first), row[1]) for row in rows if len(row) == 2]
-            deck.surfaces.setdefault(options.get("NAME", ""), []).extend(pairs)
+            name, rows = options.get("NAME", ""), [_fields(line)[:2] for line in lines]
+            pairs = [(_member(deck, row[0], first), row[1].upper()) for row in rows if len(row) == 2]
+            known = [(member, face) for member, face in pairs if re.fullmatch(r"S[1-6]", face)]
+            deck.surfaces.setdefault(name, []).extend(known)
+            deck.faceless[name] += len(rows) - len(known)
     for table in deck.nodes if deck.moves else ():
         for first, given in deck.moves.items():  # last: an instance may hold nodes of its own
             own = table[:, 0] // PART == first // PART

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -91,6 +90,10 @@ def _notices(deck: Deck, mesh: VolumeMesh) -> Iterator[Notice]:
         yield Notice.of(
             "assumed", f"{deck.short} nodes have fewer than three coordinates: 0 for the others, as in Abaqus"
         )
+    for name, count in deck.faceless.items():
+        if count:
+            words = f"rows of the surface {name!r} are left out, which name no face S1 to S6 of elements: {{amount}}"
+            yield Notice.of("left out", words, amount=count)
     if deck.directions is not None and "fiber" not in mesh.cell_data:
         count = len(deck.directions)
         words = f"directions of the last distribution are left out: it has {count}, for {mesh.n_cells} elements"
@@ -181,9 +184,8 @@ def _facets(
         members, faces = [], []
         for first, face in pairs:
             own = _labels_of(deck, first) if isinstance(first, str) else np.array([first])
-            if re.fullmatch(r"S[1-6]", face.upper()):
-                members.append(own)
-                faces.append(np.full(len(own), int(face[1]) - 1))
+            members.append(own)
+            faces.append(np.full(len(own), int(face[1]) - 1))
         if not members:
             continue
         wanted, face_numbers = np.concatenate(members), np.concatenate(faces)

@@ -39,9 +39,11 @@ def read(path: Path) -> VolumeMesh:
         It has no nodes or volume elements, or a node that is not defined is used.
     """
     root = _root(OpenedFile(path))
-    found = root.find("Mesh")
+    found, *more = [*root.iterfind("Mesh"), None]
     if found is None:
         raise InputError("holds no section Mesh; femprep reads FEBio's versions 3 and 4")
+    if len(more) > 1:
+        raise InputError("holds several sections Mesh; put them into one")
     nodes = [node for block in found.iterfind("Nodes") for node in block]
     if not nodes:
         raise InputError("holds no nodes")
@@ -67,6 +69,7 @@ def read(path: Path) -> VolumeMesh:
         for facet in surface:
             by_type.setdefault(facet.tag, []).append(facet)
         tag = parts.numbers.of(surface.get("name") or "", facet=True)
+        parts.left_out.update(set(by_type) - set(_FACETS))
         parts.facets += [(_FACETS[t], _nodes(rows, place), tag) for t, rows in by_type.items() if t in _FACETS]
     mesh = parts.mesh(points / units_of(path).per_mm, "Elements", "Surface")
     if axes:

@@ -13,6 +13,7 @@ import numpy as np
 from femprep.errors import FileError, InputError
 from femprep.export.deck.fibres import segment_of
 from femprep.export.deck.includes import OpenedFile
+from femprep.export.deck.listed import require_listed
 from femprep.export.deck.parts import DeckParts, require_once, rows_of_nodes, with_mid_side_nodes
 from femprep.export.deck.units import units_of
 from femprep.export.lsdyna.write import PLACES
@@ -20,6 +21,12 @@ from femprep.export.purkinje import PURKINJE
 from femprep.model import PurkinjeNet, VolumeMesh
 from femprep.model.notice import Notice, noted
 
+#: Keywords that move, copy or merge nodes or parts.
+_MAKING: Final = frozenset(
+    {"*NODE_TRANSFORM", "*PART_MOVE", "*PART_DUPLICATE", "*NODE_MERGE", "*NODE_MERGE_SET", "*NODE_MERGE_TOLERANCE"}
+)
+#: Words behind a keyword by which cards have other columns.
+_LONG: Final = frozenset({"%", "+", "LONG=Y", "LONG=S", "LONG=K", "I10=Y"})
 #: Places that repeat a node, by element type: which type an element of eight places is.
 _REPEATED: Final = {"tetra": ((3, 4), (3, 5), (3, 6), (3, 7)), "wedge": ((4, 5), (6, 7)), "hexahedron": ()}
 
@@ -118,12 +125,17 @@ def _lines(opened: OpenedFile) -> Iterator[str]:
     Raises
     ------
     FileError
-        Such a file is not there, or is to be moved or renumbered.
+        Such a file is not there, or is to be moved or renumbered; or nodes or elements are others than those listed.
     """
     including = False
     for line in opened.path.read_text(encoding="utf-8", errors="replace").splitlines():
         if line.startswith("*"):
-            keyword = line.split()[0].upper()
+            keyword, *rest = line.upper().split()
+            require_listed(opened.path, keyword, _MAKING)
+            if set(rest) & _LONG:
+                raise FileError(
+                    f"{str(opened.path)!r}: long cards ({line[:40].strip()}) are not read; write standard ones"
+                )
             including = keyword == "*INCLUDE"
             if keyword.startswith("*INCLUDE_"):
                 raise FileError(f"{str(opened.path)!r}: {keyword} is not followed; put what it takes in into one file")

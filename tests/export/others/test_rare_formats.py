@@ -52,12 +52,37 @@ def test_what_a_nastran_deck_numbers_twice_is_refused(tmp_path: Path) -> None:
         fp.read_mesh(written(tmp_path / "c.bdf", twice))
 
 
+def test_points_of_nastran_in_axes_of_their_own_are_refused(tmp_path: Path) -> None:
+    two = BULK.replace("CTETRA,1,1", "CTETRA,1,7").replace("ENDDATA", "CTRIA3,2,9,1,2,3\nENDDATA")
+    mesh = fp.read_mesh(written(tmp_path / "a.bdf", two.replace("GRID,1,", "GRID,1,0")))
+    assert (mesh.region.tolist(), mesh.facet_tag.tolist(), mesh.point_data) == ([7], [9], {})
+    with pytest.raises(FileError, match=r"points in axes of their own \(CP of GRID\)"):
+        fp.read_mesh(written(tmp_path / "b.bdf", BULK.replace("GRID,1,", "GRID,1,5")))
+    for line in ("GRDSET,,5", "include 'more.bdf'"):
+        with pytest.raises(FileError, match=f"{line[:6].upper()}.* is not read"):
+            fp.read_mesh(written(tmp_path / "c.bdf", BULK.replace("BEGIN BULK", f"BEGIN BULK\n{line}")))
+
+
+def test_zones_of_tecplot_and_su2(tmp_path: Path) -> None:
+    points = "0 0 0\n9 0 0\n0 9 0\n0 0 9\n"
+    zone = f"ZONE N=4, E=1, F=FEPOINT, ET=TETRAHEDRON\n{points}1 2 3 4\n"
+    mesh = fp.read_mesh(written(tmp_path / "a.dat", f'VARIABLES="X" "Y" "Z"\n{zone}{zone}'))
+    assert (mesh.n_cells, [one["what"] for one in mesh.info["notices"]]) == (1, ["of 2 zones the first is read"])
+    zone = f"NDIME= 3\nNELEM= 1\n10 0 1 2 3\nNPOIN= 4\n{points}"
+    assert fp.read_mesh(written(tmp_path / "a.su2", f"NZONE= 1\n{zone}")).n_cells == 1
+    with pytest.raises(FileError, match="has 2 zones"):
+        fp.read_mesh(written(tmp_path / "b.su2", f"NZONE= 2\nIZONE= 1\n{zone}IZONE= 2\n{zone}"))
+
+
 def test_arrays_that_are_no_numbers_are_left_out(tmp_path: Path) -> None:
     """Netgen's numbers of regions that no integer holds become objects in meshio."""
     points = "points\n4\n0 0 0\n9 0 0\n0 9 0\n0 0 9\n"
     text = f"mesh3d\ndimension\n3\n{points}volumeelements\n1\n{{}} 4 1 3 2 4\nendmesh\n"
-    assert "netgen:index" in fp.read_mesh(written(tmp_path / "a.vol", text.format(7))).cell_data
-    assert fp.read_mesh(written(tmp_path / "b.vol", text.format(10**30))).cell_data == {}
+    assert fp.read_mesh(written(tmp_path / "a.vol", text.format(7))).region.tolist() == [7]
+    spoiled = fp.read_mesh(written(tmp_path / "b.vol", text.format(10**30)))
+    assert (spoiled.region.tolist(), spoiled.cell_data) == ([0], {})
+    (notice,) = spoiled.info["notices"]
+    assert notice["what"].startswith("netgen:index is left out")
 
 
 def test_an_su2_mesh_that_is_cut_short_is_refused(tmp_path: Path) -> None:
