@@ -149,11 +149,8 @@ def _tags(
 def _are_tags(values: np.ndarray) -> bool:
     """Whether values are whole numbers that a tag can have; others would be cut to them."""
     most = np.iinfo(np.int32).max
-    if (
-        values.ndim != 1
-        or values.dtype.kind not in "biuf"
-        or not (values.dtype.kind in "iu" or np.array_equal(values, np.round(values)))
-    ):
+    whole = values.dtype.kind in "iu" or (values.dtype.kind in "bf" and np.array_equal(values, np.round(values)))
+    if values.ndim != 1 or not whole:
         return False
     return bool(np.all((values >= -most) & (values <= most)))
 
