@@ -30,6 +30,10 @@ def read_own(path: Path) -> VolumeMesh | None:
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError as error:
         raise FileError(f"{str(path)!r} is damaged: {error}") from error
+    if any(entry.get("BaseOffset", "0") != "0" or "Order" in entry.attrib for entry in root.iter("Topology")):
+        raise FileError(
+            f"{str(path)!r} counts points from another number than 0, or in another order; write it plainly"
+        )
     grids = {grid.get("Name"): grid for grid in root.iter("Grid")}
     if MESH not in grids:
         return None
