@@ -74,6 +74,18 @@ def test_zones_of_tecplot_and_su2(tmp_path: Path) -> None:
         fp.read_mesh(written(tmp_path / "b.su2", f"NZONE= 2\nIZONE= 1\n{zone}IZONE= 2\n{zone}"))
 
 
+def test_markers_of_su2_keep_their_names(tmp_path: Path) -> None:
+    text = "NDIME= 3\nNELEM= 1\n10 0 1 2 3\nNPOIN= 4\n0 0 0\n9 0 0\n0 9 0\n0 0 9\nNMARK= 2\n"
+    marks = "MARKER_TAG= {}\nMARKER_ELEMS= 1\n5 0 2 1\nMARKER_TAG= {}\nMARKER_ELEMS= 1\n5 0 1 3\n"
+    mesh = fp.read_mesh(written(tmp_path / "a.su2", text + marks.format("lumen % inside", "rim")))
+    assert mesh.facet_tag.tolist() == [mesh.info["tag_names"][name] for name in ("lumen", "rim")]
+    mesh = fp.read_mesh(written(tmp_path / "b.su2", text + marks.format("7", "3")))
+    assert (mesh.facet_tag.tolist(), mesh.info.get("tag_names")) == ([7, 3], None)
+    for tags in (("3", "3"), ("lumen", "1")):
+        with pytest.raises(FileError, match="twice the same, or numbers and names mixed"):
+            fp.read_mesh(written(tmp_path / "c.su2", text + marks.format(*tags)))
+
+
 def test_arrays_that_are_no_numbers_are_left_out(tmp_path: Path) -> None:
     """Netgen's numbers of regions that no integer holds become objects in meshio."""
     points = "points\n4\n0 0 0\n9 0 0\n0 9 0\n0 0 9\n"
