@@ -23,7 +23,16 @@ log = logging.getLogger(__name__)
 TAG_ARRAYS: Final = (
     *("region", "facet_tag", "gmsh:physical", "medit:ref", "cell_tags", "Cell tags", "Facet tags"),
     *("elemTag", "ModelRegionID", "ModelFaceID", "material", "MaterialID", "ID"),
-    *("_surface-id", "_volume-id", "nastran:ref", "tetgen:ref", "avsucd:material", "netgen:index", "su2:tag"),
+    *(
+        "_surface-id",
+        "_volume-id",
+        "nastran:ref",
+        "tetgen:ref",
+        "avsucd:material",
+        "netgen:index",
+        "su2:tag",
+        "ugrid:ref",
+    ),
 )
 #: Arrays that say nothing about the mesh, only about the file.
 _BOOKKEEPING: Final = ("gmsh:geometrical", "gmsh:dim_tags")

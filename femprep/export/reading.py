@@ -167,6 +167,10 @@ def _kratos(path: Path) -> VolumeMesh:
     raise InputError("Kratos' .mdpa is not read; let Kratos write VTK (its VtkOutput)")
 
 
+def _cgns(path: Path) -> VolumeMesh:
+    raise InputError("CGNS is not read; write Exodus II or VTK")
+
+
 def _with_unit(path: Path) -> VolumeMesh:
     """A text file of ours names its unit near its top; of anyone else's the lengths stay as they are."""
     mesh, scale = _meshio(path), units_of(path).per_mm
@@ -209,6 +213,7 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".su2": _su2,
     ".hmf": _hmf,  # a length within its texts makes HDF5 ask for gigabytes
     ".mdpa": _kratos,  # meshio takes nodes by their rows, whatever their numbers, and knows no elements of Kratos'
+    ".cgns": _cgns,  # meshio takes whatever has four nodes for tetrahedra, of the first zone
     ".f3grid": _flac3d,
     ".bdf": _nastran,
     ".fem": _nastran,

@@ -90,7 +90,6 @@ BESIDE = {
 #: Further files that meshio reads: name, format.
 RARE = (
     *(
-        ("mesh.cgns", "cgns"),
         ("mesh.xml", "dolfin-xml"),
         ("mesh.hmf", "hmf"),
         ("mesh.vol", "netgen"),

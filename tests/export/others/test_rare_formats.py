@@ -156,7 +156,9 @@ def test_mid_side_nodes_of_permas_are_refused(tmp_path: Path) -> None:
         fp.read_mesh(tmp_path / "a.post")
 
 
-def test_kratos_is_refused(tmp_path: Path) -> None:
-    """meshio takes its nodes by their rows, whatever their numbers."""
+def test_kratos_and_cgns_are_refused(tmp_path: Path) -> None:
+    """meshio takes nodes of the one by rows, whatever their numbers, and quadrilaterals of the other for solids."""
     with pytest.raises(FileError, match="let Kratos write VTK"):
         fp.read_mesh(written(tmp_path / "a.mdpa", "Begin Nodes\nEnd Nodes\n"))
+    with pytest.raises(FileError, match="CGNS is not read"):
+        fp.read_mesh(written(tmp_path / "a.cgns", "CGNS"))
