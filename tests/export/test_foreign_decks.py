@@ -91,7 +91,7 @@ def test_ls_dyna_keyword_file(tmp_path: Path) -> None:
     names = mesh.info["tag_names"]
     assert mesh.points.tolist() == POINTS
     assert mesh.cells["tetra"].tolist() == [[0, 1, 2, 3], [1, 2, 3, 4]]
-    assert mesh.region.tolist() == [names["Healthy"], names["Lesion"]]
+    assert mesh.region.tolist() == [names["Healthy muscle"], names["Lesion"]]
     assert mesh.facets["triangle"].tolist() == [[0, 2, 1]]
     assert mesh.facet_tag.tolist() == [101]
     assert mesh.cell_data["aha"].tolist() == [0, 4]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +19,7 @@ from femprep.export.deck.parts import DeckParts, require_once, rows_of_nodes, wi
 from femprep.export.deck.units import units_of
 from femprep.export.lsdyna.write import PLACES
 from femprep.export.purkinje import PURKINJE
+from femprep.mesh.elements import ELEMENTS
 from femprep.model import PurkinjeNet, VolumeMesh
 from femprep.model.notice import Notice, noted
 
@@ -34,7 +36,7 @@ _REPEATED: Final = {"tetra": ((3, 4), (3, 5), (3, 6), (3, 7)), "wedge": ((4, 5),
 def read(path: Path) -> VolumeMesh:
     """Read the solid elements of a keyword file, as femprep writes it: no comma-separated or long cards.
 
-    Parts become regions by the first word of their titles, titled segment sets tagged facets, sets of solids
+    Parts become regions by their titles, segment sets tagged facets by theirs or their numbers, sets of solids
     ``aha_1``, ``aha_2``... the AHA segments; ``*ELEMENT_SOLID_ORTHO`` gives fibre (a) and sheet (d). Beams of parts
     titled ``purkinje_...`` are Purkinje fibres.
 
@@ -49,26 +51,31 @@ def read(path: Path) -> VolumeMesh:
     if "*KEYWORD" not in text.upper():
         raise FileError(f"{str(path)!r} is no LS-DYNA keyword file: it has no *KEYWORD")
     scale = units_of(path).per_mm
-    parts, titles = DeckParts(), {}
+    parts = DeckParts()
+    titles: dict[int, str] = {}
     ids, points, solids, segments, sets, beams = [], [], [], [], {}, []
     for keyword, cards in _sections(text):
         if keyword == "*NODE":
             ids += [int(card[:8]) for card in cards]
             points += [[float(card[8 + 16 * i : 24 + 16 * i]) for i in range(3)] for card in cards]
         elif keyword == "*PART":
-            titles.update({int(cards[i + 1][:10]): cards[i].split()[0] for i in range(0, len(cards) - 1, 2)})
+            pairs = [pair for pair in zip(cards[::2], cards[1::2]) if pair[1].strip()]
+            titles.update({int(card[:10]): title.strip() for title, card in pairs})
         elif keyword in ("*ELEMENT_SOLID", "*ELEMENT_SOLID_ORTHO"):
             solids += _solids(cards, keyword.endswith("ORTHO"))
         elif keyword == "*ELEMENT_BEAM":
             beams += [_integers(card, 8)[:4] for card in cards]
         elif keyword.startswith("*ELEMENT_"):
             parts.left_out.add(keyword)
-        elif keyword == "*SET_SEGMENT_TITLE":
-            segments.append((cards[0].strip(), [_integers(card, 10)[:4] for card in cards[2:]]))
+        elif keyword in ("*SET_SEGMENT", "*SET_SEGMENT_TITLE"):
+            first = int(keyword.endswith("TITLE"))
+            name = cards[0].strip() if first else f"tag_{int(cards[0][:10])}"
+            segments.append((name, [_integers(card, 10)[:4] for card in cards[first + 1 :]]))
         elif keyword == "*SET_SOLID_TITLE":
             sets[cards[0].strip().lower()] = [n for card in cards[2:] for n in _integers(card, 10) if n]
     if not solids:
         raise InputError("holds no solid elements")
+    titles = _names(titles)
     require_once(
         (label for label, _ in dict.fromkeys(zip(ids, map(tuple, points)))), "node"
     )  # the same again is no harm
@@ -149,7 +156,7 @@ def _sections(text: str) -> Iterator[tuple[str, list[str]]]:
     """Keywords with the cards below them, comments left out."""
     keyword, cards = "", list[str]()
     for line in text.splitlines():
-        if line.startswith("$") or not line.strip():
+        if line.startswith("$") or not (line.strip() or keyword == "*PART"):  # a title may be blank
             continue
         if line.startswith("*"):
             if keyword:
@@ -159,6 +166,16 @@ def _sections(text: str) -> Iterator[tuple[str, list[str]]]:
             cards.append(line)
     if keyword:
         yield keyword, cards
+
+
+def _names(titles: dict[int, str]) -> dict[int, str]:
+    """Names of parts by their titles, of ours without the type of their elements; parts of one title stay apart."""
+    times, found = Counter(titles.values()), {}
+    for part, title in titles.items():
+        words = title.split()
+        name = " ".join(words[:-1] if len(words) > 1 and words[-1] in ELEMENTS else words) or "tag"
+        found[part] = name if title and times[title] == 1 else f"{name}_{part}"
+    return found
 
 
 def _integers(card: str, width: int) -> list[int]:

@@ -60,6 +60,26 @@ def test_lsdyna_cards_in_other_columns(change: tuple[str, str], tmp_path: Path) 
         read(tmp_path / "a.k", LSDYNA.replace(*change, 1))
 
 
+def test_lsdyna_parts_go_by_their_whole_titles_and_segment_sets_by_their_numbers(tmp_path: Path) -> None:
+    """Of "left ventricle" and "left atrium" the first word made one region; sets without a title were lost."""
+    two = LSDYNA.replace(
+        "*END\n", SOLID.split("\n", 1)[1].replace("       1       1       1", "       2       2       1")
+    )
+    two += "*SET_SEGMENT\n         7\n         1         2         3         3\n*END\n"
+    for first, second, names in (
+        ("left ventricle", "left atrium", ["left ventricle", "left atrium"]),
+        ("wall", "wall", ["wall_1", "wall_2"]),
+        ("wall", "", ["wall", None]),
+    ):
+        more = f"lv\n{1:10d}{1:10d}{1:10d}\n"
+        assert more in two
+        text = two.replace(more, f"{first}\n{1:10d}{1:10d}{1:10d}\n{second}\n{2:10d}{1:10d}{1:10d}\n")
+        mesh = read(tmp_path / "a.k", text)
+        own = mesh.info["tag_names"]
+        assert mesh.region.tolist() == [2 if name is None else own[name] for name in names]
+        assert mesh.facet_tag.tolist() == [7]
+
+
 def test_febio_with_two_meshes_or_facets_of_seven_nodes(tmp_path: Path) -> None:
     nodes = "".join(f'<node id="{i}">{x},{y},{z}</node>' for i, (x, y, z) in enumerate(POINTS, 1))
     elements = '<Elements type="tet4" name="lv"><elem id="1">1,2,3,4</elem></Elements>'
