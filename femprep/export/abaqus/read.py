@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from femprep.errors import FileError, InputError
 from femprep.export.abaqus.deck import KINDS, PART, Deck, parse
+from femprep.export.abaqus.named import Name
 from femprep.export.deck.fibres import segment_of
 from femprep.export.deck.names import Numbers
 from femprep.export.deck.parts import DeckParts
@@ -25,8 +26,9 @@ from femprep.model.notice import Notice, noted
 def read(path: Path) -> VolumeMesh:
     """Read the volume mesh of a deck, of several parts too, each where its instance puts it.
 
-    Element sets become regions (the first set an element is in decides, sets of all elements do not count; of several
-    parts, those of no set are named after theirs), element surfaces become tagged facets. Elements of other types
+    Element sets become regions: of several that an element is in one with a material decides, else the first one, and
+    one of all elements last. Elements of several parts that are in no set are named after their part; sets and surfaces
+    of one name in several parts have the part before it. Element surfaces become tagged facets. Elements of other types
     (shells, springs) are left out.
 
     Raises
@@ -45,13 +47,13 @@ def read(path: Path) -> VolumeMesh:
     element_labels = np.concatenate([table[:, 0] for table in tables.values()])
     cells = {kind: _index(labels, table[:, 1:], "node", path) for kind, table in tables.items()}
     parts = DeckParts(left_out=deck.left_out)
-    region = _regions(deck, element_labels, parts.numbers)
+    region, lost = _regions(deck, element_labels, parts.numbers)
     data = {**_directions(deck, element_labels, path), **_segments(deck, element_labels)}
     for kind, block, own in block_rows(cells):
         parts.cells.append((kind, block, region[own], {name: values[own] for name, values in data.items()}))
     parts.facets += _facets(deck, cells, element_labels, parts.numbers)
     mesh = parts.mesh(points, "ELSET", "SURFACE")
-    return replace(mesh, info=noted(mesh.info, *_notices(deck, mesh)))
+    return replace(mesh, info=noted(mesh.info, *_notices(deck, mesh, lost)))
 
 
 def _tables(deck: Deck) -> dict[str, IntArray]:
@@ -78,7 +80,7 @@ def _are_last(labels: npt.NDArray[Any]) -> BoolArray:
     return found
 
 
-def _notices(deck: Deck, mesh: VolumeMesh) -> Iterator[Notice]:
+def _notices(deck: Deck, mesh: VolumeMesh, lost: list[str]) -> Iterator[Notice]:
     """What was taken, and what was left out."""
     more = sum(map(len, deck.nodes)) - len(mesh.points), sum(len(rows) for _, rows in deck.elements) - mesh.n_cells
     if any(more):
@@ -90,6 +92,9 @@ def _notices(deck: Deck, mesh: VolumeMesh) -> Iterator[Notice]:
         yield Notice.of(
             "assumed", f"{deck.short} nodes have fewer than three coordinates: 0 for the others, as in Abaqus"
         )
+    if lost:
+        words = f"an element has one region: sets {', '.join(lost)[:200]} lack those that are in another set as well"
+        yield Notice.of("left out", words)
     for name, count in deck.faceless.items():
         if count:
             words = f"rows of the surface {name!r} are left out, which name no face S1 to S6 of elements: {{amount}}"
@@ -108,14 +113,14 @@ def _index(labels: IntArray, wanted: IntArray, what: str, path: Path) -> IntArra
     return found
 
 
-def _labels_of(deck: Deck, name: str, seen: tuple[str, ...] = ()) -> IntArray:
-    """Element labels of a set, sets within it opened; a set is named in any case."""
-    wanted = next((own for own in deck.sets if own.upper() == name.upper()), None)
-    if wanted is None or wanted in seen:
+def _labels_of(deck: Deck, name: Name, seen: tuple[Name, ...] = ()) -> IntArray:
+    """Element labels of a set, sets within it opened."""
+    kept = deck.sets.find(name)
+    if kept is None or kept in seen:
         return np.empty(0, dtype=np.int64)
     parts = [
-        _labels_of(deck, member, (*seen, wanted)) if isinstance(member, str) else np.atleast_1d(member)
-        for member in deck.sets[wanted]
+        _labels_of(deck, member, (*seen, kept)) if isinstance(member, Name) else np.atleast_1d(member)
+        for member in deck.sets.members(kept)
     ]
     return np.concatenate([np.empty(0, dtype=np.int64), *parts]).astype(np.int64)
 
@@ -136,8 +141,8 @@ def _found(labels: IntArray, wanted: IntArray) -> tuple[IntArray, BoolArray]:
 def _segments(deck: Deck, labels: IntArray) -> dict[str, np.ndarray]:
     """AHA segments from the sets ``aha_1``, ``aha_2``..."""
     values = np.zeros(len(labels), dtype=np.int32)
-    for name in deck.sets:
-        if segment := segment_of(name):
+    for name, _ in deck.sets.shown({}):
+        if segment := segment_of(name.text):
             values[_rows_of(labels, _labels_of(deck, name))] = segment
     return {"aha": values} if values.any() else {}
 
@@ -156,23 +161,31 @@ def _directions(deck: Deck, labels: IntArray, path: Path) -> dict[str, np.ndarra
     return {"fiber": found[:, :3], "sheet": found[:, 3:]}
 
 
-def _regions(deck: Deck, labels: IntArray, numbers: Numbers) -> np.ndarray:
-    region = np.zeros(len(labels), dtype=np.int64)
-    for name in deck.sets:
-        if segment_of(name) is not None:
-            continue
-        rows = _rows_of(labels, np.unique(_labels_of(deck, name)))
-        if len(rows) == len(labels) and name.upper() in {"EALL", "ALL"}:
-            continue
-        free = rows[region[rows] == 0]
-        if free.size:
-            region[free] = numbers.of(name)
+def _regions(deck: Deck, labels: IntArray, numbers: Numbers) -> tuple[np.ndarray, list[str]]:
+    """Region of each element, and sets that have fewer elements than they list, as others come first.
+
+    Sets that have a material come first, those of all elements last.
+    """
     parts = {first: name.lower() for name, first in deck.parts.items() if (labels // PART == first // PART).any()}
-    for first, name in parts.items() if len(parts) > 1 else ():
+    shown = [(name, written) for name, written in deck.sets.shown(parts) if segment_of(name.text) is None]
+    rows = {name: _rows_of(labels, np.unique(_labels_of(deck, name))) for name, _ in shown}
+    materials = {deck.sets.find(name) for name in deck.sections}
+    shown.sort(key=lambda one: (len(rows[one[0]]) == len(labels), one[0] not in materials))
+    region, lost = np.zeros(len(labels), dtype=np.int64), []
+    for name, written in shown:
+        own, whole = rows[name], len(rows[name]) == len(labels)
+        free = own[region[own] == 0]
+        if whole and name.text in {"EALL", "ALL"}:
+            continue
+        if free.size:
+            region[free] = numbers.of(written)
+        if free.size < own.size and not whole:
+            lost.append(written)
+    for first, part in parts.items() if len(parts) > 1 else ():
         free = (region == 0) & (labels // PART == first // PART)
         if free.any():
-            region[free] = numbers.of(name)
-    return region.astype(np.int32)
+            region[free] = numbers.of(part)
+    return region.astype(np.int32), lost
 
 
 def _facets(
@@ -180,10 +193,11 @@ def _facets(
 ) -> Iterator[tuple[str, IntArray, int]]:
     """Type, nodes and tag of the facets of each surface, some at a time."""
     kinds = np.concatenate([np.full(len(block), kind) for kind, block in cells.items()])
-    for name, pairs in deck.surfaces.items():
+    parts = {first: name.lower() for name, first in deck.parts.items()}
+    for kept, name in deck.surfaces.shown(parts):
         members, faces = [], []
-        for first, face in pairs:
-            own = _labels_of(deck, first) if isinstance(first, str) else np.array([first])
+        for first, face in deck.surfaces.members(kept):
+            own = _labels_of(deck, first) if isinstance(first, Name) else np.array([first])
             members.append(own)
             faces.append(np.full(len(own), int(face[1]) - 1))
         if not members:

@@ -1,0 +1,57 @@
+"""Element sets of a deck: which one names a region where several hold an element, in any case, and part by part."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import femprep as fp
+
+POINTS = [(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9), (9, 9, 9), (20, 20, 0)]
+NODES = "".join(f"{i}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(POINTS, 1))
+DECK = f"*NODE\n{NODES}*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n2, 5, 4, 3, 2\n3, 3, 2, 5, 6\n"
+WHOLE, LEFT, RIGHT = (
+    "*ELSET, ELSET={}\n{}\n".format(*one) for one in (("whole", "1, 2, 3"), ("a", "1"), ("b", "2, 3"))
+)
+
+
+def read(path: Path, text: str) -> fp.VolumeMesh:
+    path.write_text(text)
+    return fp.read_mesh(path)
+
+
+def names_of(mesh: fp.VolumeMesh, tags: list[int]) -> list[str]:
+    own = {number: name for name, number in mesh.info["tag_names"].items()}
+    return [own[tag] for tag in tags]
+
+
+@pytest.mark.parametrize(
+    ("sets", "regions"),
+    [
+        (WHOLE + LEFT + RIGHT, "a b b"),
+        (WHOLE, "whole whole whole"),
+        (LEFT + RIGHT.replace("=b", "=A").replace("2, 3", "2"), "a a"),
+        ("*ELSET, ELSET=probe\n1\n*ELSET, ELSET=wall\n1, 2\n" + RIGHT + "*SOLID SECTION, ELSET=WALL\n", "wall wall b"),
+    ],
+)
+def test_a_set_with_a_material_comes_first_and_one_of_all_last(sets: str, regions: str, tmp_path: Path) -> None:
+    mesh = read(tmp_path / "a.inp", DECK + sets)
+    assert names_of(mesh, [tag for tag in mesh.region.tolist() if tag]) == regions.split()
+
+
+def test_sets_that_share_elements_are_told(tmp_path: Path) -> None:
+    mesh = read(tmp_path / "a.inp", DECK + LEFT + "*ELSET, ELSET=tip\n1, 2\n" + RIGHT)
+    (notice,) = mesh.info["notices"]
+    assert notice["what"] == "an element has one region: sets tip, b lack those that are in another set as well"
+    assert "notices" not in read(tmp_path / "b.inp", DECK + WHOLE + LEFT + RIGHT).info
+
+
+def test_sets_and_surfaces_of_one_name_in_two_parts_stay_apart(tmp_path: Path) -> None:
+    """The names that Abaqus/CAE gives, Set-1 and Surf-1, begin anew in each part."""
+    body = DECK + "*ELSET, ELSET=Set-1\n1, 2, 3\n*SURFACE, NAME=Surf-1\nSet-1, S1\n"
+    parts = "".join(f"*PART, NAME={name}\n{body}*END PART\n" for name in ("Left", "Right"))
+    placed = "".join(f"*INSTANCE, NAME={name}-1, PART={name}\n*END INSTANCE\n" for name in ("Left", "Right"))
+    mesh = read(tmp_path / "a.inp", f"{parts}*ASSEMBLY, NAME=A\n{placed}*END ASSEMBLY\n")
+    assert names_of(mesh, mesh.region.tolist()) == ["left_Set-1"] * 3 + ["right_Set-1"] * 3
+    assert names_of(mesh, mesh.facet_tag.tolist()) == ["left_Surf-1"] * 3 + ["right_Surf-1"] * 3
