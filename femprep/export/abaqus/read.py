@@ -14,6 +14,7 @@ from femprep.errors import FileError, InputError
 from femprep.export.abaqus.deck import KINDS, PART, Deck, parse
 from femprep.export.abaqus.named import Name
 from femprep.export.deck.fibres import segment_of
+from femprep.export.deck.groups import naming_groups
 from femprep.export.deck.names import Numbers
 from femprep.export.deck.parts import DeckParts
 from femprep.export.deck.units import UNITS
@@ -47,13 +48,13 @@ def read(path: Path) -> VolumeMesh:
     element_labels = np.concatenate([table[:, 0] for table in tables.values()])
     cells = {kind: _index(labels, table[:, 1:], "node", path) for kind, table in tables.items()}
     parts = DeckParts(left_out=deck.left_out)
-    region, lost = _regions(deck, element_labels, parts.numbers)
+    region, told = _regions(deck, element_labels, parts.numbers)
     data = {**_directions(deck, element_labels, path), **_segments(deck, element_labels)}
     for kind, block, own in block_rows(cells):
         parts.cells.append((kind, block, region[own], {name: values[own] for name, values in data.items()}))
     parts.facets += _facets(deck, cells, element_labels, parts.numbers)
     mesh = parts.mesh(points, "ELSET", "SURFACE")
-    return replace(mesh, info=noted(mesh.info, *_notices(deck, mesh, lost)))
+    return replace(mesh, info=noted(mesh.info, *told, *_notices(deck, mesh)))
 
 
 def _tables(deck: Deck) -> dict[str, IntArray]:
@@ -80,7 +81,7 @@ def _are_last(labels: npt.NDArray[Any]) -> BoolArray:
     return found
 
 
-def _notices(deck: Deck, mesh: VolumeMesh, lost: list[str]) -> Iterator[Notice]:
+def _notices(deck: Deck, mesh: VolumeMesh) -> Iterator[Notice]:
     """What was taken, and what was left out."""
     more = sum(map(len, deck.nodes)) - len(mesh.points), sum(len(rows) for _, rows in deck.elements) - mesh.n_cells
     if any(more):
@@ -92,9 +93,6 @@ def _notices(deck: Deck, mesh: VolumeMesh, lost: list[str]) -> Iterator[Notice]:
         yield Notice.of(
             "assumed", f"{deck.short} nodes have fewer than three coordinates: 0 for the others, as in Abaqus"
         )
-    if lost:
-        words = f"an element has one region: sets {', '.join(lost)[:200]} lack those that are in another set as well"
-        yield Notice.of("left out", words)
     for name, count in deck.faceless.items():
         if count:
             words = f"rows of the surface {name!r} are left out, which name no face S1 to S6 of elements: {{amount}}"
@@ -161,31 +159,24 @@ def _directions(deck: Deck, labels: IntArray, path: Path) -> dict[str, np.ndarra
     return {"fiber": found[:, :3], "sheet": found[:, 3:]}
 
 
-def _regions(deck: Deck, labels: IntArray, numbers: Numbers) -> tuple[np.ndarray, list[str]]:
-    """Region of each element, and sets that have fewer elements than they list, as others come first.
-
-    Sets that have a material come first, those of all elements last.
-    """
+def _regions(deck: Deck, labels: IntArray, numbers: Numbers) -> tuple[np.ndarray, list[Notice]]:
+    """Region of each element, and what to say of sets that share elements; sets that have a material come first."""
     parts = {first: name.lower() for name, first in deck.parts.items() if (labels // PART == first // PART).any()}
-    shown = [(name, written) for name, written in deck.sets.shown(parts) if segment_of(name.text) is None]
-    rows = {name: _rows_of(labels, np.unique(_labels_of(deck, name))) for name, _ in shown}
     materials = {deck.sets.find(name) for name in deck.sections}
-    shown.sort(key=lambda one: (len(rows[one[0]]) == len(labels), one[0] not in materials))
-    region, lost = np.zeros(len(labels), dtype=np.int64), []
-    for name, written in shown:
-        own, whole = rows[name], len(rows[name]) == len(labels)
-        free = own[region[own] == 0]
-        if whole and name.text in {"EALL", "ALL"}:
-            continue
-        if free.size:
-            region[free] = numbers.of(written)
-        if free.size < own.size and not whole:
-            lost.append(written)
+    groups = []
+    for name, written in sorted(deck.sets.shown(parts), key=lambda one: one[0] not in materials):
+        rows = _rows_of(labels, np.unique(_labels_of(deck, name)))
+        if segment_of(name.text) is None and not (len(rows) == len(labels) and name.text in {"EALL", "ALL"}):
+            groups.append((written, rows))
+    chosen, told = naming_groups(groups, len(labels))
+    region = np.zeros(len(labels), dtype=np.int64)
+    for number in np.unique(chosen[chosen >= 0]).tolist():
+        region[chosen == number] = numbers.of(groups[number][0])
     for first, part in parts.items() if len(parts) > 1 else ():
         free = (region == 0) & (labels // PART == first // PART)
         if free.any():
             region[free] = numbers.of(part)
-    return region.astype(np.int32), lost
+    return region.astype(np.int32), told
 
 
 def _facets(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from femprep.export.deck.groups import naming_groups
 from femprep.export.deck.units import units_of
 from femprep.export.foreign import from_meshio
 from femprep.export.gmsh.counts import node_numbers
@@ -33,20 +33,34 @@ def read(path: Path) -> VolumeMesh:
     require_heads(path)
     found = meshio_mesh(path)
     by_their_numbers(path, found, nodes)
-    if _TAGS in found.cell_data:  # one below 0 stands for the same group, turned over
-        found.cell_data[_TAGS] = [np.abs(tags) for tags in found.cell_data[_TAGS]]
+    told = _choose(found)
     mesh, scale = from_meshio(found), units_of(path).per_mm
-    return replace(mesh, points=mesh.points / scale, info=noted(mesh.info, *_shared(found)))
+    return replace(mesh, points=mesh.points / scale, info=noted(mesh.info, *told))
 
 
-def _shared(mesh: Any) -> Iterator[Notice]:
-    """Groups that lack elements, as these are in another one too: a mesh of ours has one region for each."""
-    tags = mesh.cell_data.get(_TAGS, ())
-    for name, (number, dimension) in mesh.field_data.items():
-        all_of_it = sum(map(len, mesh.cell_sets.get(name, ())))
-        own = sum(
-            int(np.count_nonzero(one == number)) for one, block in zip(tags, mesh.cells) if block.dim == dimension
-        )
-        if own < all_of_it:
-            words = f"the group {name!r} lacks {{amount}} of its {all_of_it} elements, which are in another one as well"
-            yield Notice.of("left out", words, amount=all_of_it - own)
+def _choose(mesh: Any) -> list[Notice]:
+    """Give each element the number of the physical group that names it; meshio takes the first of its entity.
+
+    A number below 0 stands for the same group, turned over.
+    """
+    told: list[Notice] = []
+    if _TAGS not in mesh.cell_data:
+        return told
+    tags = [np.abs(own) for own in mesh.cell_data[_TAGS]]
+    for dimension in (2, 3):
+        here = [i for i, block in enumerate(mesh.cells) if block.dim == dimension]
+        known = {name: int(entry[0]) for name, entry in mesh.field_data.items() if entry[1] == dimension}
+        sizes = [len(mesh.cells[i].data) for i in here]
+        starts = np.cumsum([0, *sizes])
+        groups = [
+            (name, np.concatenate([start + np.asarray(mesh.cell_sets[name][i], int) for i, start in zip(here, starts)]))
+            for name in known
+            if here and name in mesh.cell_sets
+        ]
+        chosen, said = naming_groups(groups, int(starts[-1]))
+        told += said
+        numbers = np.array([known[name] for name, _ in groups], dtype=np.int64)
+        for i, own in zip(here, np.split(chosen, starts[1:-1])):
+            tags[i][own >= 0] = numbers[own[own >= 0]]
+    mesh.cell_data[_TAGS] = tags
+    return told

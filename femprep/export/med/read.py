@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 
 from femprep.errors import FileError
+from femprep.export.deck.groups import naming_groups
 from femprep.export.deck.units import UNITS
 from femprep.export.foreign import from_meshio
 from femprep.export.med.write import _VERDICT, MED_ORDER
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import IntArray, VolumeMesh
+from femprep.model.notice import Notice, noted
 from femprep.model.verdict import VERDICT
 
 log = logging.getLogger(__name__)
@@ -62,13 +64,33 @@ def read(path: Path, mesh: Any) -> VolumeMesh:
                 log.info("%s: %s are in meshio's node order", path, block.type)
     if not any(block.type in ELEMENTS for block in mesh.cells):
         raise FileError(f"{str(path)!r} holds no volume elements")
-    groups = getattr(mesh, "cell_tags", {})
-    # A family may be in a region and in an AHA segment: the region names it.
-    mesh.cell_tags = {tag: [name for name in names if not name.startswith("aha_")] for tag, names in groups.items()}
+    told = _choose(mesh)
     found = from_meshio(mesh)
     points = found.points / UNITS[unit_of(path)].per_mm
     data = {name: values for name, values in found.point_data.items() if name != "point_tags"}
-    return replace(found, points=points, point_data=data, info={**found.info, **_verdict_in(path)})
+    return replace(found, points=points, point_data=data, info=noted({**found.info, **_verdict_in(path)}, *told))
+
+
+def _choose(mesh: Any) -> list[Notice]:
+    """Leave each family the group that names its elements; a region names one that is in an AHA segment, too."""
+    families = {
+        tag: [name for name in names if not name.startswith("aha_")]
+        for tag, names in getattr(mesh, "cell_tags", {}).items()
+    }
+    told: list[Notice] = []
+    for dimension in (2, 3):
+        here = [i for i, block in enumerate(mesh.cells) if block.dim == dimension]
+        own = np.concatenate([np.empty(0, dtype=np.int64), *(mesh.cell_data.get("cell_tags", {})[i] for i in here)])
+        of = {tag: names for tag, names in families.items() if tag in own}
+        names = list(dict.fromkeys(name for tag in of for name in of[tag]))
+        rows = {name: np.flatnonzero(np.isin(own, [tag for tag in of if name in of[tag]])) for name in names}
+        chosen, said = naming_groups(list(rows.items()), len(own))
+        told += said
+        for tag in of:
+            number = chosen[np.flatnonzero(own == tag)[0]]
+            families[tag] = [names[number]] if number >= 0 else []
+    mesh.cell_tags = families
+    return told
 
 
 def _inside_out(nodes: IntArray, points: np.ndarray, kind: str) -> np.ndarray:

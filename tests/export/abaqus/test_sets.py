@@ -43,7 +43,7 @@ def test_a_set_with_a_material_comes_first_and_one_of_all_last(sets: str, region
 def test_sets_that_share_elements_are_told(tmp_path: Path) -> None:
     mesh = read(tmp_path / "a.inp", DECK + LEFT + "*ELSET, ELSET=tip\n1, 2\n" + RIGHT)
     (notice,) = mesh.info["notices"]
-    assert notice["what"] == "an element has one region: sets tip, b lack those that are in another set as well"
+    assert notice["what"] == "an element has one region: groups tip, b lack those that are in another group as well"
     assert "notices" not in read(tmp_path / "b.inp", DECK + WHOLE + LEFT + RIGHT).info
 
 

@@ -1,0 +1,87 @@
+"""Physical groups of Gmsh and families of MED that share elements, or are turned over."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+import femprep as fp
+
+MESH = """$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+3 7 "lesion"
+3 8 "whole"
+$EndPhysicalNames
+$Entities
+0 0 0 2
+1 0 0 0 1 1 1 {} 0
+2 0 0 0 1 1 1 {} 0
+$EndEntities
+$Nodes
+1 5 1 5
+3 1 0 5
+1
+2
+3
+4
+5
+0 0 0
+9 0 0
+0 9 0
+0 0 9
+9 9 9
+$EndNodes
+$Elements
+2 2 1 2
+3 1 4 1
+1 1 2 3 4
+3 2 4 1
+2 2 5 3 4
+$EndElements
+"""
+
+
+TOLD = "an element has one region: groups {} lack those that are in another group as well"
+
+
+def read(path: Path, *groups: str) -> fp.VolumeMesh:
+    path.write_text(MESH.format(*groups))
+    return fp.read_mesh(path)
+
+
+@pytest.mark.parametrize("first", ["2 7 8", "2 8 7", "1 -7"])
+def test_a_group_of_all_elements_hides_no_other(first: str, tmp_path: Path) -> None:
+    mesh = read(tmp_path / "a.msh", first, "1 8")
+    assert mesh.region.tolist() == [7, 8]
+    assert mesh.info["tag_names"] == {"lesion": 7, "whole": 8}
+    assert "notices" not in mesh.info
+
+
+def test_a_group_that_lacks_elements_is_told(tmp_path: Path) -> None:
+    mesh = read(tmp_path / "a.msh", "2 8 7", "1 9")
+    assert mesh.region.tolist() == [7, 9]
+    (notice,) = mesh.info["notices"]
+    assert notice["what"] == TOLD.format("whole")
+
+
+def test_groups_of_med(tmp_path: Path) -> None:
+    """The first group of a family named its elements: of two families in one of all elements it made one region."""
+    points = np.array([(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9), (9, 9, 9.0)])
+    cells = [("tetra", np.array([[0, 1, 2, 3], [1, 4, 2, 3]]))]
+    mesh = meshio.Mesh(points, cells, cell_data={"cell_tags": [np.array([-1, -2])]})
+    mesh.cell_tags = {-1: ["whole", "left"], -2: ["whole", "right"]}
+    mesh.write(tmp_path / "a.med")
+    found = fp.read_mesh(tmp_path / "a.med")
+    names = found.info["tag_names"]
+    assert found.region.tolist() == [names["left"], names["right"]]
+    assert "notices" not in found.info
+    mesh.cell_tags = {-1: ["left", "tip"], -2: []}
+    mesh.write(tmp_path / "b.med")
+    (notice,) = fp.read_mesh(tmp_path / "b.med").info["notices"]
+    assert notice["what"] == TOLD.format("tip")
