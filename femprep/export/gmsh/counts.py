@@ -49,6 +49,8 @@ def node_numbers(path: Path) -> npt.NDArray[np.float64] | None:
         place = data.find(b"\n", start) + 1
         if found is None or start < 0 or not place:
             return None
+        if found[1] == b"4" and not found[2]:  # as Gmsh 4.0 wrote it, which meshio takes for 4.1
+            raise FileError("it is of Gmsh's version 4.0, which is not read; let Gmsh save it as 4.1 or 2.2")
         numbers = _listed(data, place, found)
         if numbers is not None and len(numbers):
             _require_once(numbers, len(data))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -31,11 +33,31 @@ def read(path: Path) -> VolumeMesh:
     """
     nodes = node_numbers(path)
     require_heads(path)
-    found = meshio_mesh(path)
+    with _ungrouped():
+        found = meshio_mesh(path)
     by_their_numbers(path, found, nodes)
     told = _choose(found)
     mesh, scale = from_meshio(found), units_of(path).per_mm
     return replace(mesh, points=mesh.points / scale, info=noted(mesh.info, *told))
+
+
+@contextlib.contextmanager
+def _ungrouped() -> Iterator[None]:
+    """While this lasts, entities of no physical group (``Mesh.SaveAll``) are of number 0: meshio refuses them else."""
+    import meshio.gmsh._gmsh41 as module
+
+    reading = module._read_entities
+
+    def read_entities(*given: Any) -> Any:
+        tags, bounds = reading(*given)
+        some = any(own for entities in tags for own in entities.values())
+        return tuple({n: own or [0] * some for n, own in entities.items()} for entities in tags), bounds
+
+    vars(module)["_read_entities"] = read_entities
+    try:
+        yield
+    finally:
+        vars(module)["_read_entities"] = reading
 
 
 def _choose(mesh: Any) -> list[Notice]:
