@@ -41,13 +41,13 @@ def variables(mesh: fp.VolumeMesh, sides: Mapping[str, tuple[list[int], list[int
     """What a file of a mesh holds, a block for each type; of each side set elements and sides, from 1."""
     found = {f"coord{axis}": values for axis, values in zip("xyz", mesh.points.T)}
     blocks = list(mesh.cells.items())
-    found["eb_prop1"] = np.arange(10, 10 + len(blocks), dtype=np.int32)
+    found["eb_prop1"] = np.arange(60, 60 + len(blocks), dtype=np.int32)
     found["eb_names"] = letters([f"wall_{kind}" for kind, _ in blocks])
     found["eb_status"] = np.ones(len(blocks), dtype=np.int32)
     for i, (kind, rows) in enumerate(blocks, 1):
         found[f"connect{i}"] = (rows[:, ORDER[kind]] if kind in ORDER else rows).astype(np.int32) + 1
     if sides:
-        found["ss_prop1"] = np.arange(100, 100 + len(sides), dtype=np.int32)
+        found["ss_prop1"] = np.arange(300, 300 + len(sides), dtype=np.int32)
         found["ss_names"] = letters(list(sides))
         found["ss_status"] = np.ones(len(sides), dtype=np.int32)
     for i, (elements, numbers) in enumerate(sides.values(), 1):

@@ -20,12 +20,12 @@ from femprep.annotation.shell import Shell, shell_of
 from femprep.annotation.ventricles import with_anatomy
 from femprep.annotation.ways import READING_WAYS
 from femprep.errors import FemprepError, InputError
-from femprep.export.deck.names import FOREIGN
 from femprep.mesh.measures.volume_elements import all_volumes, element_volumes
 from femprep.mesh.operations.turned import turned_cells
 from femprep.model import FACET_TAGS, Notice, Plane, Progress, TagArray, VolumeMesh, noted, tag_name, with_failure
 from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.stages import Stages
+from femprep.model.tags import FOREIGN
 from femprep.model.units import MILLIMETRES, guess_unit
 from femprep.model.used_points import on_used_points
 from femprep.options import AnnotateOptions, choose, takes

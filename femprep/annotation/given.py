@@ -13,12 +13,11 @@ from scipy.spatial import cKDTree
 from femprep.annotation.reading import Name, Reading
 from femprep.annotation.shell import Shell
 from femprep.errors import OptionError
-from femprep.export.deck.names import FOREIGN
 from femprep.mesh.elements import FACET_CORNERS
 from femprep.mesh.numbering import set_numbers
 from femprep.model import FACET_TAGS, REGION_TAGS, TagArray, VolumeMesh, tag_name
 from femprep.model.blocks import block_rows
-from femprep.model.tags import endo_tags
+from femprep.model.tags import FOREIGN, endo_tags
 
 #: Names that other programs give to the same things, in small letters without anything between them.
 SYNONYMS: Final[Mapping[str, str]] = {

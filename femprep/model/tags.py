@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -62,6 +62,10 @@ FACET_TAGS: Final[Mapping[str, int]] = MappingProxyType(
 )
 
 
+#: Key of a mesh's ``info`` for the names of tags that a foreign file brought along: ``{name: number}``.
+FOREIGN: Final = "tag_names"
+
+
 def tag_name(number: int) -> str:
     """Name of a region or facet tag; ``"tag_<number>"`` for a number that is not in the tables."""
     for table in (REGION_TAGS, FACET_TAGS):
@@ -69,6 +73,12 @@ def tag_name(number: int) -> str:
             if value == number:
                 return name
     return f"tag_{number}"
+
+
+def names_of(tags: npt.ArrayLike, info: Mapping[str, Any]) -> dict[str, int]:
+    """Tags that occur by name, in order of their numbers: names that a file brought along, ours of all others."""
+    foreign = {int(number): name for name, number in info.get(FOREIGN, {}).items()}
+    return {foreign.get(tag) or tag_name(tag): tag for tag in np.unique(np.asarray(tags)).tolist()}
 
 
 def is_blood(region: npt.ArrayLike) -> BoolArray:

@@ -14,7 +14,7 @@ from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly, reado
 from femprep.model.convert import Convertible, maker
 from femprep.model.plane import Plane
 from femprep.model.purkinje import PurkinjeNet
-from femprep.model.tags import tag_name
+from femprep.model.tags import names_of
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
@@ -136,25 +136,25 @@ class VolumeMesh(Convertible):
 
     @property
     def region_names(self) -> dict[str, int]:
-        """Tags of the regions that occur, by name, in order of their numbers.
+        """Tags of the regions that occur, by name, in order of their numbers; names are the file's where it had some.
 
         Examples
         --------
         >>> mesh.region_names
         {'lv': 1}
         """
-        return {tag_name(int(t)): int(t) for t in np.unique(self.region)}
+        return names_of(self.region, self.info)
 
     @property
     def facet_names(self) -> dict[str, int]:
-        """Tags of the facets that occur, by name, in order of their numbers.
+        """Tags of the facets that occur, by name, in order of their numbers; names are the file's where it had some.
 
         Examples
         --------
         >>> mesh.facet_names
         {'endo': 101, 'epi': 102, 'base': 103}
         """
-        return {tag_name(int(t)): int(t) for t in np.unique(self.facet_tag)}
+        return names_of(self.facet_tag, self.info)
 
     def with_data(
         self,

@@ -37,8 +37,8 @@ def test_each_type_and_each_of_its_sides(tmp_path: Path, kind: str, hdf5: bool) 
     np.testing.assert_array_equal(found.cells[kind], mesh.cells[kind])
     np.testing.assert_array_equal(found.points, mesh.points)
     names = found.info["tag_names"]
-    assert names == {f"wall_{kind}": 10, **{name: 100 + i for i, name in enumerate(sides)}}
-    assert found.region.tolist() == [10, 10]
+    assert names == {f"wall_{kind}": 60, **{name: 300 + i for i, name in enumerate(sides)}}
+    assert found.region.tolist() == [60, 60]
     assert len(found.facet_tag) == len(sides)
     if hdf5:  # without netCDF's dimensions, which VTK wants
         return
@@ -72,7 +72,7 @@ def test_data_of_the_first_step_are_read(tmp_path: Path, hdf5: bool) -> None:
         "age is left out: 2 elements of 3 have none",
         "of 2 steps in time the first is read",
     ]
-    assert read.region.tolist() == [10, 11, 11]
+    assert read.region.tolist() == [60, 61, 61]
     assert {kind: rows.tolist() for kind, rows in read.facets.items()} == {
         "quad": [[4, 5, 6, 7]],
         "triangle": [[20, 22, 21]],

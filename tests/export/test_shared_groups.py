@@ -15,8 +15,8 @@ MESH = """$MeshFormat
 $EndMeshFormat
 $PhysicalNames
 2
-3 7 "lesion"
-3 8 "whole"
+3 57 "lesion"
+3 58 "whole"
 $EndPhysicalNames
 $Entities
 0 0 0 2
@@ -55,17 +55,17 @@ def read(path: Path, *groups: str) -> fp.VolumeMesh:
     return fp.read_mesh(path)
 
 
-@pytest.mark.parametrize("first", ["2 7 8", "2 8 7", "1 -7"])
+@pytest.mark.parametrize("first", ["2 57 58", "2 58 57", "1 -57"])
 def test_a_group_of_all_elements_hides_no_other(first: str, tmp_path: Path) -> None:
-    mesh = read(tmp_path / "a.msh", first, "1 8")
-    assert mesh.region.tolist() == [7, 8]
-    assert mesh.info["tag_names"] == {"lesion": 7, "whole": 8}
+    mesh = read(tmp_path / "a.msh", first, "1 58")
+    assert mesh.region.tolist() == [57, 58]
+    assert mesh.info["tag_names"] == {"lesion": 57, "whole": 58}
     assert "notices" not in mesh.info
 
 
 def test_a_group_that_lacks_elements_is_told(tmp_path: Path) -> None:
-    mesh = read(tmp_path / "a.msh", "2 8 7", "1 9")
-    assert mesh.region.tolist() == [7, 9]
+    mesh = read(tmp_path / "a.msh", "2 58 57", "1 9")
+    assert mesh.region.tolist() == [57, 9]
     (notice,) = mesh.info["notices"]
     assert notice["what"] == TOLD.format("whole")
 
@@ -85,3 +85,17 @@ def test_groups_of_med(tmp_path: Path) -> None:
     mesh.write(tmp_path / "b.med")
     (notice,) = fp.read_mesh(tmp_path / "b.med").info["notices"]
     assert notice["what"] == TOLD.format("tip")
+
+
+def test_a_number_of_ours_that_names_something_else_is_changed(tmp_path: Path) -> None:
+    """A region 5 is the right atrium to femprep: the file's of that number was shown and treated as one."""
+    path = tmp_path / "a.msh"
+    path.write_text(MESH.format("1 5", "1 58").replace('3 57 "lesion"', '3 5 "lesion"'))
+    mesh = fp.read_mesh(path)
+    assert dict(mesh.region_names) == {"lesion": 51, "whole": 58}
+    (notice,) = mesh.info["notices"]
+    assert notice["what"] == "numbers that are femprep's of something else are changed: 'lesion' from 5 to 51"
+    report = fp.check(mesh)
+    assert list(report.regions) == ["lesion", "whole"]
+    assert {one.region for one in report.worst} <= {"lesion", "whole"}
+    assert "lesion" in repr(mesh)

@@ -3,33 +3,32 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from femprep.mesh.elements import FACET_CORNERS
-from femprep.model import FACET_TAGS, REGION_TAGS, IntArray, VolumeMesh, tag_name
+from femprep.model import FACET_TAGS, REGION_TAGS, IntArray, VolumeMesh
 from femprep.model.blocks import chosen_rows, nodes_of
-
-#: Key of ``VolumeMesh.info`` for the names of tags that a foreign file brought along: ``{name: number}``.
-FOREIGN = "tag_names"
+from femprep.model.notice import Notice, noted
+from femprep.model.tags import FOREIGN
 
 
 def region_names(mesh: VolumeMesh) -> dict[str, int]:
     """Tags of the regions of a mesh by name, in order of their numbers; each name fit for every format."""
-    return _named(mesh, np.unique(mesh.region))
+    return _named(mesh.region_names)
 
 
 def facet_names(mesh: VolumeMesh) -> dict[str, int]:
     """Tags of the facets of a mesh by name, in order of their numbers; each name fit for every format."""
-    return _named(mesh, np.unique(mesh.facet_tag))
+    return _named(mesh.facet_names)
 
 
-def _named(mesh: VolumeMesh, tags: Iterable[int]) -> dict[str, int]:
-    foreign = {int(number): name for name, number in mesh.info.get(FOREIGN, {}).items()}
+def _named(names: Mapping[str, int]) -> dict[str, int]:
     found: dict[str, int] = {}
-    for tag in map(int, tags):
-        name = label(foreign.get(tag, tag_name(tag)))
+    for own, tag in names.items():
+        name = label(own)
         # Decks know no case: names that differ in it alone, or became equal, get their number behind them.
         taken = {other.lower() for other in found}
         found[f"{name}_{tag}" if name.lower() in taken else name] = tag
@@ -56,6 +55,8 @@ class Numbers:
 
     def __init__(self) -> None:
         self.foreign: dict[str, int] = {}
+        #: What got another number than the file's, which is ours of something else.
+        self.moved: list[str] = []
 
     def of(self, name: str, own: int | None = None, *, facet: bool = False) -> int:
         """The number of a set called ``name``, to which the file itself gave the number ``own`` (or none)."""
@@ -63,10 +64,12 @@ class Numbers:
         if known is not None:
             return known
         if name not in self.foreign:
-            used = set(self.foreign.values()) | set(REGION_TAGS.values()) | set(FACET_TAGS.values())
-            free = next(n for n in range(201 if facet else 51, 100_000) if n not in used)
             # Numbers of volumes and of surfaces may be the same in a file; each name has one of its own here.
-            self.foreign[name] = free if own is None or own in self.foreign.values() else own
+            used = {*self.foreign.values(), *REGION_TAGS.values(), *FACET_TAGS.values()}
+            free = next(n for n in range(201 if facet else 51, 100_000) if n not in used)
+            self.foreign[name] = free if own is None or own <= 0 or own in used else own  # MED's families are below 0
+            if own in used:
+                self.moved.append(f"{name!r} from {own} to {self.foreign[name]}")
         return self.foreign[name]
 
     def of_tags(self, tags: IntArray, names: Mapping[int, str], *, facet: bool = False) -> IntArray:
@@ -80,9 +83,11 @@ class Numbers:
         return out
 
     @property
-    def info(self) -> dict[str, dict[str, int]]:
-        """What a mesh's ``info`` has to hold so that the names are kept."""
-        return {FOREIGN: dict(self.foreign)} if self.foreign else {}
+    def info(self) -> dict[str, Any]:
+        """What a mesh's ``info`` has to hold so that the names are kept, and what is told of their numbers."""
+        words = f"numbers that are femprep's of something else are changed: {', '.join(self.moved)[:300]}"
+        told = [Notice.of("assumed", words)] if self.moved else []
+        return noted({FOREIGN: dict(self.foreign)} if self.foreign else {}, *told)
 
 
 def facet_nodes(mesh: VolumeMesh, tag: int, *, corners: bool = False) -> IntArray:

@@ -136,10 +136,7 @@ def _worst(content: Shown, quality: QualityReport) -> list[dict[str, Any]]:
 
 def _fields(mesh: VolumeMesh, values: Mapping[str, FloatArray]) -> list[dict[str, Any]]:
     """What elements can be coloured by: region, segment, thickness, quality."""
-    tags = np.unique(mesh.region)
-    found = [
-        _classes("region", mesh.region, [(tag_name(tag), region_colour(tag_name(tag))) for tag in tags]),
-    ]
+    found = [_classes("region", mesh.region, [(name, region_colour(name)) for name in mesh.region_names])]
     if "aha" in mesh.cell_data:
         segment = np.asarray(mesh.cell_data["aha"])
         shown = np.unique(segment).tolist()

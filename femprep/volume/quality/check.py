@@ -11,7 +11,7 @@ from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.mesh.measures.triangles import areas
 from femprep.mesh.measures.volume_elements import MEASURES, centroids, element_measures
 from femprep.mesh.topology import pieces
-from femprep.model import FloatArray, IntArray, VolumeMesh, is_blood, tag_name
+from femprep.model import FloatArray, IntArray, VolumeMesh, is_blood
 from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.facets import split_facets
 from femprep.model.shared_records.tissue import TissuesRecord
@@ -113,12 +113,12 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         volume=float(overall["volume"].sum()),
         bounds=((low[0], low[1], low[2]), (high[0], high[1], high[2])),
         regions={
-            tag_name(int(tag)): RegionRecord(
-                tag=int(tag),
+            name: RegionRecord(
+                tag=tag,
                 elements=int((mesh.region == tag).sum()),
                 volume=float(overall["volume"][mesh.region == tag].sum()),
             )
-            for tag in np.unique(mesh.region)
+            for name, tag in mesh.region_names.items()
         },
         facet_tags=facet_tags,
         measures=next(iter(by_type.values())) if len(by_type) == 1 else _summary(overall),
@@ -194,6 +194,7 @@ def _check_input(mesh: VolumeMesh) -> None:
 
 def _worst(mesh: VolumeMesh, measures: dict[str, dict[str, FloatArray]], count: int) -> tuple[WorstElement, ...]:
     """The worst elements by each of the listed measures."""
+    names = {tag: name for name, tag in mesh.region_names.items()}
     blocks, first = list(measures), np.cumsum([0, *(len(mesh.cells[name]) for name in measures)])
     out = []
     for measure in _LISTED:
@@ -209,7 +210,7 @@ def _worst(mesh: VolumeMesh, measures: dict[str, dict[str, FloatArray]], count: 
                     value=float(values[element]),
                     element=element,
                     type=kind,
-                    region=tag_name(int(mesh.region[element])),
+                    region=names[int(mesh.region[element])],
                     centroid=(x, y, z),
                 )
             )
@@ -228,12 +229,12 @@ def _smallest(values: FloatArray, count: int) -> IntArray:
 def _facet_records(mesh: VolumeMesh) -> dict[str, FacetRecord]:
     """Counts, areas, pieces and flatness of the facets of each tag."""
     records = {}
-    for tag in np.unique(mesh.facet_tag):
-        name, chosen = tag_name(int(tag)), chosen_rows(mesh.facets, mesh.facet_tag == tag)
+    for name, tag in mesh.facet_names.items():
+        chosen = chosen_rows(mesh.facets, mesh.facet_tag == tag)
         split, points = split_facets(chosen), nodes_of(chosen)
         plane = mesh.planes.get(name)
         records[name] = FacetRecord(
-            tag=int(tag),
+            tag=tag,
             facets=sum(map(len, chosen.values())),
             area=float(areas(mesh.points, split).sum()),
             pieces=int(pieces(split).max()) + 1,
