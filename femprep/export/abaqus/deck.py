@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from femprep.errors import FileError
-from femprep.export.abaqus.named import ByName, Name
+from femprep.export.abaqus.named import ByName, SetName
 from femprep.export.abaqus.sections import Section, sections
 from femprep.export.abaqus.springs import PARTNERS, SPRINGS
 from femprep.export.abaqus.write import ABAQUS_TYPES
@@ -43,7 +43,7 @@ class Deck:
     #: Surfaces by name: numbers or names of sets, and a face of each.
     surfaces: ByName = field(default_factory=ByName)
     #: Sets that have a material.
-    sections: list[Name] = field(default_factory=list)
+    sections: list[SetName] = field(default_factory=list)
     #: How many rows of each surface name no face of a solid.
     faceless: Counter[str] = field(default_factory=Counter)
     directions: np.ndarray | None = None
@@ -93,9 +93,9 @@ def parse(path: Path) -> Deck:
             _add_elements(deck, section, first, here, path)
         elif keyword == "ELSET":
             members = _members(deck, lines, first, "GENERATE" in options)
-            deck.sets.add(Name(options.get("ELSET", ""), here), members)
+            deck.sets.add(SetName(options.get("ELSET", ""), here), members)
         elif keyword == "SOLID SECTION":
-            deck.sections.append(Name(options.get("ELSET", ""), here))
+            deck.sections.append(SetName(options.get("ELSET", ""), here))
         elif keyword == "DISTRIBUTION" and options.get("LOCATION", "").upper() == "ELEMENT":
             found = [_fields(line) for line in lines if not line.startswith(",")]
             if found and all(len(row) == 7 and row[0].isdigit() for row in found):
@@ -105,7 +105,7 @@ def parse(path: Path) -> Deck:
             name, rows = options.get("NAME", ""), [_fields(line)[:2] for line in lines]
             pairs = [(_member(deck, row[0], first), row[1].upper()) for row in rows if len(row) == 2]
             known = [(member, face) for member, face in pairs if re.fullmatch(r"S[1-6]", face)]
-            deck.surfaces.add(Name(name, here), known)
+            deck.surfaces.add(SetName(name, here), known)
             deck.faceless[name] += len(rows) - len(known)
     for table in deck.nodes if deck.moves else ():
         for first, given in deck.moves.items():  # last: an instance may hold nodes of its own
@@ -151,7 +151,7 @@ def _add_elements(deck: Deck, section: Section, first: int, here: int, path: Pat
     rows = values.reshape(-1, width) + first
     deck.elements.append((kind, rows))
     if section.options.get("ELSET"):
-        deck.sets.add(Name(section.options["ELSET"], here), [rows[:, 0]])
+        deck.sets.add(SetName(section.options["ELSET"], here), [rows[:, 0]])
 
 
 def _kind(name: str) -> str | None:
@@ -174,12 +174,12 @@ def _table(lines: Sequence[str], deck: Deck) -> np.ndarray:
     return np.array(rows, dtype=np.float64)
 
 
-def _member(deck: Deck, text: str, first: int) -> Name | int:
+def _member(deck: Deck, text: str, first: int) -> SetName | int:
     """The number of an element or the name of a set; ``instance.number`` is one of that instance."""
     instance, _, own = text.rpartition(".")
     if instance.upper() in deck.instances:
         text, first = own, deck.instances[instance.upper()]
-    return first + int(text) if text.isdigit() else Name(text, first)
+    return first + int(text) if text.isdigit() else SetName(text, first)
 
 
 def _members(deck: Deck, lines: list[str], first: int, generate: bool) -> list[Any]:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from femprep.errors import FileError, InputError
 from femprep.export.abaqus.deck import KINDS, PART, Deck, parse
-from femprep.export.abaqus.named import Name
+from femprep.export.abaqus.named import SetName
 from femprep.export.deck.fibres import segment_of
 from femprep.export.deck.groups import naming_groups
 from femprep.export.deck.names import Numbers
@@ -111,13 +111,13 @@ def _index(labels: IntArray, wanted: IntArray, what: str, path: Path) -> IntArra
     return found
 
 
-def _labels_of(deck: Deck, name: Name, seen: tuple[Name, ...] = ()) -> IntArray:
+def _labels_of(deck: Deck, name: SetName, seen: tuple[SetName, ...] = ()) -> IntArray:
     """Element labels of a set, sets within it opened."""
     kept = deck.sets.find(name)
     if kept is None or kept in seen:
         return np.empty(0, dtype=np.int64)
     parts = [
-        _labels_of(deck, member, (*seen, kept)) if isinstance(member, Name) else np.atleast_1d(member)
+        _labels_of(deck, member, (*seen, kept)) if isinstance(member, SetName) else np.atleast_1d(member)
         for member in deck.sets.members(kept)
     ]
     return np.concatenate([np.empty(0, dtype=np.int64), *parts]).astype(np.int64)
@@ -188,7 +188,7 @@ def _facets(
     for kept, name in deck.surfaces.shown(parts):
         members, faces = [], []
         for first, face in deck.surfaces.members(kept):
-            own = _labels_of(deck, first) if isinstance(first, Name) else np.array([first])
+            own = _labels_of(deck, first) if isinstance(first, SetName) else np.array([first])
             members.append(own)
             faces.append(np.full(len(own), int(face[1]) - 1))
         if not members:
