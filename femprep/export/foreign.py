@@ -34,6 +34,8 @@ TAG_ARRAYS: Final = (
         "ugrid:ref",
     ),
 )
+#: From so many elements on an array with a number of its own for each of them counts elements: no tags.
+_FEW: Final = 100
 #: Arrays that say nothing about the mesh, only about the file.
 _BOOKKEEPING: Final = ("gmsh:geometrical", "gmsh:dim_tags")
 
@@ -136,6 +138,8 @@ def _tags(
         values = [np.asarray(mesh.cell_data[array][i]) for i in blocks]
         if all(_are_tags(v) for v in values):
             tags = np.concatenate(values).astype(np.int64)
+            if len(tags) > _FEW and len(np.unique(tags)) == len(tags):
+                continue
             # MED's names are those of families, which meshio keeps beside the tags.
             families = {tag: own[0] for tag, own in getattr(mesh, "cell_tags", {}).items() if own}
             told = {tag: name for tag, name in {**families, **names}.items() if name}

@@ -196,3 +196,16 @@ def test_numbers_that_no_tag_can_be_are_not_cut_to_one(tag: int, tmp_path: Path)
     found = read_mesh(tmp_path / "mesh.vtu")
     assert found.info["source"]["region"] == "none"
     assert np.array_equal(found.cell_data["material"], tags)
+
+
+def test_numbers_of_elements_are_no_regions(tmp_path: Path) -> None:
+    mesh = truncated_ellipsoid(heights=3, around=8, layers=1)
+    assert mesh.n_cells > 100
+    found = meshio.Mesh(mesh.points, list(mesh.cells.items()), cell_data={"ID": [np.arange(mesh.n_cells)]})
+    found.write(tmp_path / "a.vtu")
+    read = read_mesh(tmp_path / "a.vtu")
+    assert set(read.region.tolist()) == {0}
+    assert read.cell_data["ID"].tolist() == list(range(mesh.n_cells))
+    found.cell_data["ID"][0] //= 2
+    found.write(tmp_path / "b.vtu")
+    assert len(set(read_mesh(tmp_path / "b.vtu").region.tolist())) == mesh.n_cells // 2
