@@ -81,6 +81,8 @@ def test_groups_of_med(tmp_path: Path) -> None:
     names = found.info["tag_names"]
     assert found.region.tolist() == [names["left"], names["right"]]
     assert "notices" not in found.info
+    meshio.Mesh(points, cells).write(tmp_path / "c.med")
+    assert fp.read_mesh(tmp_path / "c.med").region.tolist() == [0, 0]
     mesh.cell_tags = {-1: ["left", "tip"], -2: []}
     mesh.write(tmp_path / "b.med")
     (notice,) = fp.read_mesh(tmp_path / "b.med").info["notices"]

@@ -78,9 +78,9 @@ def _choose(mesh: Any) -> list[Notice]:
         for tag, names in getattr(mesh, "cell_tags", {}).items()
     }
     told: list[Notice] = []
-    for dimension in (2, 3):
+    for dimension in (2, 3) if "cell_tags" in mesh.cell_data else ():
         here = [i for i, block in enumerate(mesh.cells) if block.dim == dimension]
-        own = np.concatenate([np.empty(0, dtype=np.int64), *(mesh.cell_data.get("cell_tags", {})[i] for i in here)])
+        own = np.concatenate([np.empty(0, dtype=np.int64), *(mesh.cell_data["cell_tags"][i] for i in here)])
         of = {tag: names for tag, names in families.items() if tag in own}
         names = list(dict.fromkeys(name for tag in of for name in of[tag]))
         rows = {name: np.flatnonzero(np.isin(own, [tag for tag in of if name in of[tag]])) for name in names}
