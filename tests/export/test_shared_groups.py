@@ -101,3 +101,37 @@ def test_a_number_of_ours_that_names_something_else_is_changed(tmp_path: Path) -
     assert list(report.regions) == ["lesion", "whole"]
     assert {one.region for one in report.worst} <= {"lesion", "whole"}
     assert "lesion" in repr(mesh)
+
+
+@pytest.mark.parametrize("version", [4.1, 2.2])
+@pytest.mark.parametrize("binary", [0, 1])
+def test_gmsh_itself_with_groups_that_share_elements(version: float, binary: int, tmp_path: Path) -> None:
+    """Version 2 lists an element once for each of its groups, 4.1 names several groups of one entity."""
+    gmsh = pytest.importorskip("gmsh")
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        for x in (0, 1):
+            gmsh.model.occ.addBox(x, 0, 0, 1, 1, 1)
+        gmsh.model.occ.fragment([(3, 1)], [(3, 2)])
+        gmsh.model.occ.synchronize()
+        for name, tag, boxes in (("left", 60, [1]), ("right", 61, [2]), ("whole", 62, [1, 2])):
+            gmsh.model.addPhysicalGroup(3, boxes, tag, name=name)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 0.7)
+        gmsh.model.mesh.generate(3)
+        count = sum(map(len, gmsh.model.mesh.getElements(3)[1]))
+        gmsh.option.setNumber("Mesh.MshFileVersion", version)
+        gmsh.option.setNumber("Mesh.Binary", binary)
+        gmsh.write(str(tmp_path / "a.msh"))
+        gmsh.model.removePhysicalGroups([(3, 61), (3, 62)])
+        gmsh.option.setNumber("Mesh.SaveAll", 1)
+        gmsh.write(str(tmp_path / "b.msh"))
+    finally:
+        gmsh.finalize()
+    mesh = fp.read_mesh(tmp_path / "a.msh")
+    assert (mesh.n_cells, dict(mesh.region_names)) == (count, {"left": 60, "right": 61})
+    assert fp.check(mesh).validity.duplicate_elements == 0
+    everything = fp.read_mesh(tmp_path / "b.msh")
+    assert everything.n_cells == count
+    # Of version 2 Gmsh saves all with no groups.
+    assert set(everything.region.tolist()) == ({0, 60} if version == 4.1 else {0})

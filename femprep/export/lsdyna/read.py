@@ -55,6 +55,8 @@ def read(path: Path) -> VolumeMesh:
     titles: dict[int, str] = {}
     ids, points, solids, segments, sets, beams = [], [], [], [], {}, []
     for keyword, cards in _sections(text):
+        if any("," in card for card in cards[:1]) and keyword.startswith(("*NODE", "*ELEMENT", "*SET")):
+            raise FileError(f"{str(path)!r}: cards with commas ({keyword}) are not read; write them in columns")
         if keyword == "*NODE":
             ids += [int(card[:8]) for card in cards]
             points += [[float(card[8 + 16 * i : 24 + 16 * i]) for i in range(3)] for card in cards]

@@ -17,6 +17,9 @@ from femprep.model import VolumeMesh
 #: A keyword with its value, and the rows up to the next one; ``%`` begins a comment.
 _LIST: Final = re.compile(r"^[ \t]*(NELEM|NPOIN|MARKER_ELEMS)[ \t]*=[ \t]*(\d+)[^\n]*\n?((?:[^=\n]*\n)*)", re.MULTILINE)
 _TAG: Final = re.compile(r"^[ \t]*MARKER_TAG[ \t]*=([^\n]*)", re.MULTILINE)
+#: What meshio calls the numbers of markers.
+_TAGS: Final = "su2:tag"
+#: meshio takes the points of the first zone for those of all.
 _ZONES: Final = re.compile(r"^[ \t]*NZONE[ \t]*=[ \t]*(\d+)", re.MULTILINE)
 
 
@@ -38,7 +41,10 @@ def read(path: Path) -> VolumeMesh:
             raise FileError(f"{str(path)!r} says {what}= {said[:18]} and lists {count}; copy or convert it again")
     numbers = _numbers(path, [word.strip() for word in _TAG.findall(text)])
     mesh = meshio_mesh(path)
-    mesh.field_data.update({name: np.array([number, 2]) for name, number in numbers.items() if name != str(number)})
+    for name, number in numbers.items():
+        if name != str(number):  # of meshio's choice: below 0 it is none of the file's
+            mesh.cell_data[_TAGS] = [np.where(tags == number, -number, tags) for tags in mesh.cell_data[_TAGS]]
+            mesh.field_data[name] = np.array([-number, 2])
     return from_meshio(mesh)
 
 

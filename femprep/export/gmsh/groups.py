@@ -1,0 +1,85 @@
+"""What meshio read of a Gmsh file, in; one number for each element, of the physical group that names it, out."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from typing import Any, Final
+
+import numpy as np
+
+from femprep.export.deck.groups import naming_groups
+from femprep.model.notice import Notice
+
+#: What meshio calls the number of the first physical group of each element.
+_TAGS: Final = "gmsh:physical"
+
+
+@contextlib.contextmanager
+def ungrouped_read() -> Iterator[None]:
+    """While this lasts, entities of no physical group (``Mesh.SaveAll``) are of number 0: meshio refuses them else."""
+    import meshio.gmsh._gmsh41 as module
+
+    reading = module._read_entities
+
+    def read_entities(*given: Any) -> Any:
+        tags, bounds = reading(*given)
+        some = any(own for entities in tags for own in entities.values())
+        return tuple({n: own or [0] * some for n, own in entities.items()} for entities in tags), bounds
+
+    vars(module)["_read_entities"] = read_entities
+    try:
+        yield
+    finally:
+        vars(module)["_read_entities"] = reading
+
+
+def choose_groups(mesh: Any) -> list[Notice]:
+    """Give each element of a ``meshio.Mesh`` the number of the physical group that names it, and say what that hides.
+
+    meshio takes the first group of an entity. A number below 0 stands for the same group, turned over. Version 2 lists
+    an element once for each of its groups; these become one.
+    """
+    told: list[Notice] = []
+    if _TAGS not in mesh.cell_data:
+        return told
+    mesh.cell_data[_TAGS] = [np.abs(own) for own in mesh.cell_data[_TAGS]]
+    _list_once(mesh)
+    tags = mesh.cell_data[_TAGS]
+    for dimension in (2, 3):
+        here = [i for i, block in enumerate(mesh.cells) if block.dim == dimension]
+        known = {name: int(entry[0]) for name, entry in mesh.field_data.items() if entry[1] == dimension}
+        sizes = [len(mesh.cells[i].data) for i in here]
+        starts = np.cumsum([0, *sizes])
+        groups = [
+            (name, np.concatenate([start + np.asarray(mesh.cell_sets[name][i], int) for i, start in zip(here, starts)]))
+            for name in known
+            if here and name in mesh.cell_sets
+        ]
+        chosen, said = naming_groups(groups, int(starts[-1]))
+        told += said
+        numbers = np.array([known[name] for name, _ in groups], dtype=np.int64)
+        for i, own in zip(here, np.split(chosen, starts[1:-1])):
+            tags[i][own >= 0] = numbers[own[own >= 0]]
+    return told
+
+
+def _list_once(mesh: Any) -> None:
+    """Keep the first of elements that are listed again under another group, and note the groups of each."""
+    kept, lists = [], {name: [np.empty(0, dtype=np.int64)] * len(mesh.cells) for name in mesh.field_data}
+    for i, (block, tags) in enumerate(zip(mesh.cells, mesh.cell_data[_TAGS])):
+        _, first, place = np.unique(block.data, axis=0, return_index=True, return_inverse=True)
+        pairs = np.unique(np.column_stack([place.ravel(), tags]), axis=0)
+        if len(pairs) < len(tags):  # listed again under the same group: whether that is meant is left to a check
+            return
+        kept.append(np.sort(first))
+        rank = np.argsort(np.argsort(first))[place.ravel()]
+        for name, (number, dimension) in mesh.field_data.items():
+            if block.dim == dimension:
+                lists[name][i] = np.unique(rank[tags == number])
+    if all(len(own) == len(block.data) for own, block in zip(kept, mesh.cells)):
+        return
+    mesh.cell_sets = lists
+    mesh.cell_data = {name: [a[own] for a, own in zip(arrays, kept)] for name, arrays in mesh.cell_data.items()}
+    for own, block in zip(kept, mesh.cells):
+        block.data = block.data[own]
