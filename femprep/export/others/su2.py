@@ -12,6 +12,7 @@ import numpy as np
 from femprep.errors import FileError
 from femprep.export.foreign import from_meshio
 from femprep.export.through_meshio import meshio_mesh
+from femprep.export.wedges import turned_wedges
 from femprep.model import VolumeMesh
 
 #: A keyword with its value, and the rows up to the next one; ``%`` begins a comment.
@@ -41,6 +42,9 @@ def read(path: Path) -> VolumeMesh:
             raise FileError(f"{str(path)!r} says {what}= {said[:18]} and lists {count}; copy or convert it again")
     numbers = _numbers(path, [word.strip() for word in _TAG.findall(text)])
     mesh = meshio_mesh(path)
+    for block in mesh.cells:
+        if block.type == "wedge":  # SU2's types are VTK's
+            block.data = turned_wedges(block.data, np.asarray(mesh.points))
     for name, number in numbers.items():
         if name != str(number):  # of meshio's choice: below 0 it is none of the file's
             mesh.cell_data[_TAGS] = [np.where(tags == number, -number, tags) for tags in mesh.cell_data[_TAGS]]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +12,10 @@ from femprep.export.purkinje import purkinje_from
 from femprep.export.vtk.polydata import planes_from
 from femprep.export.vtk.xml import arrays_of, record_of
 from femprep.export.vtu.write import FACET_DATA, FACETS, VTK_TYPES
+from femprep.export.wedges import turned_wedges
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.mesh.vtk.reading import load
-from femprep.model import FloatArray, IntArray, VolumeMesh
-
-log = logging.getLogger(__name__)
+from femprep.model import VolumeMesh
 
 
 def read_own(path: Path) -> VolumeMesh | None:
@@ -98,7 +96,7 @@ def read_foreign(path: Path) -> ForeignMesh:
             rows.append(chosen)
     data = arrays_of(grid.GetCellData())
     points = vtk_to_numpy(grid.GetPoints().GetData()) if grid.GetPoints() else np.empty((0, 3))
-    cells = [(kind, _turned(nodes, points) if kind == "wedge" else nodes) for kind, nodes in cells]
+    cells = [(kind, turned_wedges(nodes, points) if kind == "wedge" else nodes) for kind, nodes in cells]
     return ForeignMesh(
         points,
         [Block(kind, data) for kind, data in cells],
@@ -116,16 +114,3 @@ def _name_of(number: int) -> str:
         return str(pyvista.CellType(number).name).lower()
     except ValueError:
         return f"VTK type {number}"
-
-
-def _turned(wedges: IntArray, points: FloatArray) -> IntArray:
-    """Wedges that all follow VTK's documentation (0-1-2 outward, as meshio writes them) in VTK's working order.
-
-    VTK's own volumes and shape functions, Abaqus, Gmsh and femprep have 0-1-2 inward. Where only some are negative,
-    they are inverted elements and stay.
-    """
-    a, b, c, top = (points[wedges[:, i]] for i in (0, 1, 2, 3))
-    if np.all(np.einsum("ij,ij->i", np.cross(b - a, c - a), top - a) < 0):
-        log.info("the wedges have their first triangle outward, as VTK's documentation says: turned")
-        return wedges[:, [0, 2, 1, 3, 5, 4]]
-    return wedges

@@ -74,6 +74,14 @@ def test_zones_of_tecplot_and_su2(tmp_path: Path) -> None:
         fp.read_mesh(written(tmp_path / "b.su2", f"NZONE= 2\nIZONE= 1\n{zone}IZONE= 2\n{zone}"))
 
 
+@pytest.mark.parametrize("nodes", ["0 1 2 3 4 5", "0 2 1 3 5 4"])
+def test_a_wedge_of_su2_in_either_order(nodes: str, tmp_path: Path) -> None:
+    """Its types are VTK's, whose documentation has the first triangle outward; Gmsh writes it so."""
+    points = "0 0 0\n9 0 0\n0 9 0\n0 0 9\n9 0 9\n0 9 9\n"
+    text = f"NDIME= 3\nNELEM= 1\n13 {nodes}\nNPOIN= 6\n{points}"
+    assert fp.check(fp.read_mesh(written(tmp_path / "a.su2", text))).validity.inverted_elements == 0
+
+
 def test_markers_of_su2_keep_their_names(tmp_path: Path) -> None:
     text = "NDIME= 3\nNELEM= 1\n10 0 1 2 3\nNPOIN= 4\n0 0 0\n9 0 0\n0 9 0\n0 0 9\nNMARK= 2\n"
     marks = "MARKER_TAG= {}\nMARKER_ELEMS= 1\n5 0 2 1\nMARKER_TAG= {}\nMARKER_ELEMS= 1\n5 0 1 3\n"
