@@ -24,6 +24,8 @@ _HEAP: Final = re.compile(b"HEAP" + bytes(4))
 _HEAP_HEAD: Final = 8
 #: Where texts of any length begin: signature, version, three bytes of none; their size follows.
 _TEXTS: Final = re.compile(b"GCOL\x01" + bytes(3))
+#: Where the first block, of version 0 or 1, names a driver.
+_DRIVER: Final = (48, 52)
 #: What stands where the next free block would be named, after the last one.
 _LAST: Final = 1
 _NUMBERS, _NUMBER = struct.Struct("<3Q"), struct.Struct("<Q")
@@ -93,8 +95,11 @@ def _format(item: ElementTree.Element) -> str:
 def _require(path: Path) -> None:
     with path.open("rb") as file:
         if file.read(len(_SIGNATURE)) != _SIGNATURE:
+            _require_no_user_block(path)
             return
         with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            if _has_driver(data):
+                raise FileError(f"{str(path)!r} is damaged: its first block tells of a driver")
             if any(_is_endless(data, heap.start()) for heap in _HEAP.finditer(data)):
                 raise FileError(f"{str(path)!r} is damaged: free room in one of its heaps never ends")
             if any(_is_too_large(data, heap.end()) for heap in _TEXTS.finditer(data)):
@@ -127,6 +132,29 @@ def _require(path: Path) -> None:
         raise FileError(f"{str(path)!r} is damaged: {' '.join(str(error).split())}") from error
     if wrong:
         raise FileError(f"{str(path)!r} {wrong}; give a file that holds it all")
+
+
+def _require_no_user_block(path: Path) -> None:
+    """HDF5 looks for a file behind 512, 1024, 2048... bytes of anything, too."""
+    with path.open("rb") as file:
+        size, place = path.stat().st_size, 512
+        while place < size:
+            file.seek(place)
+            if file.read(len(_SIGNATURE)) == _SIGNATURE:
+                raise FileError(f"{str(path)!r} is HDF5 behind {place} bytes of something else; give HDF5 alone")
+            place *= 2
+
+
+def _has_driver(data: mmap.mmap) -> bool:
+    """Whether the first block, where it is of an early version, names a driver, or numbers that are not of eight bytes.
+
+    HDF5 asks for as much memory as is told at that place; a driver keeps data in other files.
+    """
+    version = data[len(_SIGNATURE)] if len(data) > _DRIVER[1] + _NUMBER.size else 2
+    if version > 1:
+        return False
+    place = _DRIVER[version]
+    return data[13:15] != b"\x08\x08" or data[place : place + _NUMBER.size] != b"\xff" * _NUMBER.size
 
 
 def _is_too_large(data: mmap.mmap, place: int) -> bool:

@@ -86,3 +86,20 @@ def test_without_counts_it_is_the_readers_to_say(content: bytes, tmp_path: Path)
     path.write_bytes(content)
     with pytest.raises(FileError, match=r"damaged|no mesh|unknown format"):
         fp.read_mesh(path)
+
+
+@pytest.mark.parametrize("version", ["4.04.1", "4.11", "3.0", "4"])
+def test_versions_that_meshio_takes_for_others_are_refused(version: str, tmp_path: Path) -> None:
+    """meshio takes 4.04.1 for 4.1, and nobody looked at its numbers: 16 GB."""
+    path = written(tmp_path, version, NODES["4.1"] % 1)
+    with pytest.raises(FileError, match=r"(of no version that is read|version 4\.0, which is not read)"):
+        fp.read_mesh(path)
+
+
+def test_comments_may_come_first(tmp_path: Path) -> None:
+    mesh = truncated_ellipsoid(heights=2, around=6, layers=1)
+    path = tmp_path / "mesh.msh"
+    fp.write_mesh(mesh, path)
+    comment = b"$Comments\n" + b"$MeshFormat 9 9 9\n" * 500 + b"$EndComments\n"
+    path.write_bytes(comment + path.read_bytes())
+    assert fp.read_mesh(path).n_cells == mesh.n_cells

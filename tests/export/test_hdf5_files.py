@@ -186,3 +186,23 @@ def test_a_field_of_med_without_values_is_told(tmp_path: Path) -> None:
         store[place] = values[:0]
     (notice,) = fp.read_mesh(path).info["notices"]
     assert notice["what"] == "fiber is left out: it does not have numbers of one shape for all elements"
+
+
+def test_a_driver_in_the_first_block_is_refused(tmp_path: Path) -> None:
+    """HDF5 takes what stands at its place for a size: 1 GB for a file of 76 kB."""
+    path = tmp_path / "mesh.med"
+    fp.write_mesh(truncated_ellipsoid(heights=2, around=6, layers=1), path)
+    data = bytearray(path.read_bytes())
+    assert data[8] == 0
+    data[48:56] = struct.pack("<Q", 35)
+    path.write_bytes(data)
+    with pytest.raises(FileError, match="its first block tells of a driver"):
+        fp.read_mesh(path)
+
+
+def test_hdf5_behind_something_else_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "mesh.med"
+    fp.write_mesh(truncated_ellipsoid(heights=2, around=6, layers=1), path)
+    path.write_bytes(bytes(1024) + path.read_bytes())
+    with pytest.raises(FileError, match="is HDF5 behind 1024 bytes of something else"):
+        fp.read_mesh(path)

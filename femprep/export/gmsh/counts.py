@@ -18,14 +18,19 @@ import numpy.typing as npt
 from femprep.errors import FileError
 
 #: Version, text or binary, bytes of a count.
-FORMAT: Final = re.compile(rb"\$MeshFormat\s+([24])(\.\d+)?\s+([01])\s+([48])\s")
-#: Characters in which it stands, comments before it included.
-HEAD: Final = 4000
-#: Numbers of nodes that are let pass whatever the size of a file: meshio's table for them takes half a gigabyte.
-_NUMBERED: Final = 1 << 27
+_FORMAT: Final = re.compile(
+    rb"\s*(?:\$Comments\b.*?\$EndComments\s*)*\$MeshFormat\s+([24])(\.\d)?\s+([01])\s+([48])\s", re.DOTALL
+)
+#: Numbers of nodes that are let pass whatever the size of a file: meshio's table for them takes 128 MB.
+_NUMBERED: Final = 1 << 24
 _NUMERIC: Final = re.compile(rb"[\s\deE.+naifNAIF-]*")
 #: A node of version 4.0, binary.
 _NODE: Final = np.dtype([("number", "<i4"), ("x", "<f8", 3)])
+
+
+def format_of(data: bytes | mmap.mmap) -> re.Match[bytes] | None:
+    """Version, its digit, text or binary, and bytes of a count, at a file's beginning; comments may come first."""
+    return _FORMAT.match(data)
 
 
 def node_numbers(path: Path) -> npt.NDArray[np.float64] | None:
@@ -44,7 +49,9 @@ def node_numbers(path: Path) -> npt.NDArray[np.float64] | None:
     if not path.stat().st_size:
         return None
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        found = FORMAT.search(data[:HEAD])
+        found = format_of(data)
+        if found is None and data.find(b"$MeshFormat") >= 0:
+            raise FileError("its $MeshFormat is not where it should be, or of no version that is read (2.2, 4.1)")
         start = data.find(b"$Nodes")
         place = data.find(b"\n", start) + 1
         if found is None or start < 0 or not place:

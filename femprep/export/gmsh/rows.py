@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import FileError
-from femprep.export.gmsh.counts import FORMAT, HEAD
+from femprep.export.gmsh.counts import format_of
 from femprep.model import IntArray
 
 #: Where the head of a data section begins.
@@ -42,7 +42,7 @@ def by_their_numbers(path: Path, mesh: Any, nodes: npt.NDArray[np.float64] | Non
         A section has more or fewer rows than it says, or data are of other nodes or elements.
     """
     data = path.read_bytes()
-    head = FORMAT.search(data[:HEAD])
+    head = format_of(data)
     if nodes is None or head is None or head[3] != b"0":  # of binary ones meshio wants data in order
         return
     sections, version = list(_sections(data)), head[1] + (head[2] or b"")
