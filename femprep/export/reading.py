@@ -218,6 +218,7 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".bdf": _nastran,
     ".fem": _nastran,
     ".nas": _nastran,
+    ".vol": _netgen,
     ".gz": _netgen,
     ".dat": _tecplot,
     ".tec": _tecplot,

@@ -130,6 +130,15 @@ def test_a_wedge_of_flac3d_is_not_inside_out(tmp_path: Path) -> None:
 VOLUME = "mesh3d\ndimension\n3\npoints\n4\n0 0 0\n9 0 0\n0 9 0\n0 0 9\nvolumeelements\n1\n1 4 1 3 2 4\nendmesh\n"
 
 
+def test_netgen_62_describes_faces(tmp_path: Path) -> None:
+    """What it writes before the surface elements, meshio does not know."""
+    faces = "# surfnr\tdomin\tdomout\ttlosurf\tbcprop\nfacedescriptors\n2\n0 1 0 0 1\n2 1 0 0 2\n\nvolumeelements"
+    path = written(tmp_path / "a.vol", VOLUME.replace("volumeelements", faces))
+    assert fp.read_mesh(path).n_cells == 1
+    with pytest.raises(FileError, match=r"b\.vol' is damaged"):
+        fp.read_mesh(written(tmp_path / "b.vol", VOLUME.replace("points\n4", "points\nx")))
+
+
 def test_a_packed_netgen_mesh(tmp_path: Path) -> None:
     path = tmp_path / "a.vol.gz"
     path.write_bytes(gzip.compress(VOLUME.encode()))
