@@ -75,10 +75,11 @@ def tag_name(number: int) -> str:
     return f"tag_{number}"
 
 
-def names_of(tags: npt.ArrayLike, info: Mapping[str, Any]) -> dict[str, int]:
-    """Tags that occur by name, in order of their numbers: names that a file brought along, ours of all others."""
+def names_of(tags: npt.ArrayLike, info: Mapping[str, Any], table: Mapping[str, int]) -> dict[str, int]:
+    """Tags that occur by name, in order of their numbers: a file's own names, those of a table, ``tag_<number>``."""
     foreign = {int(number): name for name, number in info.get(FOREIGN, {}).items()}
-    return {foreign.get(tag) or tag_name(tag): tag for tag in np.unique(np.asarray(tags)).tolist()}
+    known = {number: name for name, number in table.items()}
+    return {foreign.get(tag) or known.get(tag) or f"tag_{tag}": tag for tag in np.unique(np.asarray(tags)).tolist()}
 
 
 def is_blood(region: npt.ArrayLike) -> BoolArray:

@@ -14,7 +14,7 @@ from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly, reado
 from femprep.model.convert import Convertible, maker
 from femprep.model.plane import Plane
 from femprep.model.purkinje import PurkinjeNet
-from femprep.model.tags import names_of
+from femprep.model.tags import FACET_TAGS, REGION_TAGS, names_of
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
@@ -143,7 +143,7 @@ class VolumeMesh(Convertible):
         >>> mesh.region_names
         {'lv': 1}
         """
-        return names_of(self.region, self.info)
+        return names_of(self.region, self.info, REGION_TAGS)
 
     @property
     def facet_names(self) -> dict[str, int]:
@@ -154,7 +154,7 @@ class VolumeMesh(Convertible):
         >>> mesh.facet_names
         {'endo': 101, 'epi': 102, 'base': 103}
         """
-        return names_of(self.facet_tag, self.info)
+        return names_of(self.facet_tag, self.info, FACET_TAGS)
 
     def with_data(
         self,

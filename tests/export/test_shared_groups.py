@@ -103,6 +103,15 @@ def test_a_number_of_ours_that_names_something_else_is_changed(tmp_path: Path) -
     assert "lesion" in repr(mesh)
 
 
+def test_numbers_of_facets_are_never_shown_as_regions(tmp_path: Path) -> None:
+    points = np.array([(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9)], dtype=float)
+    data = {"medit:ref": [np.array([1]), np.array([1])]}
+    cells = [("tetra", np.array([[0, 1, 2, 3]])), ("triangle", np.array([[0, 2, 1]]))]
+    meshio.Mesh(points, cells, cell_data=data).write(tmp_path / "a.mesh")
+    mesh = fp.read_mesh(tmp_path / "a.mesh")
+    assert (dict(mesh.region_names), dict(mesh.facet_names)) == ({"lv": 1}, {"tag_1": 1})
+
+
 @pytest.mark.parametrize("version", [4.1, 2.2])
 @pytest.mark.parametrize("binary", [0, 1])
 def test_gmsh_itself_with_groups_that_share_elements(version: float, binary: int, tmp_path: Path) -> None:
