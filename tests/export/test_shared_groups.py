@@ -103,6 +103,12 @@ def test_a_number_of_ours_that_names_something_else_is_changed(tmp_path: Path) -
     assert "lesion" in repr(mesh)
 
 
+def test_a_changed_number_is_none_of_a_group_without_a_name(tmp_path: Path) -> None:
+    path = tmp_path / "a.msh"
+    path.write_text(MESH.format("1 5", "1 51").replace('3 57 "lesion"', '3 5 "lesion"'))
+    assert dict(fp.read_mesh(path).region_names) == {"tag_51": 51, "lesion": 52}
+
+
 def test_numbers_of_facets_are_never_shown_as_regions(tmp_path: Path) -> None:
     points = np.array([(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9)], dtype=float)
     data = {"medit:ref": [np.array([1]), np.array([1])]}

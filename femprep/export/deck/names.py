@@ -55,6 +55,8 @@ class Numbers:
 
     def __init__(self) -> None:
         self.foreign: dict[str, int] = {}
+        #: Numbers of the file's that have no name.
+        self.nameless: set[int] = set()
         #: What got another number than the file's, which is ours of something else.
         self.moved: list[str] = []
 
@@ -65,7 +67,7 @@ class Numbers:
             return known
         if name not in self.foreign:
             # Numbers of volumes and of surfaces may be the same in a file; each name has one of its own here.
-            used = {*self.foreign.values(), *REGION_TAGS.values(), *FACET_TAGS.values()}
+            used = {*self.foreign.values(), *self.nameless, *REGION_TAGS.values(), *FACET_TAGS.values()}
             free = next(n for n in range(201 if facet else 51, 100_000) if n not in used)
             self.foreign[name] = free if own is None or own <= 0 or own in used else own  # MED's families are below 0
             if own in used:
@@ -75,6 +77,7 @@ class Numbers:
     def of_tags(self, tags: IntArray, names: Mapping[int, str], *, facet: bool = False) -> IntArray:
         """The numbers of elements or facets to which the file itself gave numbers, and names to some of these."""
         out, present = tags.copy(), np.unique(tags).tolist()
+        self.nameless.update(own for own in present if own not in names)
         # A number of the file's that is ours of another name in it would make one of two.
         ours = {tag_number(names[own]) for own in present if own in names}
         for own in present:
