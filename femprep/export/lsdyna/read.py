@@ -72,7 +72,7 @@ def read(path: Path) -> VolumeMesh:
         elif keyword in ("*SET_SEGMENT", "*SET_SEGMENT_TITLE"):
             first = int(keyword.endswith("TITLE"))
             name = cards[0].strip() if first else f"tag_{int(cards[0][:10])}"
-            segments.append((name, [_integers(card, 10)[:4] for card in cards[first + 1 :]]))
+            segments.append((name, [_integers(card[:40], 10) for card in cards[first + 1 :]]))
         elif keyword == "*SET_SOLID_TITLE":
             sets[cards[0].strip().lower()] = [n for card in cards[2:] for n in _integers(card, 10) if n]
     if not solids:

@@ -65,7 +65,8 @@ def test_lsdyna_parts_go_by_their_whole_titles_and_segment_sets_by_their_numbers
     two = LSDYNA.replace(
         "*END\n", SOLID.split("\n", 1)[1].replace("       1       1       1", "       2       2       1")
     )
-    two += "*SET_SEGMENT\n         7\n         1         2         3         3\n*END\n"
+    # As PyDyna writes it, with attributes behind the nodes.
+    two += f"*SET_SEGMENT\n         7{4 * '       0.0'}MECH\n{1:10d}{2:10d}{3:10d}{3:10d}{2 * '       0.0'}\n*END\n"
     for first, second, names in (
         ("left ventricle", "left atrium", ["left ventricle", "left atrium"]),
         ("wall", "wall", ["wall_1", "wall_2"]),
