@@ -25,6 +25,7 @@ from femprep.export.others.permas import read as _permas
 from femprep.export.others.su2 import read as _su2
 from femprep.export.others.tecplot import read as _tecplot
 from femprep.export.through_meshio import meshio_mesh
+from femprep.export.turned import turned_tetrahedra
 from femprep.export.verdict import verdict_in
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.mesh.vtk.entities import refuse_entities
@@ -139,7 +140,7 @@ def _xdmf(path: Path) -> VolumeMesh:
     from femprep.export.xdmf.read import read_own
 
     own = read_own(path)
-    return own if own is not None else _meshio(path)
+    return own if own is not None else turned_tetrahedra(_meshio(path))
 
 
 def _med(path: Path) -> VolumeMesh:

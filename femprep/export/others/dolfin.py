@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 from femprep.errors import FileError
 from femprep.export.foreign import from_meshio
 from femprep.export.through_meshio import meshio_mesh
+from femprep.export.turned import turned_tetrahedra
 from femprep.mesh.vtk.entities import refuse_entities
 from femprep.model import VolumeMesh
 
@@ -27,7 +28,7 @@ def read(path: Path) -> VolumeMesh:
     for file in [path, *sorted(path.parent.glob(f"{glob.escape(path.stem)}_*.xml"))]:
         refuse_entities(file)
         _require_all(file)
-    return from_meshio(meshio_mesh(path))
+    return turned_tetrahedra(from_meshio(meshio_mesh(path)))
 
 
 def _require_all(file: Path) -> None:

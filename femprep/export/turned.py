@@ -1,0 +1,53 @@
+"""A mesh whose file has no order of nodes within an element, in; its tetrahedra all positive, out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from femprep.mesh.elements import ELEMENTS
+from femprep.model import BoolArray, IntArray, VolumeMesh
+from femprep.model.notice import Notice, noted
+
+#: Nodes of a tetrahedron with its first two corners exchanged.
+_EXCHANGED: Final[Mapping[str, list[int]]] = {"tetra": [1, 0, 2, 3], "tetra10": [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
+
+
+def turned_tetrahedra(mesh: VolumeMesh) -> VolumeMesh:
+    """The mesh with its negative tetrahedra turned, and a notice of them, where that is all that is wrong with them.
+
+    FEniCS lists nodes by their numbers, so that half of its tetrahedra are negative. Where one is folded over its
+    neighbour, the two lie on the same side of the face between them once both are positive: such a mesh stays.
+    """
+    if set(mesh.cells) - set(_EXCHANGED):
+        return mesh
+    turned = {kind: (rows, _negative(mesh.points[rows[:, :4]])) for kind, rows in mesh.cells.items()}
+    count = sum(int(np.count_nonzero(negative)) for _, negative in turned.values())
+    if not count:
+        return mesh
+    cells = {
+        kind: np.where(negative[:, None], rows[:, _EXCHANGED[kind]], rows) for kind, (rows, negative) in turned.items()
+    }
+    if not _lie_apart(np.concatenate([rows[:, :4] for rows in cells.values()])):
+        return mesh
+    words = f"{{amount}} of {mesh.n_cells} tetrahedra, whose nodes the file lists the other way round, are turned"
+    told = Notice.of("assumed", words, amount=count)
+    return replace(mesh, cells=cells, info=noted(mesh.info, told))
+
+
+def _negative(corners: np.ndarray) -> BoolArray:
+    a, b, c = (corners[:, i] - corners[:, 0] for i in (1, 2, 3))
+    return np.asarray(np.einsum("ij,ij->i", np.cross(a, b), c) < 0)
+
+
+def _lie_apart(corners: IntArray) -> bool:
+    """Whether the two elements of each face see it from opposite sides."""
+    faces = np.concatenate([corners[:, list(face)] for face in ELEMENTS["tetra"].faces])
+    order = np.argsort(faces, axis=1)
+    odd = np.isin(order @ [9, 3, 1], [7, 11, 21])  # 0 2 1, 1 0 2 and 2 1 0, by one exchange
+    _, which = np.unique(np.take_along_axis(faces, order, axis=1), axis=0, return_inverse=True)
+    both = np.bincount(which.ravel()) == 2
+    return bool(np.all(np.bincount(which.ravel(), weights=np.where(odd, 1.0, -1.0))[both] == 0))
