@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import meshio
+import numpy as np
 import pytest
 from meshes import truncated_ellipsoid
 
@@ -54,4 +55,28 @@ def test_entities_of_files_beside_it_are_refused(path: Path) -> None:
     laughs = '<mesh_function type="uint" dim="3" size="0">&a;</mesh_function>'
     path.with_name("mesh_load.xml").write_text(f'<!DOCTYPE a [<!ENTITY a "ha">]><dolfin>{laughs}</dolfin>')
     with pytest.raises(FileError, match="declares the XML entity"):
+        fp.read_mesh(path)
+
+
+def test_collections_of_values_as_dolfin_writes_them(tmp_path: Path) -> None:
+    """Of cells they are regions, of facets (cell, and the node by its rank that the facet lies opposite to) tags."""
+    path = tmp_path / "a.xml"
+    points = np.array([(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9), (9, 9, 9)], dtype=float)
+    meshio.write(path, meshio.Mesh(points, [("tetra", np.array([[0, 1, 2, 3], [1, 2, 3, 4]]))]), "dolfin-xml")
+
+    def collection(dimension: int, *values: tuple[int, int, int]) -> str:
+        rows = "".join(f'<value cell_index="{c}" local_entity="{e}" value="{v}"/>' for c, e, v in values)
+        head = f'<mesh_value_collection name="f" type="uint" dim="{dimension}" size="{len(values)}">'
+        return f"<dolfin><mesh_function>{head}{rows}</mesh_value_collection></mesh_function></dolfin>"
+
+    path.with_name("a_physical_region.xml").write_text(collection(3, (1, 0, 9), (0, 0, 4)))
+    path.with_name("a_facet_region.xml").write_text(collection(2, (0, 3, 60), (0, 0, 0), (1, 0, 61), (1, 0, 61)))
+    path.with_name("a_edges.xml").write_text(collection(1, (0, 3, 60)))
+    mesh = fp.read_mesh(path)
+    assert mesh.region.tolist() == [4, 9]
+    assert mesh.facets["triangle"].tolist() == [[0, 1, 2], [2, 3, 4]]
+    assert mesh.facet_tag.tolist() == [60, 61]
+    assert mesh.info["notices"][0]["what"] == "mesh functions edges are left out"
+    path.with_name("a_physical_region.xml").write_text(collection(3, (2, 0, 9)))
+    with pytest.raises(FileError, match="has a value of a cell that is not there"):
         fp.read_mesh(path)
