@@ -120,14 +120,14 @@ def _vtk(path: Path) -> VolumeMesh:
     from femprep.export.vtu.read import read_foreign, read_own
 
     own = read_own(path)
-    return own if own is not None else from_meshio(with_namemap(read_foreign(path), path))
+    return own if own is not None else turned_tetrahedra(from_meshio(with_namemap(read_foreign(path), path)), _MANY)
 
 
 def _legacy_vtk(path: Path) -> VolumeMesh:
     from femprep.export.vtu.read import read_foreign
 
     try:
-        return from_meshio(read_foreign(path))
+        return turned_tetrahedra(from_meshio(read_foreign(path)), _MANY)
     except FileError as error:
         # Among them files of meshio's, whose integer type VTK does not know.
         try:
@@ -177,6 +177,9 @@ def _with_unit(path: Path) -> VolumeMesh:
     mesh, scale = _meshio(path), units_of(path).per_mm
     return mesh if scale == 1.0 else replace(mesh, points=mesh.points / scale)
 
+
+#: Share of negative tetrahedra of a file of VTK's from which on its writer had no order of nodes: FEniCS' have half.
+_MANY: Final = 0.25
 
 #: Nodes of each facet type.
 _FACET_NODES: Final = {name: count for count, name in FACET_TYPES.items()}

@@ -16,17 +16,23 @@ from femprep.model.notice import Notice, noted
 _EXCHANGED: Final[Mapping[str, list[int]]] = {"tetra": [1, 0, 2, 3], "tetra10": [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
 
 
-def turned_tetrahedra(mesh: VolumeMesh) -> VolumeMesh:
+def turned_tetrahedra(mesh: VolumeMesh, least: float = 0.0) -> VolumeMesh:
     """The mesh with its negative tetrahedra turned, and a notice of them, where that is all that is wrong with them.
 
     FEniCS lists nodes by their numbers, so that half of its tetrahedra are negative. Where one is folded over its
     neighbour, the two lie on the same side of the face between them once both are positive: such a mesh stays.
+
+    Parameters
+    ----------
+    mesh : VolumeMesh
+    least : float
+        Share of negative tetrahedra from which on they are turned; fewer are taken for faults.
     """
-    if set(mesh.cells) - set(_EXCHANGED):
+    if any(kind not in _EXCHANGED or rows.shape[1] != ELEMENTS[kind].nodes for kind, rows in mesh.cells.items()):
         return mesh
     turned = {kind: (rows, _negative(mesh.points[rows[:, :4]])) for kind, rows in mesh.cells.items()}
     count = sum(int(np.count_nonzero(negative)) for _, negative in turned.values())
-    if not count:
+    if not count or count < least * mesh.n_cells:
         return mesh
     cells = {
         kind: np.where(negative[:, None], rows[:, _EXCHANGED[kind]], rows) for kind, (rows, negative) in turned.items()

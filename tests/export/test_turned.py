@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import meshio
 import numpy as np
 import pytest
 from meshes import truncated_ellipsoid
@@ -25,6 +28,7 @@ def test_nodes_in_the_order_of_their_numbers(kind: str) -> None:
     (notice,) = found.info["notices"]
     assert (notice["amount"], notice["kind"]) == (some.sum(), "assumed")
     assert turned_tetrahedra(found) is found
+    assert turned_tetrahedra(spoiled, 0.4) is spoiled
 
 
 def test_a_folded_element_stays() -> None:
@@ -36,3 +40,15 @@ def test_a_folded_element_stays() -> None:
     folded = fp.VolumeMesh(points=points, cells=dict(mesh.cells), region=mesh.region)
     assert (all_volumes(points, folded.cells) < 0).any()
     assert turned_tetrahedra(folded) is folded
+
+
+def test_vtk_files_of_fenics_and_ones_with_a_fault(tmp_path: Path) -> None:
+    mesh = truncated_ellipsoid("tetra")
+    rows = mesh.cells["tetra"].copy()
+    rows[::2] = rows[::2][:, [1, 0, 2, 3]]
+    meshio.Mesh(mesh.points, [("tetra", rows)]).write(tmp_path / "a.vtu")
+    assert fp.check(fp.read_mesh(tmp_path / "a.vtu")).validity.inverted_elements == 0
+    rows = mesh.cells["tetra"].copy()
+    rows[0] = rows[0][[1, 0, 2, 3]]
+    meshio.Mesh(mesh.points, [("tetra", rows)]).write(tmp_path / "b.vtu")
+    assert fp.check(fp.read_mesh(tmp_path / "b.vtu")).validity.inverted_elements == 1
