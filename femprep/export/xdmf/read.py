@@ -39,6 +39,9 @@ def read_own(path: Path) -> VolumeMesh | None:
     listed = [grid for domain in root.iter("Domain") for grid in domain.findall("Grid")]
     grids = {grid.get("Name"): grid for grid in listed}
     if MESH not in grids:
+        steps = listed[0].findall("Grid") if len(listed) == 1 and listed[0].get("CollectionType") == "Temporal" else []
+        if steps:
+            return read_tagged(steps[:1], path, len(steps))
         return read_tagged(listed, path) if len(listed) > 1 else None
     whole = grids[MESH]
     numbers = Numbers()

@@ -16,11 +16,11 @@ from femprep.model import IntArray, VolumeMesh
 from femprep.model.notice import Notice, noted
 
 
-def read_tagged(grids: Sequence[ElementTree.Element], path: Path) -> VolumeMesh:
+def read_tagged(grids: Sequence[ElementTree.Element], path: Path, steps: int = 1) -> VolumeMesh:
     """Read a mesh with its tags: of elements the first ones are regions, others data; of facets the first ones count.
 
-    Tags may be of some elements, in any order: they are found by their nodes. What is neither, grids of time and tags
-    of edges, is left out, and told.
+    Tags may be of some elements, in any order: they are found by their nodes. What is neither, such as tags of edges,
+    is left out, and told; of several steps in time the first is given.
 
     Raises
     ------
@@ -35,7 +35,8 @@ def read_tagged(grids: Sequence[ElementTree.Element], path: Path) -> VolumeMesh:
     facets: dict[str, IntArray] = {}
     facet_tag = np.empty(0, dtype=np.int32)
     for grid in others:
-        name, own, attribute = grid.get("Name") or "tags", kind_of(grid), grid.find("Attribute")
+        name, own = grid.get("Name") or "tags", kind_of(grid)
+        attribute = next((one for one in grid.findall("Attribute") if one.get("Center") == "Cell"), None)
         if attribute is not None and own == kind:
             tags = np.zeros(len(cells), dtype=np.int32)
             tags[_places(cells, topology_of(grid, path)[1], name)] = values_of(attribute, path).ravel()
@@ -48,6 +49,8 @@ def read_tagged(grids: Sequence[ElementTree.Element], path: Path) -> VolumeMesh:
         else:
             left_out.append(name)
     told = [Notice.of("left out", f"grids {', '.join(left_out)[:200]} of the file are left out")] if left_out else []
+    if steps > 1:
+        told.append(Notice.of("left out", "of {amount} steps in time the first is read", amount=steps))
     mesh = VolumeMesh(
         points=values_of(whole.find("Geometry"), path),
         cells={kind: cells},

@@ -63,3 +63,18 @@ def test_tags_of_what_is_not_there_are_refused(tmp_path: Path) -> None:
     path = written(tmp_path, ("cells", "Tetrahedron", np.array([[0, 1, 2, 4]]), np.array([7])))
     with pytest.raises(FileError, match="'cells' tags an element that the mesh does not have"):
         fp.read_mesh(path)
+
+
+def test_the_first_of_several_steps(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    text = path.read_text()
+    grid = text[text.index("<Grid") : text.index("</Domain>")]
+    values = ITEM.format("5", "values")
+    first = grid.replace("</Grid>", f'<Time Value="0"/><Attribute Name="p" Center="Node">{values}</Attribute></Grid>')
+    both = f'<Grid Name="steps" GridType="Collection" CollectionType="Temporal">{first}{grid}</Grid>'
+    path.write_text(text.replace(grid, both))
+    with h5py.File(tmp_path / "a.h5", "a") as store:
+        store["values"] = np.arange(5.0)
+    mesh = fp.read_mesh(path)
+    assert mesh.point_data["p"].tolist() == [0, 1, 2, 3, 4]
+    assert mesh.info["notices"][0]["what"] == "of 2 steps in time the first is read"
