@@ -65,6 +65,8 @@ sys.path[:0] = [str(Path(__file__).resolve().parent.parent)]
 
 from exodus_file import two_steps  # noqa: E402
 from exodus_file import write as write_exodus  # noqa: E402
+from export.xdmf.test_dolfinx_tags import CELLS  # noqa: E402
+from export.xdmf.test_dolfinx_tags import written as write_tags  # noqa: E402
 from fuzz.mutate import Damage  # noqa: E402
 from fuzz.sources import Sources  # noqa: E402
 from image.reading.test_dicom import masks_of, phantom, write_seg  # noqa: E402
@@ -141,6 +143,10 @@ def readers(folder: Path) -> dict[str, Reader]:
         path = folder / f"exodus-{kind}" / "mesh.exo"
         path.parent.mkdir()
         found[f"exodus-{kind}"] = Reader(mesh, [write_exodus(path, *two_steps(), hdf5=kind == "hdf5")], path.suffix)
+    beside = folder / "dolfinx-tags"
+    beside.mkdir()
+    tags = ("cells", "Tetrahedron", CELLS, np.array([7, 9])), ("facets", "Triangle", CELLS[:1, :3], np.array([60]))
+    found["dolfinx-tags"] = Reader(mesh, [write_tags(beside, *tags)], ".xdmf")
     for name, path in written_in_words(found, folder):
         found[name].sound.append(path)
     for ending in (".nii", ".nii.gz", ".nrrd", ".mha"):
