@@ -179,7 +179,7 @@ def _with_unit(path: Path) -> VolumeMesh:
 
 
 #: Share of negative tetrahedra of a file of VTK's from which on its writer had no order of nodes: FEniCS' have half.
-_MANY: Final = 0.25
+_MANY: Final = 0.4
 
 #: Nodes of each facet type.
 _FACET_NODES: Final = {name: count for count, name in FACET_TYPES.items()}
