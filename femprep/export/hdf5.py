@@ -45,11 +45,12 @@ def require_hdf5(path: Path) -> None:
         can be; or XDMF names something that is no file, or says another number of numbers.
     """
     if path.suffix.lower() in XDMF:
-        for store in _named(path):
+        items = _items(path)
+        for store in _named(path, items):
             if not store.is_file():
                 raise FileError(f"{str(path)!r} names {store.name!r}, which is no file; keep the files together")
             _require(store)
-        _require_dimensions(path)
+        _require_dimensions(path, items)
     elif path.is_file():
         _require(path)
 
@@ -62,11 +63,11 @@ def _items(path: Path) -> list[ElementTree.Element]:
         raise FileError(f"{str(path)!r} is damaged: {error}") from error
 
 
-def _require_dimensions(path: Path) -> None:
+def _require_dimensions(path: Path, items: list[ElementTree.Element]) -> None:
     """Check that HDF5 holds as many numbers as XDMF says."""
     import h5py
 
-    for item in _items(path):
+    for item in items:
         store, _, place = (item.text or "").strip().partition(":")
         if _format(item) != "hdf" or not place or "Dimensions" not in item.attrib:
             continue
@@ -78,9 +79,8 @@ def _require_dimensions(path: Path) -> None:
             raise FileError(f"{str(path)!r} says that {place!r} is {said}, and {store!r} has {size} numbers there")
 
 
-def _named(path: Path) -> list[Path]:
+def _named(path: Path, items: list[ElementTree.Element]) -> list[Path]:
     """Files that XDMF names: HDF5 with a place in it, or bytes."""
-    items = _items(path)
     stores = {(item.text or "").strip().partition(":")[0] for item in items if _format(item) == "hdf"}
     # meshio looks for these in the working folder.
     bytes_ = {(item.text or "").strip() for item in items if _format(item) == "binary"}

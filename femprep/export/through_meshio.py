@@ -11,8 +11,14 @@ from femprep.errors import FileError
 from femprep.export.ending import ending_files
 
 
-def meshio_mesh(path: Path) -> Any:
+def meshio_mesh(path: Path, told: Path | None = None) -> Any:
     """What meshio reads from a file; what it prints is kept off the terminal, and its exits become errors.
+
+    Parameters
+    ----------
+    path : path
+    told : path, optional
+        The file that errors name, where ``path`` is a part or a copy of it.
 
     Raises
     ------
@@ -30,4 +36,5 @@ def meshio_mesh(path: Path) -> Any:
     except (Exception, SystemExit) as error:
         reason = str(error) if not isinstance(error, SystemExit) else said.getvalue()
         reason = " ".join(reason.split()) or type(error).__name__
-        raise FileError(f"{str(path)!r} is damaged or of an unknown format: {reason}") from error
+        shown = reason.replace(str(path), str(told or path))
+        raise FileError(f"{str(told or path)!r} is damaged or of an unknown format: {shown}") from error

@@ -7,7 +7,7 @@ import pytest
 
 import femprep as fp
 from femprep.errors import InputError
-from femprep.export.midside import require_own_edges
+from femprep.export.midside import _astray, require_own_edges
 from femprep.mesh.elements import ELEMENTS
 
 
@@ -44,4 +44,5 @@ def test_thin_curved_elements_are_sound() -> None:
         for a, b in edges
     ]
     points = np.array([(r * ring[k, 0], r * ring[k, 1], z) for r, k, z in [*at, *middle]])
+    assert not _astray(points[None], "hexahedron20").any()
     require_own_edges(fp.VolumeMesh(points=points, cells={"hexahedron20": np.arange(20)[None]}, region=np.ones(1)))

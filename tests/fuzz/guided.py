@@ -138,7 +138,7 @@ def readers(folder: Path) -> dict[str, Reader]:
         found[f"rare-{kind}"] = Reader(mesh, [path], path.suffix if kind != "ansys" else f"{path.suffix} of Ansys")
     packed = folder / "rare-netgen" / "mesh.vol.gz"
     packed.write_bytes(gzip.compress(found["rare-netgen"].sound[0].read_bytes()))
-    found["packed-netgen"] = Reader(mesh, [packed], ".vol.gz")
+    found["packed-netgen"] = Reader(mesh, [packed], ".vol")
     for kind in ("classic", "hdf5"):
         path = folder / f"exodus-{kind}" / "mesh.exo"
         path.parent.mkdir()

@@ -56,10 +56,7 @@ def read(path: Path) -> VolumeMesh:
     with tempfile.TemporaryDirectory() as folder:  # away from the functions
         alone = Path(folder) / path.name
         shutil.copyfile(path, alone)
-        try:
-            mesh = from_meshio(meshio_mesh(alone))
-        except FileError as error:
-            raise FileError(str(error).replace(str(alone), str(path))) from error
+        mesh = from_meshio(meshio_mesh(alone, path))
     functions = [_function(file, file.stem.removeprefix(f"{path.stem}_")) for file in beside]
     return turned_tetrahedra(_with(mesh, functions))
 
@@ -70,6 +67,10 @@ def _with(mesh: VolumeMesh, functions: list[_Function]) -> VolumeMesh:
         places = rows[:, 0].astype(np.int64)
         if len(places) and (places.min() < 0 or places.max() >= mesh.n_cells):
             raise FileError(f"the function {name!r} has a value of a cell that is not there")
+        if dimension == 3 and len(np.unique(places)) < len(places):
+            raise FileError(f"the function {name!r} has several values of a cell")
+        if dimension == 2 and len(rows) and (rows[:, 1].min() < 0 or rows[:, 1].max() > 3):
+            raise FileError(f"the function {name!r} has a value of a facet that no cell has")
         tags = rows[:, 2].astype(np.int32)
         whole = np.array_equal(tags, rows[:, 2])
         if dimension == 3:

@@ -35,10 +35,7 @@ def read(path: Path) -> VolumeMesh:
     with tempfile.TemporaryDirectory() as folder:
         plain = Path(folder) / "mesh.vol"
         plain.write_text("".join(_wanted(text)), "latin-1")
-        try:
-            return from_meshio(meshio_mesh(plain))
-        except FileError as error:
-            raise FileError(str(error).replace(str(plain), str(path))) from error
+        return from_meshio(meshio_mesh(plain, path))
 
 
 def _wanted(text: str) -> Iterator[str]:
@@ -59,9 +56,11 @@ def _wanted(text: str) -> Iterator[str]:
 
 def _unpacked(path: Path) -> str:
     room, parts = _DENSEST * path.stat().st_size, list[bytes]()
+    length = 0
     with gzip.open(path, "rb") as stream:
         while block := stream.read(1 << 20):
             parts.append(block)
-            if sum(map(len, parts)) > room:
+            length += len(block)
+            if length > room:
                 raise FileError(f"{str(path)!r} unpacks to more than {_DENSEST} times its size; that is no mesh")
     return b"".join(parts).decode("latin-1")

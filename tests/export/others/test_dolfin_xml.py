@@ -77,6 +77,14 @@ def test_collections_of_values_as_dolfin_writes_them(tmp_path: Path) -> None:
     assert mesh.facets["triangle"].tolist() == [[0, 1, 2], [2, 3, 4]]
     assert mesh.facet_tag.tolist() == [60, 61]
     assert mesh.info["notices"][0]["what"] == "mesh functions edges are left out"
-    path.with_name("a_physical_region.xml").write_text(collection(3, (2, 0, 9)))
-    with pytest.raises(FileError, match="has a value of a cell that is not there"):
-        fp.read_mesh(path)
+    for name, dimension, values, words in (
+        ("physical_region", 3, [(2, 0, 9)], "a value of a cell that is not there"),
+        ("physical_region", 3, [(1, 0, 9), (1, 0, 4)], "several values of a cell"),
+        ("facet_region", 2, [(0, -1, 60)], "a value of a facet that no cell has"),
+    ):
+        beside = path.with_name(f"a_{name}.xml")
+        whole = beside.read_text()
+        beside.write_text(collection(dimension, *values))
+        with pytest.raises(FileError, match=words):
+            fp.read_mesh(path)
+        beside.write_text(whole)
