@@ -84,8 +84,12 @@ def from_meshio(mesh: Any) -> VolumeMesh:
     region, region_from = _tags(mesh, volume, numbers, own_names.get(3, {}), facet=False)
     facet_tag, facet_from = _tags(mesh, surface, numbers, own_names.get(2, {}), facet=True)
     taken = {region_from, facet_from, *_BOOKKEEPING}
-    words = "{} is left out: it does not have numbers of one shape for all elements"
-    uneven = sorted({name for blocks in (volume, surface) for name in _uneven(mesh.cell_data, blocks, taken)})
+    at_points = {
+        name: np.asarray(values) for name, values in mesh.point_data.items() if name not in (*TAG_ARRAYS, *_BOOKKEEPING)
+    }
+    words = "{} is left out: it does not have numbers of one shape for all {}"
+    uneven = {(name, "elements") for blocks in (volume, surface) for name in _uneven(mesh.cell_data, blocks, taken)}
+    uneven |= {(name, "points") for name, values in at_points.items() if not _alike([values])}
     record = record_of(mesh.field_data)
     points = np.asarray(mesh.points, dtype=np.float64)
     if points.ndim == 2 and points.shape[1] == 2:
@@ -97,11 +101,11 @@ def from_meshio(mesh: Any) -> VolumeMesh:
         facets=_gather(mesh, kept, FACET_CORNERS),
         facet_tag=facet_tag,
         cell_data=_data(mesh.cell_data, volume, taken),
-        point_data={name: v for name, v in mesh.point_data.items() if name not in (*TAG_ARRAYS, *_BOOKKEEPING)},
+        point_data={name: values for name, values in at_points.items() if _alike([values])},
         facet_data=_data(mesh.cell_data, surface, taken) if surface else {},
         info={
             "source": {"region": region_from, "facet_tag": facet_from, "left_out": left_out},
-            **noted(numbers.info, *(Notice.of("left out", words.format(name)) for name in uneven)),
+            **noted(numbers.info, *(Notice.of("left out", words.format(*one)) for one in sorted(uneven))),
             **({VERDICT: record[VERDICT]} if VERDICT in record else {}),
         },
     )

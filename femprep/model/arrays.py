@@ -16,6 +16,11 @@ IntArray = npt.NDArray[np.int64]
 TagArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 
+#: Kinds of types that are real numbers, and bytes of those of fractions that programs of others know.
+_NUMBERS, _PRECISIONS = "biuf", (4, 8)
+#: Fractions from here on are not known to the unit.
+_MOST = 2.0**53
+
 
 def frozen(array: Any) -> Any:
     """The array, read-only from now on: who made it hands it on for good, and it need not be copied."""
@@ -40,18 +45,57 @@ def _kept(array: npt.ArrayLike, dtype: npt.DTypeLike | None) -> Any:
 
 
 def readonly(array: npt.ArrayLike, dtype: npt.DTypeLike, shape: tuple[int | None, ...], what: str) -> Any:
-    """Contiguous read-only array of the same values, with its shape checked (``None`` is any length)."""
-    result = _kept(array, dtype)
+    """Contiguous read-only array of the same values, with its shape checked (``None`` is any length).
+
+    Raises
+    ------
+    InputError
+        It has another shape, holds no real numbers, or a fraction where whole ones are asked for.
+    """
+    given = np.asarray(array)
+    if given.dtype.kind not in _NUMBERS and given.size:
+        raise InputError(f"{what} holds no real numbers but {given.dtype}")
+    if np.dtype(dtype).kind == "i" and given.dtype.kind == "f":
+        given = integers(given, what)
+    result = _kept(given, dtype)
     if result.ndim != len(shape) or any(s is not None and s != n for s, n in zip(shape, result.shape)):
         raise InputError(f"{what} has shape {result.shape}, expected {shape}")
     return result
 
 
+def integers(values: Any, what: str) -> IntArray:
+    """Numbers as integers.
+
+    Raises
+    ------
+    InputError
+        They are no numbers, or one of them is a fraction, infinite or NaN.
+    """
+    given = np.asarray(values)
+    if given.dtype.kind not in _NUMBERS:
+        raise InputError(f"{what} holds {given.dtype}, expected whole numbers")
+    if given.dtype.kind == "f":
+        given = given.astype(np.float64)
+        wrong = np.flatnonzero(~(np.abs(given) < _MOST) | (given != np.round(given)))
+        if wrong.size:
+            raise InputError(f"{what} holds {given.flat[wrong[0]]:g}, expected whole numbers")
+    return given.astype(np.int64)
+
+
 def readonly_table(values: Mapping[str, Any], length: int, what: str) -> Mapping[str, Any]:
-    """Named arrays that all have ``length`` rows, read-only."""
+    """Named arrays that all have ``length`` rows, read-only; half and extended precision becomes double.
+
+    Raises
+    ------
+    InputError
+        One has other rows, or holds no real numbers.
+    """
     out = {}
     for name, value in values.items():
-        array = _kept(value, None)
+        kind = np.asarray(value).dtype
+        if kind.kind not in _NUMBERS:
+            raise InputError(f"{what} {name!r} holds no real numbers but {kind}")
+        array = _kept(value, np.float64 if kind.kind == "f" and kind.itemsize not in _PRECISIONS else None)
         if array.ndim == 0 or array.shape[0] != length:
             raise InputError(f"{what} {name!r} has shape {array.shape}, expected {length} rows")
         out[name] = array

@@ -130,3 +130,22 @@ def test_a_file_that_is_cut_short_is_refused(tmp_path: Path, hdf5: bool) -> None
         path.write_bytes(whole[:size])
         with pytest.raises(FileError):
             fp.read_mesh(path)
+
+
+def test_numbers_of_extended_precision_are_read_and_written(tmp_path: Path) -> None:
+    """VTK has no type for them, and their bytes hold what was in the memory."""
+    found, kinds = two_steps()
+    found |= {f"vals_elem_var{i}eb1": found[f"vals_elem_var{i}eb1"].astype(np.longdouble) for i in (1, 2, 3)}
+    mesh = fp.read_mesh(write(tmp_path / "a.exo", found, kinds, hdf5=True))
+    assert mesh.cell_data["fibre"].dtype == np.float64
+    back = fp.read_mesh(fp.write_mesh(mesh, tmp_path / "a.vtu")[0])
+    np.testing.assert_array_equal(back.cell_data["fibre"], mesh.cell_data["fibre"])
+
+
+@pytest.mark.parametrize("name", ["coordx", "vals_elem_var1eb1", "vals_nod_var4", "elem_ss1"])
+@pytest.mark.parametrize("kind", ["D", "S3"])
+def test_variables_that_are_no_real_numbers_are_refused(tmp_path: Path, name: str, kind: str) -> None:
+    found, kinds = two_steps()
+    found[name] = found[name].astype(kind)
+    with pytest.raises(FileError, match=r"a\.exo"):
+        fp.read_mesh(write(tmp_path / "a.exo", found, kinds, hdf5=True))

@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from femprep.errors import FileError
+from femprep.errors import FileError, InputError
 from femprep.export.abaqus.named import ByName, SetName
 from femprep.export.abaqus.sections import Section, sections
 from femprep.export.abaqus.springs import PARTNERS, SPRINGS
@@ -30,6 +30,8 @@ KINDS = {name: kind for kind, name in ABAQUS_TYPES.items()}
 PART: Final = 10**12
 #: Keywords that make nodes or elements, or move nodes.
 _MAKING: Final = frozenset({"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYMMETRIC MODEL GENERATION"})
+#: What no set can be called.
+_FRACTION: Final = re.compile(r"[-+]?\d*\.\d*|-\d+")
 
 
 @dataclass
@@ -47,6 +49,8 @@ class Deck:
     #: How many rows of each surface name no face of a solid.
     faceless: Counter[str] = field(default_factory=Counter)
     directions: np.ndarray | None = None
+    #: Distributions of directions of something else than elements by their numbers.
+    unread: int = 0
     #: How many nodes have fewer than three coordinates.
     short: int = 0
     unit: str = "mm"
@@ -98,7 +102,9 @@ def parse(path: Path) -> Deck:
             deck.sections.append(SetName(options.get("ELSET", ""), here))
         elif keyword == "DISTRIBUTION" and options.get("LOCATION", "").upper() == "ELEMENT":
             found = [_fields(line) for line in lines if not line.startswith(",")]
-            if found and all(len(row) == 7 and row[0].isdigit() for row in found):
+            if any(len(row) != 7 or not row[0].isdigit() for row in found):
+                deck.unread += any(len(row) == 7 for row in found)
+            elif found:
                 deck.directions = np.array(found, dtype=np.float64)
                 deck.directions[:, 0] += first
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
@@ -179,6 +185,8 @@ def _member(deck: Deck, text: str, first: int) -> SetName | int:
     instance, _, own = text.rpartition(".")
     if instance.upper() in deck.instances:
         text, first = own, deck.instances[instance.upper()]
+    if _FRACTION.fullmatch(text):
+        raise InputError(f"it lists an element {text}, expected a whole number")
     return first + int(text) if text.isdigit() else SetName(text, first)
 
 

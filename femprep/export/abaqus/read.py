@@ -20,6 +20,7 @@ from femprep.export.deck.parts import DeckParts
 from femprep.export.deck.units import UNITS
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.model import BoolArray, IntArray, VolumeMesh
+from femprep.model.arrays import integers
 from femprep.model.blocks import block_rows
 from femprep.model.notice import Notice, noted
 
@@ -43,7 +44,7 @@ def read(path: Path) -> VolumeMesh:
     if not deck.nodes or not deck.elements:
         raise InputError(f"holds no volume elements of types {', '.join(KINDS)}; other types: {sorted(deck.left_out)}")
     nodes = _last(np.concatenate(deck.nodes))
-    labels, points = nodes[:, 0].astype(np.int64), nodes[:, 1:4] / UNITS[deck.unit].per_mm
+    labels, points = integers(nodes[:, 0], "the list of nodes"), nodes[:, 1:4] / UNITS[deck.unit].per_mm
     tables = _tables(deck)
     element_labels = np.concatenate([table[:, 0] for table in tables.values()])
     cells = {kind: _index(labels, table[:, 1:], "node", path) for kind, table in tables.items()}
@@ -97,6 +98,9 @@ def _notices(deck: Deck, mesh: VolumeMesh) -> Iterator[Notice]:
         if count:
             words = f"rows of the surface {name!r} are left out, which name no face S1 to S6 of elements: {{amount}}"
             yield Notice.of("left out", words, amount=count)
+    if deck.unread:
+        words = "distributions whose rows are no number of an element and two directions are left out: {amount}"
+        yield Notice.of("left out", words, amount=deck.unread)
     if deck.directions is not None and "fiber" not in mesh.cell_data:
         count = len(deck.directions)
         words = f"directions of the last distribution are left out: it has {count}, for {mesh.n_cells} elements"

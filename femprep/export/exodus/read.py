@@ -19,6 +19,7 @@ from femprep.export.deck.parts import DeckParts
 from femprep.export.exodus.store import Variables, opened
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.model import FloatArray, IntArray, VolumeMesh
+from femprep.model.arrays import integers
 from femprep.model.notice import Notice, noted
 
 #: Our element types by the first letters of Exodus' and the number of nodes.
@@ -95,7 +96,7 @@ def _points(file: Variables) -> FloatArray:
         columns = [values for axis in "xyz" if (values := file.read(f"coord{axis}")) is not None]
     if len(columns) != 3 or len({len(column) for column in columns}) != 1:
         raise InputError(f"has coordinates of {len(columns)} axes, or of different lengths; a mesh of three is needed")
-    return np.column_stack(columns).astype(np.float64)
+    return np.column_stack(columns)
 
 
 def _ids(file: Variables, what: str) -> list[int]:
@@ -142,8 +143,9 @@ def _sides(file: Variables, number: int, blocks: list[_Block]) -> Iterator[tuple
         return
     if elements is None or sides is None or elements.shape != sides.shape or elements.ndim != 1:
         raise InputError(f"side set {number} lists other elements than sides")
+    elements, sides = (integers(one, f"side set {number}") for one in (elements, sides))
     ends = np.cumsum([len(block.nodes) for block in blocks])
-    place = elements.astype(np.int64) - 1
+    place = elements - 1
     if place.size and (place.min() < 0 or place.max() >= ends[-1]):
         raise InputError(f"side set {number} names an element that is not there")
     of = np.searchsorted(ends, place, side="right")

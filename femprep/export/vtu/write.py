@@ -50,7 +50,7 @@ def unstructured_grid(mesh: VolumeMesh, *, shared: bool = False) -> Any:
     Raises
     ------
     InputError
-        Data are called ``region``, or are no numbers.
+        Data are called ``region``.
     """
     out = bare_grid(mesh, shared=shared)
     if "region" in mesh.cell_data:

@@ -9,6 +9,7 @@ import numpy as np
 
 from femprep.errors import FileError
 from femprep.export.xdmf.write import TOPOLOGY
+from femprep.model.arrays import integers
 
 
 def kind_of(grid: ElementTree.Element) -> str | None:
@@ -30,13 +31,24 @@ def topology_of(grid: ElementTree.Element, path: Path) -> tuple[str, np.ndarray]
     if kind is None:
         name = topology.get("TopologyType") if topology is not None else None
         raise FileError(f"{str(path)!r} holds cells of type {name!r}; femprep reads {', '.join(TOPOLOGY.values())}")
-    return kind, values_of(topology, path).astype(np.int64)
+    return kind, integers(values_of(topology, path), "its list of elements")
 
 
 def attributes_of(grid: ElementTree.Element, center: str, path: Path) -> dict[str, np.ndarray]:
     """Arrays of a grid by name, of its elements (``Cell``) or points (``Node``)."""
     found = (entry for entry in grid.findall("Attribute") if entry.get("Center") == center)
     return {entry.get("Name") or "data": values_of(entry, path) for entry in found}
+
+
+def tags_of(attribute: ElementTree.Element | None, path: Path) -> np.ndarray:
+    """Tags of the elements or facets of a grid.
+
+    Raises
+    ------
+    InputError
+        They are no whole numbers.
+    """
+    return integers(values_of(attribute, path).ravel(), "its list of tags")
 
 
 def values_of(element: ElementTree.Element | None, path: Path) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 from femprep.errors import FileError
 from femprep.export.deck.names import Numbers
 from femprep.export.deck.units import UNITS
-from femprep.export.xdmf.grids import attributes_of, topology_of, values_of
+from femprep.export.xdmf.grids import attributes_of, tags_of, topology_of, values_of
 from femprep.export.xdmf.tagged import read_tagged
 from femprep.export.xdmf.write import CELL_TAGS, FACET_TAGS, MESH
 from femprep.model import VolumeMesh
@@ -77,5 +77,4 @@ def _tags(
     if grid is None:
         return np.empty(0, dtype=np.int32)
     names = {int(tag): name for name, (tag, own) in markers.items() if int(own) == dim}
-    tags = values_of(grid.find("Attribute"), path).ravel().astype(np.int64)
-    return numbers.of_tags(tags, names, facet=dim == 2).astype(np.int32)
+    return numbers.of_tags(tags_of(grid.find("Attribute"), path), names, facet=dim == 2).astype(np.int32)

@@ -10,7 +10,7 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.export.turned import turned_tetrahedra
-from femprep.export.xdmf.grids import attributes_of, kind_of, topology_of, values_of
+from femprep.export.xdmf.grids import attributes_of, kind_of, tags_of, topology_of, values_of
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import IntArray, VolumeMesh
 from femprep.model.notice import Notice, noted
@@ -39,13 +39,13 @@ def read_tagged(grids: Sequence[ElementTree.Element], path: Path, steps: int = 1
         attribute = next((one for one in grid.findall("Attribute") if one.get("Center") == "Cell"), None)
         if attribute is not None and own == kind:
             tags = np.zeros(len(cells), dtype=np.int32)
-            tags[_places(cells, topology_of(grid, path)[1], name)] = values_of(attribute, path).ravel()
+            tags[_places(cells, topology_of(grid, path)[1], name)] = tags_of(attribute, path)
             if region is None:
                 region = tags
             else:
                 data[name] = tags
         elif attribute is not None and own in FACET_CORNERS and not facets:
-            facets, facet_tag = dict([topology_of(grid, path)]), values_of(attribute, path).ravel().astype(np.int32)
+            facets, facet_tag = dict([topology_of(grid, path)]), tags_of(attribute, path)
         else:
             left_out.append(name)
     told = [Notice.of("left out", f"grids {', '.join(left_out)[:200]} of the file are left out")] if left_out else []

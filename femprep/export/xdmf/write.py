@@ -13,7 +13,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from femprep.errors import InputError
 from femprep.export.deck.fibres import directions
 from femprep.export.deck.names import facet_names, region_names
 from femprep.export.deck.split import linear, to_tetrahedra
@@ -58,11 +57,6 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     ``cardiac_geometries.Geometry.from_folder`` takes mesh, tags, markers, info and fibres from the folder, the last of
     ``microstructure.bp`` through ADIOS2. Where Python has no ADIOS2, the HDF5 file is a checkpoint of all of it:
     ``Geometry.from_file(comm, "mesh.h5")`` after ``io4dolfinx.set_default_backend("h5py")``.
-
-    Raises
-    ------
-    InputError
-        Data of a cell or point array are no numbers.
     """
     write_fibres(folder, _write(mesh, folder, stem, options, whole=WHOLE["dolfinx"], checkpoint=True))
 
@@ -72,11 +66,6 @@ def write_fenics(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptio
 
     Fibre and sheet come as checkpoints too, ``stem_fiber.xdmf`` and ``stem_sheet.xdmf``:
     ``XDMFFile(...).read_checkpoint(f, "fiber", 0)`` fills a function of ``VectorFunctionSpace(mesh, "DG", 0)``.
-
-    Raises
-    ------
-    InputError
-        Data of a cell or point array are no numbers.
     """
     written = _write(mesh, folder, stem, options, whole=WHOLE["fenics"])
     found = directions(written)
@@ -180,8 +169,6 @@ class Document:
     def item(self, parent: ElementTree.Element, where: str, values: Any) -> ElementTree.Element:
         """Store an array and name it in the document."""
         array = np.ascontiguousarray(values)
-        if array.dtype.kind not in "biuf":
-            raise InputError(f"data {where.rsplit('/', 1)[-1]!r} are {array.dtype}; XDMF holds numbers")
         array = array.astype(np.uint8) if array.dtype.kind == "b" else array
         self.store.create_dataset(where, data=array, track_times=False)
         number = {"i": "Int", "u": "UInt", "f": "Float"}[array.dtype.kind]

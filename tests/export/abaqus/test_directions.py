@@ -44,3 +44,11 @@ def test_an_element_with_none_is_told(deck: Path) -> None:
     assert notice["what"] == (
         f"directions of the last distribution are left out: it has {found.n_cells - 1}, for {found.n_cells} elements"
     )
+
+
+def test_directions_of_sets_are_told(deck: Path) -> None:
+    """Abaqus takes them, too; one row of them made the whole distribution as if it were not there."""
+    found = fp.read_mesh(changed(deck, "5", "lv"))
+    assert "fiber" not in found.cell_data
+    (notice,) = found.info["notices"]
+    assert notice["what"].endswith("are no number of an element and two directions are left out: 1")

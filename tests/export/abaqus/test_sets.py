@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import femprep as fp
+from femprep.errors import FileError
 
 POINTS = [(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9), (9, 9, 9), (20, 20, 0)]
 NODES = "".join(f"{i}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(POINTS, 1))
@@ -55,3 +56,19 @@ def test_sets_and_surfaces_of_one_name_in_two_parts_stay_apart(tmp_path: Path) -
     mesh = read(tmp_path / "a.inp", f"{parts}*ASSEMBLY, NAME=A\n{placed}*END ASSEMBLY\n")
     assert names_of(mesh, mesh.region.tolist()) == ["left_Set-1"] * 3 + ["right_Set-1"] * 3
     assert names_of(mesh, mesh.facet_tag.tolist()) == ["left_Surf-1"] * 3 + ["right_Surf-1"] * 3
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        ("2, 3\n", "2, 3.5\n", "an element 3.5, expected a whole number"),
+        ("2, 3\n", "2, -3\n", "an element -3, expected a whole number"),
+        ("1, 0, 0, 0\n", "1.5, 0, 0, 0\n", "the list of nodes holds 1.5, expected whole numbers"),
+    ],
+)
+def test_numbers_that_are_not_whole_are_refused(old: str, new: str, match: str, tmp_path: Path) -> None:
+    """The first was taken for the name of a set that is not there, the last one for node 1."""
+    text = DECK + LEFT + RIGHT
+    assert old in text
+    with pytest.raises(FileError, match=match):
+        read(tmp_path / "a.inp", text.replace(old, new))

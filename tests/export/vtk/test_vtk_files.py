@@ -95,7 +95,7 @@ def test_wedges_of_a_foreign_file_in_the_documented_order_are_turned(tmp_path: P
 
 def test_data_that_are_no_numbers_are_refused(tmp_path: Path) -> None:
     mesh = truncated_ellipsoid("tetra")
-    with pytest.raises(InputError, match="'label' is <U1"):
+    with pytest.raises(InputError, match="'label' holds no real numbers but <U1"):
         write_mesh(mesh.with_data(cell={"label": np.full(mesh.n_cells, "a")}), tmp_path / "mesh.vtu")
     assert not list(tmp_path.iterdir())
 
