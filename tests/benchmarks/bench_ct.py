@@ -50,8 +50,7 @@ def step(name: str, path: Path) -> None:
     seg = fp.read_segmentation(path, preset="acdc")
     told = {}
     if name != "read":
-        # Surfaces round off where labels end: the base is cut 2 mm within them, as femprep itself advises.
-        run = fp.mesh_segmentation(seg, anatomy=name, volume={"edge_length": 3.0}, wall={"base_offset": 2.0})
+        run = fp.mesh_segmentation(seg, anatomy=name, volume={"edge_length": 3.0})
         told = {
             "stages": {key: round(value, 1) for key, value in run.seconds.items()},
             "failures": list(run.quality.failures),

@@ -2,7 +2,8 @@
 
 Both planes are slices of the image (perpendicular to the stack, oblique where the image is), put at the centre of the
 last slice on their side in which the myocardium closes around the cavity. There the contours of both surfaces were
-drawn; half a slice further out, at the face of the voxel, the fitted surfaces already round off into their caps.
+drawn; half a slice further out, at the face of the voxel, the fitted surfaces already round off into their caps. The
+base lies further in where slices are thinner than that (:mod:`~femprep.wall.planes.round_off`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from femprep.model import Notice, Plane
 from femprep.model.products import length
 from femprep.options import WallOptions, choose, takes
 from femprep.wall.planes.oblique import look_across
+from femprep.wall.planes.round_off import LEFT, inward_of_end, round_off_notices
 from femprep.wall.planes.stack import Stack, read_stack
 
 if TYPE_CHECKING:
@@ -57,7 +59,8 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     Which end of the stack is basal is found from how the cross-section grows, from apical caps and from open rings.
     The plane goes through the centre of the most basal slice in which the myocardium closes around the cavity: the
     open, C-shaped rings beside the valve and slices that hold cavity or myocardium alone lie beyond it. A slice that
-    leaves more than a tenth of the next slice's cavity bare is passed over, two at most; ``source`` says so.
+    leaves more than a tenth of the next slice's cavity bare is passed over, two at most; ``source`` says so. Where the
+    labels end less than 2.5 mm beyond the centre it lies 2.5 mm within their end, which a notice tells.
 
     Parameters
     ----------
@@ -89,8 +92,9 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     base = base_slice(view.seg, stack)
     source = f"labels: {view.words or centre(stack, base.number)}{base.note}"
     logger.info("base plane: %s; %s", source, stack.evidence)
-    notices = view.notices + base_notices(view.seg, stack, base)
-    return slice_plane(view.seg, stack, base.number, stack.basal, chosen.base_offset, source, notices)
+    inward = inward_of_end(view.seg, stack, base.number, LEFT)
+    notices = view.notices + base_notices(view.seg, stack, base) + round_off_notices(inward)
+    return slice_plane(view.seg, stack, base.number, stack.basal, chosen.base_offset + inward, source, notices)
 
 
 def given_base(options: WallOptions) -> Plane:

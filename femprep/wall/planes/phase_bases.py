@@ -17,6 +17,7 @@ from femprep.model import FloatArray, Notice
 from femprep.options import WallOptions, choose, takes
 from femprep.wall.planes.landmarks import base_slice
 from femprep.wall.planes.oblique import look_across
+from femprep.wall.planes.round_off import LEFT, inward_of_end
 from femprep.wall.planes.stack import read_stack
 
 if TYPE_CHECKING:
@@ -87,4 +88,5 @@ def _profile(seg: Segmentation, options: WallOptions) -> tuple[FloatArray, Float
     held = np.flatnonzero(area)
     area = area[held[0] : held[-1] + 1]
     depth = (held[0] - 0.5 - base + np.arange(len(area) + 1)) * float(seg.grid.spacing[stack.axis])
+    depth -= inward_of_end(seg, stack, slice_, LEFT)
     return depth, np.concatenate([[0.0], np.cumsum(area)]) / area.sum()
