@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from femprep.annotation.flat import by_plane, spread
-from femprep.annotation.given import given_facets, given_regions, with_places
+from femprep.annotation.given import given_facets, given_regions, is_ours, with_places
 from femprep.annotation.reading import Name, NoReading, Question, Reading, ReadingAttempt
 from femprep.annotation.records import Annotation
 from femprep.annotation.region_facets import facets_of_regions
@@ -24,8 +24,9 @@ from femprep.mesh.measures.volume_elements import all_volumes, element_volumes
 from femprep.mesh.operations.turned import turned_cells
 from femprep.model import FACET_TAGS, Notice, Plane, Progress, TagArray, VolumeMesh, noted, tag_name, with_failure
 from femprep.model.blocks import chosen_rows, nodes_of
+from femprep.model.notice import NOTICES
 from femprep.model.stages import Stages
-from femprep.model.tags import FOREIGN
+from femprep.model.tags import FOREIGN, TAKEN
 from femprep.model.units import MILLIMETRES, guess_unit
 from femprep.model.used_points import on_used_points
 from femprep.options import AnnotateOptions, choose, takes
@@ -213,7 +214,9 @@ def _figures(reading: Reading, shell: Shell) -> dict[str, float | int | str]:
 def _named(mesh: VolumeMesh, shell: Shell, reading: Reading) -> VolumeMesh:
     """The mesh with all of its boundary facets, named, and no others."""
     tag = spread(shell, reading.tag)
-    info = {key: value for key, value in mesh.info.items() if key != FOREIGN}
+    info = {key: value for key, value in mesh.info.items() if key not in (FOREIGN, NOTICES)}
+    kept = [one for one in mesh.info.get(NOTICES, ()) if is_ours(mesh) or not one["what"].startswith(TAKEN)]
+    info = {**info, NOTICES: kept} if kept else info
     loose = tag == 0
     if loose.any():
         # A boundary of its own that no way has a name for: a bit of tissue that hangs on nothing, or a small void.

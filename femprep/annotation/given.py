@@ -98,7 +98,7 @@ def _numbers(mesh: VolumeMesh, tags: list[int], names: Mapping[str, str], table:
         if chosen is None and label is not None:
             plain = "".join(c for c in label.lower() if c.isalnum())
             chosen = SYNONYMS.get(plain) or next((own for words, own in WORDS if re.match(words, plain)), None)
-        if chosen is None and label is None and _is_ours(mesh):
+        if chosen is None and label is None and is_ours(mesh):
             chosen = known.get(tag)
         if chosen is None and table is FACET_TAGS and label is None and _named_by_chamber(mesh):
             chosen = f"endo_{tag_name(tag)}" if tag in REGION_TAGS.values() else tag_name(tag)
@@ -107,7 +107,7 @@ def _numbers(mesh: VolumeMesh, tags: list[int], names: Mapping[str, str], table:
     return found
 
 
-def _is_ours(mesh: VolumeMesh) -> bool:
+def is_ours(mesh: VolumeMesh) -> bool:
     """Whether the numbers of a mesh are those of our tables: an endocardium is among its facets."""
     return bool(set(endo_tags()) & set(np.unique(mesh.facet_tag).tolist()))
 

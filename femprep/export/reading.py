@@ -11,7 +11,6 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FemprepError, FileError, InputError
-from femprep.export.deck.units import units_of
 from femprep.export.foreign import from_meshio
 from femprep.export.hdf5 import require_hdf5
 from femprep.export.midside import require_own_edges
@@ -149,13 +148,6 @@ def _med(path: Path) -> VolumeMesh:
     return read(path, meshio_mesh(path))
 
 
-def _medit(path: Path) -> VolumeMesh:
-    from femprep.export.medit.read import solutions, with_end
-
-    mesh = _with_unit(path)
-    return with_end(path, mesh.with_data(cell=solutions(path, mesh)))
-
-
 def _meshio(path: Path) -> VolumeMesh:
     return from_meshio(meshio_mesh(path))
 
@@ -170,12 +162,6 @@ def _kratos(path: Path) -> VolumeMesh:
 
 def _cgns(path: Path) -> VolumeMesh:
     raise InputError("CGNS is not read; write Exodus II or VTK")
-
-
-def _with_unit(path: Path) -> VolumeMesh:
-    """A text file of ours names its unit near its top; of anyone else's the lengths stay as they are."""
-    mesh, scale = _meshio(path), units_of(path).per_mm
-    return mesh if scale == 1.0 else replace(mesh, points=mesh.points / scale)
 
 
 #: Share of negative tetrahedra of a file of VTK's from which on its writer had no order of nodes: FEniCS' have half.
@@ -211,7 +197,7 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".xdmf": _xdmf,
     ".med": _med,
     ".msh": "gmsh",
-    ".mesh": _medit,
+    ".mesh": "medit",
     ".avs": _avs,
     ".xml": _dolfin,
     ".su2": _su2,

@@ -64,6 +64,8 @@ FACET_TAGS: Final[Mapping[str, int]] = MappingProxyType(
 
 #: Key of a mesh's ``info`` for the names of tags that a foreign file brought along: ``{name: number}``.
 FOREIGN: Final = "tag_names"
+#: How a notice begins of a file's numbers without names that are ours of something.
+TAKEN: Final = "numbers to which the file gives no names are taken for femprep's"
 
 
 def tag_name(number: int) -> str:

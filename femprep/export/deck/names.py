@@ -12,7 +12,7 @@ from femprep.mesh.elements import FACET_CORNERS
 from femprep.model import FACET_TAGS, REGION_TAGS, IntArray, VolumeMesh
 from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.notice import Notice, noted
-from femprep.model.tags import FOREIGN
+from femprep.model.tags import FOREIGN, TAKEN
 
 
 def region_names(mesh: VolumeMesh) -> dict[str, int]:
@@ -59,6 +59,8 @@ class Numbers:
         self.nameless: set[int] = set()
         #: What got another number than the file's, which is ours of something else.
         self.moved: list[str] = []
+        #: Numbers without a name that are ours, and what they are here.
+        self.taken: dict[int, str] = {}
 
     def of(self, name: str, own: int | None = None, *, facet: bool = False) -> int:
         """The number of a set called ``name``, to which the file itself gave the number ``own`` (or none)."""
@@ -77,7 +79,10 @@ class Numbers:
     def of_tags(self, tags: IntArray, names: Mapping[int, str], *, facet: bool = False) -> IntArray:
         """The numbers of elements or facets to which the file itself gave numbers, and names to some of these."""
         out, present = tags.copy(), np.unique(tags).tolist()
-        self.nameless.update(own for own in present if own not in names)
+        nameless = [own for own in present if own not in names]
+        self.nameless.update(nameless)
+        table = {number: name for name, number in (FACET_TAGS if facet else REGION_TAGS).items()}
+        self.taken |= {own: table[own] for own in nameless if own in table}
         # A number of the file's that is ours of another name in it would make one of two.
         ours = {tag_number(names[own]) for own in present if own in names}
         for own in present:
@@ -88,8 +93,13 @@ class Numbers:
     @property
     def info(self) -> dict[str, Any]:
         """What a mesh's ``info`` has to hold so that the names are kept, and what is told of their numbers."""
-        words = f"numbers that are femprep's of something else are changed: {', '.join(self.moved)[:300]}"
-        told = [Notice.of("assumed", words)] if self.moved else []
+        told = []
+        if self.moved:
+            words = f"numbers that are femprep's of something else are changed: {', '.join(self.moved)[:300]}"
+            told.append(Notice.of("assumed", words))
+        if self.taken:
+            taken = ", ".join(f"{own} for {name}" for own, name in self.taken.items())
+            told.append(Notice.of("assumed", f"{TAKEN}: {taken}"))
         return noted({FOREIGN: dict(self.foreign)} if self.foreign else {}, *told)
 
 

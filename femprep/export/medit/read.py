@@ -1,16 +1,19 @@
-"""A ``.mesh`` file and the ``.sol`` files of ours beside it in; its fibres, sheets and AHA segments out."""
+"""A ``.mesh`` file and the ``.sol`` files of ours beside it in; its mesh, with fibres, sheets and AHA segments, out."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from femprep.errors import FileError
-from femprep.export.medit.write import MEDIT_SECTIONS
+from femprep.export.deck.units import units_of
+from femprep.export.foreign import from_meshio
+from femprep.export.medit.write import MEDIT_SECTIONS, OURS
+from femprep.export.through_meshio import meshio_mesh
 from femprep.model import VolumeMesh
 from femprep.model.notice import Notice, noted
 
@@ -19,7 +22,37 @@ _END: Final = re.compile(r"^\s*End\s*$", re.MULTILINE | re.IGNORECASE)
 _AXES: Final = ("fiber", "sheet")
 
 
-def solutions(path: Path, mesh: VolumeMesh) -> dict[str, np.ndarray]:
+#: What comments of ours say at the top: a tag, and its name.
+_NAME: Final = re.compile(r"^# (\d+) (\w+)$", re.MULTILINE)
+
+
+def read(path: Path) -> VolumeMesh:
+    """Read a mesh. A file of ours names its unit and its tags near its top; of anyone else's lengths stay as they are.
+
+    Raises
+    ------
+    FileError
+        The file is damaged, or one beside it does not fit.
+    """
+    file = meshio_mesh(path)
+    file.field_data.update(_names(path, file))
+    mesh, scale = from_meshio(file), units_of(path).per_mm
+    if scale != 1.0:
+        mesh = replace(mesh, points=mesh.points / scale)
+    return _with_end(path, mesh.with_data(cell=_solutions(path, mesh)))
+
+
+def _names(path: Path, file: Any) -> dict[str, np.ndarray]:
+    """Tag and dimension of each name in comments of ours, which stand before the numbers."""
+    head = path.read_text("latin-1").partition("\nDimension")[0]
+    if OURS not in head:
+        return {}
+    tags = file.cell_data.get("medit:ref", [])
+    regions = {tag for block, own in zip(file.cells, tags) if block.dim == 3 for tag in np.unique(own).tolist()}
+    return {name: np.array([int(tag), 3 if int(tag) in regions else 2]) for tag, name in _NAME.findall(head)}
+
+
+def _solutions(path: Path, mesh: VolumeMesh) -> dict[str, np.ndarray]:
     """Fibres, sheets and AHA segments of the ``.sol`` files of ours beside a ``.mesh`` file; none where there are none.
 
     Raises
@@ -54,7 +87,7 @@ def _values(file: Path, section: str, count: int) -> np.ndarray:
     return np.array(numbers, dtype=np.float64).reshape(count, -1)
 
 
-def with_end(path: Path, mesh: VolumeMesh) -> VolumeMesh:
+def _with_end(path: Path, mesh: VolumeMesh) -> VolumeMesh:
     """The mesh of a text file, with a notice where that does not end as it should: a part of it may be lost."""
     if _END.search(path.read_text("latin-1")):
         return mesh

@@ -18,6 +18,8 @@ from femprep.model import VolumeMesh
 from femprep.model.blocks import block_rows
 from femprep.options import ExportOptions
 
+#: How comments at the top of our file begin.
+OURS: Final = "femprep volume mesh"
 #: Medit's sections; node order is ours.
 MEDIT_SECTIONS: Final = {
     "tetra": "Tetrahedra",
@@ -50,7 +52,7 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
 
 def _mesh(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     units = UNITS[options.length_unit]
-    yield f"MeshVersionFormatted 2\n\n# femprep volume mesh; {units.line}\n" + verdict_comments(mesh, "#")
+    yield f"MeshVersionFormatted 2\n\n# {OURS}; {units.line}\n" + verdict_comments(mesh, "#")
     names = {**region_names(mesh), **facet_names(mesh)}
     yield "".join(f"# {tag} {name}\n" for name, tag in names.items())
     yield f"\nDimension 3\n\nVertices\n{len(mesh.points)}\n"

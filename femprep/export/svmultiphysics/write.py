@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from femprep.export.deck.fibres import directions
-from femprep.export.deck.names import facet_names
+from femprep.export.deck.names import facet_names, region_names
 from femprep.export.deck.springs import has_pericardium, per_millimetre
 from femprep.export.deck.units import UNITS
 from femprep.export.svmultiphysics.step import ORIGIN, PERICARDIUM, origin_of, write_step
@@ -28,8 +28,8 @@ from femprep.wall import cavity_surface, open_cavities
 def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
     """Fill ``folder`` with a mesh as svMultiPhysics and SimVascular know it.
 
-    ``mesh-complete.mesh.vtu`` carries ``GlobalNodeID`` and ``GlobalElementID`` (from 1) and ``DOMAIN_ID`` (the
-    region tag); ``mesh-surfaces/<tag>.vtp`` the facets of each tag with the same numbers;
+    ``mesh-complete.mesh.vtu`` carries ``GlobalNodeID`` and ``GlobalElementID`` (from 1) and ``DOMAIN_ID`` (the region
+    tag), and names of regions as field data; ``mesh-surfaces/<tag>.vtp`` the facets of each tag with the same numbers;
     ``fibersLong.vtu`` and ``fibersSheet.vtu`` the cell array ``FIB_DIR``. ``caps/<cavity>.vtp`` closes a cavity for the
     coupling with a model of the circulation (``Chamber_cap_surface``); ``pericardium.vtp`` is the epicardium with the
     stiffness of its springs. With a step there are ``inflation.xml``, to be run in the folder, and ``inflation.dat``.
@@ -41,6 +41,8 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     add_arrays(grid.GetPointData(), nodes, "point data")
     ids = {"GlobalElementID": _counted(mesh.n_cells), "DOMAIN_ID": mesh.region, "ModelRegionID": mesh.region}
     add_arrays(grid.GetCellData(), {**ids, **mesh.cell_data}, "cell data")
+    names = {name: _numbers(np.array([tag, 3])) for name, tag in region_names(mesh).items()}
+    add_arrays(grid.GetFieldData(), names, "field data")
     record = {VERDICT: verdict} if (verdict := verdict_of(mesh)) else {}
     if origin.any():
         record[ORIGIN] = (origin * UNITS[options.length_unit].per_mm).tolist()

@@ -1,0 +1,56 @@
+"""Numbers of a file without names: that they are taken for femprep's is told, where they are; ours have names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from meshes import truncated_ellipsoid
+
+import femprep as fp
+from femprep.model.tags import TAKEN
+
+
+def foreign(path: Path, region: int, facet: int | None = None) -> Path:
+    """A mesh that meshio writes to Medit, its elements and facets of one number each."""
+    mesh = truncated_ellipsoid("tetra")
+    blocks, tags = [("tetra", mesh.cells["tetra"])], [np.full(mesh.n_cells, region)]
+    if facet is not None:
+        blocks.append(("triangle", mesh.facets["triangle"]))
+        tags.append(np.full(mesh.n_facets, facet))
+    meshio.Mesh(mesh.points, blocks, cell_data={"medit:ref": tags}).write(path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("region", "facet", "said"),
+    [
+        (2, None, "2 for rv"),
+        (2, 101, "2 for rv, 101 for endo"),
+        (70, 102, "102 for epi"),
+        (70, 2, None),
+        (0, 0, None),
+    ],
+)
+def test_numbers_that_are_ours_are_told(region: int, facet: int | None, said: str | None, tmp_path: Path) -> None:
+    mesh = fp.read_mesh(foreign(tmp_path / "a.mesh", region, facet))
+    assert [one["what"] for one in mesh.info.get("notices", ())] == ([f"{TAKEN}: {said}"] if said else [])
+
+
+def test_whoever_names_regions_by_their_place_takes_none(tmp_path: Path) -> None:
+    mesh = fp.read_mesh(foreign(tmp_path / "a.mesh", 2))
+    assert [one["what"] for one in mesh.info["notices"]] == [f"{TAKEN}: 2 for rv"]
+    found = fp.annotate(mesh).mesh
+    assert set(found.region_names) == {"lv"}
+    assert not [one for one in found.info["notices"] if one["what"].startswith(TAKEN)]
+
+
+def test_names_in_comments_of_ours_are_read(tmp_path: Path) -> None:
+    """Medit has none; another program's comments say nothing."""
+    path = fp.write_mesh(truncated_ellipsoid("tetra"), tmp_path / "a.mesh")[0]
+    assert "notices" not in fp.read_mesh(path).info
+    path.write_text(path.read_text().replace("# femprep volume mesh", "# a mesh"))
+    (notice,) = fp.read_mesh(path).info["notices"]
+    assert notice["what"].startswith(TAKEN)
