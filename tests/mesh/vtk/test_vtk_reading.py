@@ -40,10 +40,12 @@ def test_cells_that_name_points_which_are_not_there(ball: Path) -> None:
         fp.read_surface(ball)
 
 
-def test_a_list_of_cells_that_contradicts_itself(ball: Path) -> None:
+@pytest.mark.parametrize("wrong", [[2**40], [2**62, -(2**62) - 10]], ids=["too large", "so large that they wrap"])
+def test_a_list_of_cells_that_contradicts_itself(ball: Path, wrong: list[int]) -> None:
+    """Each of the second ones is larger than the one before, where numbers have 64 bits: the process ended."""
     data = bytearray(ball.read_bytes())
     place = data.index(b"OFFSETS") + len(b"OFFSETS vtktypeint64\n") + 8
-    data[place : place + 8] = (2**40).to_bytes(8, "big")
+    data[place : place + 8 * len(wrong)] = b"".join(one.to_bytes(8, "big", signed=True) for one in wrong)
     ball.write_bytes(bytes(data))
     with pytest.raises(fp.FileError, match="contradicts itself"):
         load(ball)
