@@ -36,6 +36,8 @@ TAG_ARRAYS: Final = (
 )
 #: From so many elements on an array with a number of its own for each of them counts elements: no tags.
 _FEW: Final = 100
+#: What is said of an array that would tell regions, did it hold tags.
+_UNFIT: Final = "regions are left out: {} is not of whole numbers of 32 bits"
 #: Arrays that say nothing about the mesh, only about the file.
 _BOOKKEEPING: Final = ("gmsh:geometrical", "gmsh:dim_tags")
 
@@ -90,6 +92,12 @@ def from_meshio(mesh: Any) -> VolumeMesh:
     words = "{} is left out: it does not have numbers of one shape for all {}"
     uneven = {(name, "elements") for blocks in (volume, surface) for name in _uneven(mesh.cell_data, blocks, taken)}
     uneven |= {(name, "points") for name, values in at_points.items() if not _alike([values])}
+    told = {name for name, _ in uneven}
+    unfit = [
+        name
+        for name in TAG_ARRAYS
+        if region_from == "none" and name in set(mesh.cell_data) - told and not _are_tags(_values(mesh, name, volume))
+    ]
     record = record_of(mesh.field_data)
     points = np.asarray(mesh.points, dtype=np.float64)
     if points.ndim == 2 and points.shape[1] == 2:
@@ -105,7 +113,11 @@ def from_meshio(mesh: Any) -> VolumeMesh:
         facet_data=_data(mesh.cell_data, surface, taken) if surface else {},
         info={
             "source": {"region": region_from, "facet_tag": facet_from, "left_out": left_out},
-            **noted(numbers.info, *(Notice.of("left out", words.format(*one)) for one in sorted(uneven))),
+            **noted(
+                numbers.info,
+                *(Notice.of("left out", words.format(*one)) for one in sorted(uneven)),
+                *(Notice.of("left out", _UNFIT.format(name)) for name in unfit),
+            ),
             **({VERDICT: record[VERDICT]} if VERDICT in record else {}),
         },
     )
@@ -139,8 +151,8 @@ def _tags(
     for array in TAG_ARRAYS:
         if array not in mesh.cell_data:
             continue
-        values = [np.asarray(mesh.cell_data[array][i]) for i in blocks]
-        if all(_are_tags(v) for v in values):
+        values = _values(mesh, array, blocks)
+        if _are_tags(values):
             tags = np.concatenate(values).astype(np.int64)
             if len(tags) > _FEW and len(np.unique(tags)) == len(tags):
                 continue
@@ -163,13 +175,18 @@ def _tags(
     return out.astype(np.int32), "sets" if named else "none"
 
 
-def _are_tags(values: np.ndarray) -> bool:
+def _values(mesh: Any, array: str, blocks: list[int]) -> list[np.ndarray]:
+    return [np.asarray(mesh.cell_data[array][i]) for i in blocks]
+
+
+def _are_tags(parts: list[np.ndarray]) -> bool:
     """Whether values are whole numbers that a tag can have; others would be cut to them."""
     most = np.iinfo(np.int32).max
-    whole = values.dtype.kind in "iu" or (values.dtype.kind in "bf" and np.array_equal(values, np.round(values)))
-    if values.ndim != 1 or not whole:
-        return False
-    return bool(np.all((values >= -most) & (values <= most)))
+    for values in parts:
+        whole = values.dtype.kind in "iu" or (values.dtype.kind in "bf" and np.array_equal(values, np.round(values)))
+        if values.ndim != 1 or not whole or not np.all((values >= -most) & (values <= most)):
+            return False
+    return True
 
 
 def _uneven(cell_data: Mapping[str, list[Any]], blocks: list[int], taken: set[str]) -> list[str]:

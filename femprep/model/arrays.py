@@ -55,12 +55,24 @@ def readonly(array: npt.ArrayLike, dtype: npt.DTypeLike, shape: tuple[int | None
     given = np.asarray(array)
     if given.dtype.kind not in _NUMBERS and given.size:
         raise InputError(f"{what} holds no real numbers but {given.dtype}")
-    if np.dtype(dtype).kind == "i" and given.dtype.kind == "f":
-        given = integers(given, what)
+    if np.dtype(dtype).kind == "i":
+        if given.dtype.kind == "f":
+            given = integers(given, what)
+        _require_room(given, np.dtype(dtype), what)
     result = _kept(given, dtype)
     if result.ndim != len(shape) or any(s is not None and s != n for s, n in zip(shape, result.shape)):
         raise InputError(f"{what} has shape {result.shape}, expected {shape}")
     return result
+
+
+def _require_room(values: Any, dtype: np.dtype[Any], what: str) -> None:
+    """Whole numbers fit into a type of fewer bytes: others would become smaller ones."""
+    if values.dtype.itemsize < dtype.itemsize or values.dtype == dtype or values.dtype.kind == "b" or not values.size:
+        return
+    most = np.iinfo(dtype).max
+    if values.max() > most or values.min() < -most - 1:
+        wrong = values.max() if values.max() > most else values.min()
+        raise InputError(f"{what} holds {wrong}, beyond whole numbers of {8 * dtype.itemsize} bits")
 
 
 def integers(values: Any, what: str) -> IntArray:

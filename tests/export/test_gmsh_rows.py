@@ -74,3 +74,23 @@ def test_heads_longer_than_the_file_are_refused(version: str, tmp_path: Path) ->
     data = DATA.format("Element", "load", 2, "21 1.5\n22 2.5").replace("\n1\n0\n3\n", "\n9223372036854775808\n0\n3\n")
     with pytest.raises(FileError, match="its data have 9223372036854775808 tags"):
         read(tmp_path, version, data)
+
+
+@pytest.mark.parametrize("version", MESHES)
+@pytest.mark.parametrize("node", ["-1", "-4294967281", "0", "00", "18446744073709551627"])
+def test_elements_of_nodes_below_one_are_refused(version: str, node: str, tmp_path: Path) -> None:
+    """meshio counts these from the end of its table, or they wrap around: an element of others' nodes was read."""
+    row = " 11 12 13 14\n"
+    for place in range(4):
+        words = row.split()
+        words[place] = node
+        with pytest.raises(FileError):
+            read(tmp_path, version, change=(row, f" {' '.join(words)}\n"))
+
+
+def test_tags_of_elements_may_be_none_or_turned_over(tmp_path: Path) -> None:
+    """0 is no group; below it are groups turned over, and ghosts of partitions."""
+    mesh = read(tmp_path, "2.2", change=("21 4 2 1 1", "21 4 2 0 0"))
+    assert mesh.region.tolist() == [0, 1]
+    assert read(tmp_path, "2.2", change=("21 4 2 1 1", "21 4 2 -1 1")).region.tolist() == [1, 1]
+    assert read(tmp_path, "2.2", change=("21 4 2 1 1", "21 4 4 1 1 1 -2")).region.tolist() == [1, 1]

@@ -45,3 +45,13 @@ def test_fractions_are_no_numbers_of_points(wrong: float, kind: str) -> None:
 def test_words_are_no_integers() -> None:
     with pytest.raises(InputError, match="a list holds <U1, expected whole numbers"):
         integers(np.array(["a"]), "a list")
+
+
+@pytest.mark.parametrize("wrong", [2**31, -(2**31) - 1, 2**62])
+def test_tags_beyond_their_bits_are_refused(wrong: int) -> None:
+    """They became others."""
+    with pytest.raises(InputError, match=f"region holds {wrong}, beyond whole numbers of 32 bits"):
+        VolumeMesh(np.zeros((4, 3)), {"tetra": [[0, 1, 2, 3]]}, [wrong])
+    with pytest.raises(InputError, match="beyond whole numbers of 64 bits"):
+        VolumeMesh(np.zeros((4, 3)), {"tetra": np.array([[0, 1, 2, 2**63]], dtype=np.uint64)}, [60])
+    assert VolumeMesh(np.zeros((4, 3)), {"tetra": [[0, 1, 2, 3]]}, [2**31 - 1]).region.tolist() == [2**31 - 1]

@@ -68,9 +68,9 @@ class DeckParts:
         return VolumeMesh(
             points=points,
             cells={kind: np.concatenate([nodes for k, nodes, *_ in ordered if k == kind]) for kind in kinds},
-            region=np.concatenate([region for _, _, region, _ in ordered]).astype(np.int32),
+            region=np.concatenate([region for _, _, region, _ in ordered]),
             facets={kind: np.concatenate([nodes for k, nodes, _ in once if k == kind]) for kind in facet_kinds},
-            facet_tag=np.concatenate([none, *(np.full(len(nodes), tag, np.int32) for _, nodes, tag in once)]),
+            facet_tag=np.concatenate([none, *(np.full(len(nodes), tag) for _, nodes, tag in once)]),
             cell_data={name: np.concatenate([data[name] for *_, data in ordered]) for name in shared},
             info={
                 "source": {"region": region_from, "facet_tag": facets_from, "left_out": sorted(self.left_out)},

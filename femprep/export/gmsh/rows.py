@@ -19,6 +19,8 @@ from femprep.model import IntArray
 
 #: Where the head of a data section begins.
 _HEADS: Final = re.compile(rb"\$(?:Node|Element)Data[^\n]*\n")
+#: What numbers no node: meshio counts those below 1 from the end of its table, and such of twenty digits wrap around.
+_NO_NODE: Final = re.compile(rb"\s(?:-|0+(?:\s|$)|\d{19})")
 
 
 class _Section(NamedTuple):
@@ -107,6 +109,11 @@ def _elements(path: Path, rows: Sequence[bytes], version: bytes) -> IntArray:
         own += rows[at:]
     if len(own) != said:
         raise FileError(f"{str(path)!r} says it has {said} elements and lists {len(own)}")
+    for row in filter(_NO_NODE.search, own):
+        words = row.split()
+        nodes = words[3 + int(words[2]) :] if version.startswith(b"2") else words[1:]
+        if any(_NO_NODE.match(b" " + word + b" ") for word in nodes):
+            raise FileError(f"{str(path)!r} has an element of nodes {b' '.join(nodes).decode('latin-1')[:80]}")
     return _first(own)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -106,7 +106,7 @@ def _net(path: Path) -> PurkinjeNet:
     lines = np.array([line.split()[1:] for line in _lines(path, "edges")], dtype=np.int64).reshape(-1, 3)
     head, *numbers = stem.with_suffix(f".{PURKINJE}.dat").read_text(encoding="ascii").splitlines()
     points = _table(stem.with_suffix(f".{PURKINJE}.pts"), "points") / MICROMETRES
-    tag = lines[:, 2].astype(np.int32)
+    tag: Any = lines[:, 2]  # the net sees to it that they are tags
     return PurkinjeNet(points, lines[:, :2], tag, np.array(numbers, np.int64), speed=float(head.split()[1]))
 
 

@@ -71,15 +71,13 @@ def _with(mesh: VolumeMesh, functions: list[_Function]) -> VolumeMesh:
             raise FileError(f"the function {name!r} has several values of a cell")
         if dimension == 2 and len(rows) and (rows[:, 1].min() < 0 or rows[:, 1].max() > 3):
             raise FileError(f"the function {name!r} has a value of a facet that no cell has")
-        tags = rows[:, 2].astype(np.int32)
-        whole = np.array_equal(tags, rows[:, 2])
+        tags = rows[:, 2]
+        whole = np.array_equal(tags, np.round(tags))
         if dimension == 3:
             values = np.zeros(mesh.n_cells, dtype=rows.dtype)
             values[places] = rows[:, 2]
-            if name == _REGION and whole:
-                mesh = replace(mesh, region=values.astype(np.int32))
-            else:
-                mesh = mesh.with_data(cell={name: values})
+            taken = name == _REGION and whole
+            mesh = replace(mesh, region=values) if taken else mesh.with_data(cell={name: values})
         elif dimension == 2 and whole and len(rows) and not mesh.facets and list(mesh.cells) == ["tetra"]:
             facets, first = _facets(mesh.cells["tetra"], rows[tags != 0])
             mesh = replace(mesh, facets={"triangle": facets}, facet_tag=tags[tags != 0][first])

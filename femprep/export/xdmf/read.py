@@ -77,4 +77,4 @@ def _tags(
     if grid is None:
         return np.empty(0, dtype=np.int32)
     names = {int(tag): name for name, (tag, own) in markers.items() if int(own) == dim}
-    return numbers.of_tags(tags_of(grid.find("Attribute"), path), names, facet=dim == 2).astype(np.int32)
+    return numbers.of_tags(tags_of(grid.find("Attribute"), path), names, facet=dim == 2)

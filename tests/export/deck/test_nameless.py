@@ -54,3 +54,17 @@ def test_names_in_comments_of_ours_are_read(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace("# femprep volume mesh", "# a mesh"))
     (notice,) = fp.read_mesh(path).info["notices"]
     assert notice["what"].startswith(TAKEN)
+
+
+@pytest.mark.parametrize("wrong", [2**31, -(2**31), 0.5])
+def test_an_array_of_regions_that_holds_no_tags_is_told(wrong: float, tmp_path: Path) -> None:
+    """One number made all regions 0, without a word."""
+    mesh = truncated_ellipsoid("tetra")
+    region = np.where(np.arange(mesh.n_cells) == 5, wrong, mesh.region)
+    meshio.Mesh(mesh.points, [("tetra", mesh.cells["tetra"])], cell_data={"region": [region]}).write(tmp_path / "a.vtu")
+    found = fp.read_mesh(tmp_path / "a.vtu")
+    assert not found.region.any()
+    assert [one["what"] for one in found.info["notices"]] == [
+        "regions are left out: region is not of whole numbers of 32 bits"
+    ]
+    np.testing.assert_array_equal(found.cell_data["region"], region)
