@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
@@ -130,9 +131,13 @@ def _legacy_vtk(path: Path) -> VolumeMesh:
     except FileError as error:
         # Among them files of meshio's, whose integer type VTK does not know.
         try:
-            return _meshio(path)
+            found = meshio_mesh(path)
         except FemprepError:
             raise error from None
+        said, count = _CELLS.search(path.read_bytes()), sum(len(block.data) for block in found.cells)
+        if said is not None and int(said[1]) != count:  # those of types that it does not know are left out
+            raise FileError(f"{str(path)!r} says it has {int(said[1])} cells, of which {count} are read") from error
+        return from_meshio(found)
 
 
 def _xdmf(path: Path) -> VolumeMesh:
@@ -163,6 +168,9 @@ def _kratos(path: Path) -> VolumeMesh:
 def _cgns(path: Path) -> VolumeMesh:
     raise InputError("CGNS is not read; write Exodus II or VTK")
 
+
+#: How many cells a legacy file says that it has.
+_CELLS: Final = re.compile(rb"^CELL_TYPES\s+(\d+)", re.MULTILINE)
 
 #: Share of negative tetrahedra of a file of VTK's from which on its writer had no order of nodes: FEniCS' have half.
 _MANY: Final = 0.4

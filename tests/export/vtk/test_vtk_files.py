@@ -10,7 +10,7 @@ import pytest
 import pyvista
 from meshes import mixed, truncated_ellipsoid, with_fibres
 
-from femprep.errors import InputError
+from femprep.errors import FileError, InputError
 from femprep.export import read_mesh, write_facets, write_mesh, write_surface, write_wall
 from femprep.mesh.elements import match_facets
 from femprep.model import FACET_TAGS, Plane, Surface, Wall
@@ -115,3 +115,18 @@ def test_arrays_of_several_blocks_come_back_shrunk_or_stored(tmp_path: Path) -> 
     first = path.read_bytes()
     write_surface(surface, path)
     assert path.read_bytes() == first
+
+
+@pytest.mark.parametrize("number", [-1, 255, 2**32 + 10])
+def test_a_cell_of_an_unknown_type_is_not_lost_without_a_word(number: int, tmp_path: Path) -> None:
+    """Files of meshio's, whose integer type VTK does not know, are read by meshio, which leaves such a cell out."""
+    mesh, path = truncated_ellipsoid("tetra"), tmp_path / "a.vtk"
+    regions = {"region": [mesh.region.astype(np.int32)]}
+    meshio.Mesh(mesh.points, [("tetra", mesh.cells["tetra"])], cell_data=regions).write(path, binary=False)
+    text = path.read_text()
+    assert "vtktypeint32" in text
+    assert read_mesh(path).n_cells == mesh.n_cells
+    head, types = text.split("CELL_TYPES", 1)
+    path.write_text(f"{head}CELL_TYPES{types.replace(chr(10) + '10' + chr(10), f'{chr(10)}{number}{chr(10)}', 1)}")
+    with pytest.raises(FileError, match=f"says it has {mesh.n_cells} cells, of which {mesh.n_cells - 1} are read"):
+        read_mesh(path)
