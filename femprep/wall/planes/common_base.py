@@ -13,7 +13,7 @@ from femprep.model import BoolArray, FloatArray, Plane
 from femprep.options import WallOptions, choose, takes
 from femprep.wall.planes.landmarks import base_moved, base_notices, base_slice, centre, given_base, slice_plane
 from femprep.wall.planes.oblique import look_across
-from femprep.wall.planes.round_off import LEFT, inward_of_end, round_off_notices
+from femprep.wall.planes.round_off import LEFT, inward_note, inward_of_end, round_off_notices
 from femprep.wall.planes.stack import Stack, open_share, read_stack
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
         logger.warning("base plane moved %d slice(s) towards the apex, %s", steps, where)
         notices += (base_moved(seg, stack, start, slice_, f"{where} as well"),)
     inward = inward_of_end(seg, stack, slice_, (*LEFT, ("rv",)))
-    source = f"labels: {view.words or centre(stack, slice_)}{note}"
+    source = f"labels: {view.words or centre(stack, slice_)}{note}{inward_note(inward)}"
     offset = chosen.base_offset + inward
     return slice_plane(seg, stack, slice_, stack.basal, offset, source, notices + round_off_notices(inward))
 

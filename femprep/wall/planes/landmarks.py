@@ -18,7 +18,7 @@ from femprep.model import Notice, Plane
 from femprep.model.products import length
 from femprep.options import WallOptions, choose, takes
 from femprep.wall.planes.oblique import look_across
-from femprep.wall.planes.round_off import LEFT, inward_of_end, round_off_notices
+from femprep.wall.planes.round_off import LEFT, inward_note, inward_of_end, round_off_notices
 from femprep.wall.planes.stack import Stack, read_stack
 
 if TYPE_CHECKING:
@@ -90,9 +90,9 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     view = look_across(seg, chosen.basal_end)
     stack = read_stack(view.seg, basal_end=view.basal_end, what="the base")
     base = base_slice(view.seg, stack)
-    source = f"labels: {view.words or centre(stack, base.number)}{base.note}"
-    logger.info("base plane: %s; %s", source, stack.evidence)
     inward = inward_of_end(view.seg, stack, base.number, LEFT)
+    source = f"labels: {view.words or centre(stack, base.number)}{base.note}{inward_note(inward)}"
+    logger.info("base plane: %s; %s", source, stack.evidence)
     notices = view.notices + base_notices(view.seg, stack, base) + round_off_notices(inward)
     return slice_plane(view.seg, stack, base.number, stack.basal, chosen.base_offset + inward, source, notices)
 

@@ -54,6 +54,11 @@ def _slices_to_end(seg: Segmentation, stack: Stack, number: int, structures: tup
     return int(ended[0]) if len(ended) else len(beyond)
 
 
+def inward_note(inward: float) -> str:
+    """The same for a plane's source, behind the slice that it names."""
+    return f"; {inward:.1f} mm further in" if inward else ""
+
+
 def round_off_notices(inward: float) -> tuple[Notice, ...]:
     """That the base lies further in than the middle of its slice, where it does."""
     if inward <= 0.0:

@@ -43,6 +43,7 @@ def test_in_thin_slices_it_lies_within_the_end_of_the_labels(find, height) -> No
     base = find(seg)
     assert base.point[2] == pytest.approx(end_of(seg, "lv") - CLEAR)
     assert moved(base) == pytest.approx([CLEAR - 0.5 * height])
+    assert base.source.endswith(f"; {CLEAR - 0.5 * height:.1f} mm further in")
     further = find(seg, base_offset=1.5)
     assert base.signed_distance(further.point[None])[0] == pytest.approx(-1.5)
 
@@ -53,6 +54,7 @@ def test_in_slices_of_five_millimetres_and_more_it_is_their_middle(height) -> No
     base = find_common_base(seg)
     assert base.point[2] == pytest.approx(end_of(seg, "lv") - 0.5 * height)
     assert moved(base) == []
+    assert base.source.endswith("basal")
 
 
 def test_a_stack_stored_from_the_base_on_is_cut_alike() -> None:
