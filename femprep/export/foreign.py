@@ -99,7 +99,7 @@ def from_meshio(mesh: Any) -> VolumeMesh:
         if region_from == "none" and name in set(mesh.cell_data) - told and not _are_tags(_values(mesh, name, volume))
     ]
     record = record_of(mesh.field_data)
-    points = np.asarray(mesh.points, dtype=np.float64)
+    points = np.asarray(mesh.points)
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
     return VolumeMesh(
@@ -125,9 +125,7 @@ def from_meshio(mesh: Any) -> VolumeMesh:
 
 def _gather(mesh: Any, kept: Mapping[str, list[int]], kinds: Any) -> dict[str, np.ndarray]:
     return {
-        kind: np.concatenate([np.asarray(mesh.cells[i].data, dtype=np.int64) for i in kept[kind]])
-        for kind in kept
-        if kind in kinds
+        kind: np.concatenate([np.asarray(mesh.cells[i].data) for i in kept[kind]]) for kind in kept if kind in kinds
     }
 
 

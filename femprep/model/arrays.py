@@ -81,7 +81,7 @@ def integers(values: Any, what: str) -> IntArray:
     Raises
     ------
     InputError
-        They are no numbers, or one of them is a fraction, infinite or NaN.
+        They are no numbers, or one of them is a fraction, infinite, NaN or beyond 64 bits.
     """
     given = np.asarray(values)
     if given.dtype.kind not in _NUMBERS:
@@ -91,6 +91,8 @@ def integers(values: Any, what: str) -> IntArray:
         wrong = np.flatnonzero(~(np.abs(given) < _MOST) | (given != np.round(given)))
         if wrong.size:
             raise InputError(f"{what} holds {given.flat[wrong[0]]:g}, expected whole numbers")
+    else:
+        _require_room(given, np.dtype(np.int64), what)
     return given.astype(np.int64)
 
 

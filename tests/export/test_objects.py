@@ -10,7 +10,7 @@ from meshes import mixed, truncated_ellipsoid
 
 import femprep as fp
 from femprep.errors import InputError, MissingDependencyError
-from femprep.export.foreign import from_meshio
+from femprep.export.foreign import Block, ForeignMesh, from_meshio
 from femprep.model import FACET_TAGS
 
 TETRAHEDRON = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
@@ -105,3 +105,16 @@ def test_meshio_has_the_data_of_elements_and_of_facets_under_one_name() -> None:
     back = from_meshio(mesh.to_meshio())
     np.testing.assert_array_equal(back.cell_data["aha"], mesh.cell_data["aha"])
     np.testing.assert_array_equal(back.facet_data["aha"], mesh.facet_data["aha"])
+
+
+@pytest.mark.parametrize(
+    ("points", "nodes", "match"),
+    [
+        (CORNERS, [[0, 1, 2, 2.5]], "cells 'tetra' holds 2.5, expected whole numbers"),
+        (CORNERS + 1j, [[0, 1, 2, 3]], "points holds no real numbers but complex128"),
+    ],
+)
+def test_what_meshio_holds_is_not_cut_to_what_fits(points: np.ndarray, nodes: list[list[float]], match: str) -> None:
+    """Fractions became whole numbers, and the imaginary part was dropped."""
+    with pytest.raises(InputError, match=match):
+        from_meshio(ForeignMesh(points, [Block("tetra", np.array(nodes))]))

@@ -42,6 +42,13 @@ def test_fractions_are_no_numbers_of_points(wrong: float, kind: str) -> None:
     assert VolumeMesh(np.zeros((4, 3)), {"tetra": whole}, [60]).cells["tetra"].tolist() == [[0, 1, 2, 3]]
 
 
+def test_numbers_without_a_sign_do_not_become_negative() -> None:
+    values = np.array([7, 2**63 - 1], dtype=np.uint64)
+    assert integers(values, "a list").tolist() == [7, 2**63 - 1]
+    with pytest.raises(InputError, match=f"a list holds {2**63}, beyond whole numbers of 64 bits"):
+        integers(values + np.uint64(1), "a list")
+
+
 def test_words_are_no_integers() -> None:
     with pytest.raises(InputError, match="a list holds <U1, expected whole numbers"):
         integers(np.array(["a"]), "a list")
