@@ -5,9 +5,7 @@ The checks are those of the stages themselves, asked of what the labels say the 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
-from contextlib import suppress
 from importlib.util import find_spec
 from typing import Final
 
@@ -33,7 +31,6 @@ from femprep.volume.refine.plan import levels_for
 from femprep.volume.sizing import lengths_at
 from femprep.volume.validate import ROUGH, check_roughly, check_sizing
 from femprep.wall.anatomies import Layout
-from femprep.wall.planes.landmarks import find_base
 
 #: Beyond an empty slice so much of the left ventricle is no speck that may be left out, but half a heart.
 _PIECE: Final = 0.1
@@ -230,23 +227,12 @@ def _check_planes(seg: Segmentation, layout: Layout, options: Options) -> None:
         if distance.min() >= 0.0 or distance.max() <= -reach:
             side = "cuts all of it away" if distance.min() >= 0.0 else "cuts nothing away"
             advice = "change --base" if planes[name].source == "given" else "change --base-offset"
-            if taken := re.search("(first|last) end basal", planes[name].source):
-                advice = _other_end(seg, options, "first" if taken[1] == "last" else "last", points, reach)
             raise InputError(
                 f"the {name} plane misses the cavity and {side} (its voxels lie {distance.min():.1f} to "
                 f"{distance.max():.1f} mm from it along its normal); {advice}"
             )
     if not np.all([distance < 0.0 for distance in away.values()], axis=0).any():
         raise InputError("nothing of the cavity lies between base and apex plane; change base_offset")
-
-
-def _other_end(seg: Segmentation, options: Options, end: str, points: FloatArray, reach: float) -> str:
-    """The other end of the stack as advice, where a base there cuts the cavity; else what is left to do."""
-    with suppress(InputError):
-        away = find_base(seg, options=options.wall, basal_end=end).signed_distance(points)
-        if away.min() < 0.0 and away.max() > -reach:
-            return f"give --basal-end {end} or another --base-offset"
-    return "a base at the other end misses it, too: mend the labels, or give another --base-offset or --base"
 
 
 def _check_amount(seg: Segmentation, layout: Layout, options: Options) -> None:

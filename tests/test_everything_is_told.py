@@ -248,7 +248,7 @@ def test_it_is_said(case: str) -> None:
 def test_nothing_is_said_where_nothing_was_done() -> None:
     epi, endo = ellipsoids()
     wall = build_wall(epi=epi, endo={"lv": endo}, base=plane_z(12.0))
-    assert gather(wall.info, solid(box(5, 20)), apex("cooom"), find_base(stack(list("cooo"))).record()) == []
+    assert gather(wall.info, solid(box(5, 20)), apex("cooom"), find_base(stack(list("coooooooo"))).record()) == []
     assert attempts_told([RUN], True) == base_moved_with_phases(0.0) == []
     assert losses(thick_ellipsoid(size=2, layers=1).mesh, "medit") == []
 

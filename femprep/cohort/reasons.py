@@ -100,9 +100,13 @@ REASONS: Final[tuple[Reason, ...]] = (
         ("InputError preflight:_check_gaps",),
     ),
     Reason(
-        *("rings-open", "refused", "Too few slices have a closed ring of myocardium, so that no base can be found."),
+        *(
+            "rings-open",
+            "refused",
+            "Too few slices have a closed ring of myocardium to put the base beyond.",
+        ),
         "Close the rings in the labels, from the base down: no option stands in for them.",
-        ("InputError wall.planes.landmarks:_rings", "InputError wall.planes.landmarks:find_apex"),
+        ("InputError wall.planes.base_slice", "InputError wall.planes.landmarks:find_apex"),
     ),
     Reason(
         *("planes-miss", "refused", "The plane of base or apex does not cut the heart as it has to."),

@@ -74,7 +74,7 @@ def test_every_reason_can_be_come_to(sites: list[tuple[str, str, str]]) -> None:
 @pytest.mark.parametrize(("kind", "place", "code"), [
     (InputError, ("preflight", "_check_gaps"), "slice-missing"),
     (InputError, ("preflight", "_check_planes"), "planes-miss"),
-    (InputError, ("wall.planes.landmarks", "_rings"), "rings-open"),
+    (InputError, ("wall.planes.base_slice", "closed_rings"), "rings-open"),
     (InputError, ("wall.planes.stack", "read_stack"), "labels-missing"),
     (InputError, ("image.object", "_require_size"), "labels-broken"),
     (InputError, ("wall.joining.build", "_thicken"), "wall-too-thin"),

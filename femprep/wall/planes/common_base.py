@@ -11,7 +11,8 @@ from scipy.ndimage import distance_transform_edt, label
 from femprep.errors import InputError
 from femprep.model import BoolArray, FloatArray, Plane
 from femprep.options import WallOptions, choose, takes
-from femprep.wall.planes.landmarks import base_moved, base_notices, base_slice, centre, given_base, slice_plane
+from femprep.wall.planes.base_slice import base_moved, base_notices, base_slice
+from femprep.wall.planes.landmarks import centre, given_base, slice_plane
 from femprep.wall.planes.oblique import look_across
 from femprep.wall.planes.round_off import LEFT, inward_note, inward_of_end, round_off_notices
 from femprep.wall.planes.stack import Stack, open_share, read_stack

@@ -9,7 +9,7 @@ base lies further in where slices are thinner than that (:mod:`~femprep.wall.pla
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,19 +17,13 @@ from femprep.errors import InputError
 from femprep.model import Notice, Plane
 from femprep.model.products import length
 from femprep.options import WallOptions, choose, takes
+from femprep.wall.planes.base_slice import base_notices, base_slice, closed_rings
 from femprep.wall.planes.oblique import look_across
 from femprep.wall.planes.round_off import LEFT, inward_note, inward_of_end, round_off_notices
 from femprep.wall.planes.stack import Stack, read_stack
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
-
-#: The base moves one slice further in, this often at most, where its slice leaves more than this share of the cavity
-#: in the next one bare: there a wall could only be guessed (4 of the 200 ACDC maps, all with shifted slices).
-_STEPS_IN, _BARE = 2, 0.1
-
-#: A slice is named as the nearest to a closed ring where no more than this share of its cavity's outline is open.
-_GAPING = 0.5
 
 logger = logging.getLogger(__name__)
 
@@ -58,9 +52,10 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
 
     Which end of the stack is basal is found from how the cross-section grows, from apical caps and from open rings.
     The plane goes through the centre of the most basal slice in which the myocardium closes around the cavity: the
-    open, C-shaped rings beside the valve and slices that hold cavity or myocardium alone lie beyond it. A slice that
-    leaves more than a tenth of the next slice's cavity bare is passed over, two at most; ``source`` says so. Where the
-    labels end less than 2.5 mm beyond the centre it lies 2.5 mm within their end, which a notice tells.
+    open, C-shaped rings beside the valve and slices that hold cavity or myocardium alone lie beyond it. One that is
+    open between closed ones does not end the heart, and a notice tells of it. A slice that leaves more than a tenth of
+    the next slice's cavity bare is passed over, two at most; ``source`` says so. Where the labels end less than 2.5 mm
+    beyond the centre it lies 2.5 mm within their end, which a notice tells.
 
     Parameters
     ----------
@@ -77,7 +72,8 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     Raises
     ------
     InputError
-        A structure is missing, both ends look alike, or the myocardium closes around the cavity in no slice.
+        A structure is missing, both ends look alike, the myocardium closes around the cavity in no slice, or most of
+        the cavity would lie beyond the plane.
 
     Examples
     --------
@@ -102,72 +98,6 @@ def given_base(options: WallOptions) -> Plane:
     assert options.base is not None
     plane = Plane(np.array(options.base[:3]), np.array(options.base[3:]), "given")
     return Plane(plane.point - options.base_offset * plane.normal, plane.normal, "given")
-
-
-class BaseSlice(NamedTuple):
-    """The slice the base of the left ventricle is put in, and the slices nearer to the valve that were passed over."""
-
-    number: int
-    passed: tuple[int, ...] = ()
-
-    @property
-    def note(self) -> str:
-        """What there is to say of it beside its number."""
-        if not self.passed:
-            return ""
-        return f"; passed over slice {', '.join(map(str, self.passed))}, which leaves cavity of the next slice bare"
-
-
-def base_notices(seg: Segmentation, stack: Stack, base: BaseSlice) -> tuple[Notice, ...]:
-    """That slices with a closed ring were passed over, where they were."""
-    if not base.passed:
-        return ()
-    return (base_moved(seg, stack, base.passed[0], base.number, "as its slice leaves cavity of the next one bare"),)
-
-
-def base_moved(seg: Segmentation, stack: Stack, before: int, after: int, why: str) -> Notice:
-    """That the base lies nearer to the apex than its closed rings allow: by how much, where, and what that takes away.
-
-    Parameters
-    ----------
-    seg, stack
-        The labels.
-    before, after : int
-        Slice it would lie in, and the one it lies in.
-    why : str
-        A clause.
-    """
-    steps = abs(after - before)
-    slices = "1 slice" if steps == 1 else f"{steps} slices"
-    full, left = (_cavity_below(seg, stack, number) for number in (before, after))
-    words = (
-        f"the base plane was moved by {{amount}} ({slices}) towards the apex, to near {{place}}, {why}: of the left "
-        f"cavity's {full:.1f} mL below it {left:.1f} mL are left"
-    )
-    inside = np.moveaxis(np.asarray(seg.mask("lv")), stack.axis, 0)[after]
-    place = seg.grid.to_world(np.insert(np.argwhere(inside).mean(axis=0), stack.axis, after))
-    return Notice.of("moved", words, amount=steps * float(seg.grid.spacing[stack.axis]), unit="mm", place=place)
-
-
-def _cavity_below(seg: Segmentation, stack: Stack, number: int) -> float:
-    """Labelled cavity of the left ventricle from the apex to the middle of a slice, mL."""
-    beyond = np.arange(len(stack.cavity)) * stack.basal < number * stack.basal
-    voxels = float(stack.cavity[beyond].sum()) + 0.5 * float(stack.cavity[number])
-    return voxels * float(np.prod(seg.grid.spacing)) / 1000.0
-
-
-def base_slice(seg: Segmentation, stack: Stack) -> BaseSlice:
-    """The slice the base of the left ventricle is put in, and what was passed over for it."""
-    first, last = _rings(stack, "the base")
-    slice_ = last if stack.basal > 0 else first
-    passed = []
-    for _ in range(_STEPS_IN):
-        inner = slice_ - stack.basal
-        if not first < inner < last or stack.bare[inner] <= _BARE:
-            break
-        passed.append(slice_)
-        slice_ = inner
-    return BaseSlice(slice_, tuple(passed))
 
 
 @takes(WallOptions)
@@ -201,7 +131,7 @@ def find_apex(seg: Segmentation, *, options: WallOptions | None = None, **change
     chosen = choose(WallOptions, options, changes)
     view = look_across(seg, chosen.basal_end)
     stack = read_stack(view.seg, basal_end=view.basal_end, what="the apex")
-    ring = _rings(stack, "the apex")
+    ring = closed_rings(stack, "the apex")
     if ring[0] == ring[1]:
         raise InputError(
             f"the myocardium closes around the cavity in slice {ring[0]} alone, where the base is; "
@@ -215,26 +145,3 @@ def find_apex(seg: Segmentation, *, options: WallOptions | None = None, **change
 def centre(stack: Stack, number: int) -> str:
     """Where a plane through the middle of a slice lies, in words."""
     return f"centre of slice {number}, {stack.evidence['basal_end']} end basal"
-
-
-def _rings(stack: Stack, what: str) -> tuple[int, int]:
-    """The run of closed rings, or an error that says which slice is nearest to one.
-
-    No base is advised in its place: of 14 hearts cut where least of the outline was open none passed, as the surfaces
-    follow the gap down the wall.
-    """
-    first, last = stack.ring
-    if last < first:
-        slices = np.flatnonzero(stack.cavity)
-        raise InputError(
-            f"the myocardium closes around the cavity in none of slices {slices[0]} to {slices[-1]}, so {what} "
-            f"cannot be found; mend the labels{_nearest(stack)}"
-        )
-    return first, last
-
-
-def _nearest(stack: Stack) -> str:
-    """Which slice is nearest to a closed ring; nothing where all gape."""
-    number = int(np.argmin(stack.open))
-    share = float(stack.open[number])
-    return "" if share > _GAPING else f": slice {number} is nearest to a ring, with {100.0 * share:.0f} % of it open"

@@ -15,7 +15,7 @@ import numpy as np
 
 from femprep.model import FloatArray, Notice
 from femprep.options import WallOptions, choose, takes
-from femprep.wall.planes.landmarks import base_slice
+from femprep.wall.planes.base_slice import base_slice
 from femprep.wall.planes.oblique import look_across
 from femprep.wall.planes.round_off import LEFT, inward_of_end
 from femprep.wall.planes.stack import read_stack

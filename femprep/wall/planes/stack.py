@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import binary_fill_holes, find_objects, label
 
 from femprep.errors import InputError
+from femprep.image.long_axis import is_stack
 from femprep.image.slices import relative_slope
+from femprep.image.topology import label_pieces
 from femprep.model import BoolArray, FloatArray
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
+
+#: An open slice between closed ones ends the heart where more than this share of its cavity's outline is open.
+_GAPING: Final = 0.2
 
 
 @dataclass(frozen=True)
@@ -25,13 +31,15 @@ class Stack:
     axis : int
         Grid axis of the stack.
     cavity : (s,) array
-        Voxels of the cavity in each slice of the grid.
+        Voxels of the cavity's largest piece in each slice of the grid.
     bare : (s,) array
         Share of the cavity in each slice that the next slice towards the base does not cover.
     open : (s,) array
         Share of the cavity's outline in each slice that does not border on myocardium; 1 without cavity.
     basal : int
         +1 where the slices run from apex to base, -1 where they run from base to apex.
+    thick : bool
+        Whether the image is a stack of thick slices, which have numbers in messages.
     evidence : mapping
         What told the basal end, JSON-ready.
     """
@@ -41,6 +49,7 @@ class Stack:
     bare: FloatArray
     open: FloatArray
     basal: int
+    thick: bool
     evidence: dict[str, Any]
 
     @property
@@ -50,17 +59,23 @@ class Stack:
 
     @property
     def ring(self) -> tuple[int, int]:
-        """First and last slice of the longest run of closed rings."""
+        """First and last closed ring of the longest run of slices, ``(0, -1)`` where none closes.
+
+        Of thick slices one that is a little open between closed ones does not end the run: the heart goes on beyond it.
+        Of thin ones it may be the tilt of the valves.
+        """
         best = (0, -1)
-        start = None
-        for k, closed in enumerate([*self.closed.tolist(), False]):
-            if closed and start is None:
-                start = k
-            elif not closed and start is not None:
-                if k - start > best[1] - best[0] + 1:
-                    best = (start, k - 1)
-                start = None
+        for (run,) in find_objects(label(self.open <= (_GAPING if self.thick else 0.0))[0]):
+            rings = run.start + np.flatnonzero(self.closed[run])
+            if len(rings) and rings[-1] - rings[0] > best[1] - best[0]:
+                best = (int(rings[0]), int(rings[-1]))
         return best
+
+    @property
+    def gaps(self) -> list[int]:
+        """Slices between the first and the last ring that do not close."""
+        first, last = self.ring
+        return [number for number in range(first, last) if not self.closed[number]]
 
 
 def read_stack(seg: Segmentation, basal_end: str = "auto", what: str = "the base") -> Stack:
@@ -81,13 +96,14 @@ def read_stack(seg: Segmentation, basal_end: str = "auto", what: str = "the base
         A structure is empty, lies in one slice only, or both ends look alike.
     """
     axis = int(seg.stack_axis)
-    inside = np.moveaxis(np.asarray(seg.mask("lv"), dtype=bool), axis, 0)
+    inside = np.moveaxis(label_pieces(seg.mask("lv"))[0] == 1, axis, 0)
     tissue = np.moveaxis(np.asarray(seg.mask("myo"), dtype=bool), axis, 0)
     both = inside | tissue
     for name, mask in (("lv", inside), ("myo", tissue)):
         if not mask.any():
             raise InputError(f"structure {name!r} has no voxel, so {what} cannot be found; check the label numbers")
-    open_ = np.array([open_share(c, b) for c, b in zip(inside, both)])
+    # What cavity and myocardium enclose together, as a papillary muscle that has no label, opens no ring.
+    open_ = np.array([open_share(c, b) for c, b in zip(inside, binary_fill_holes(both))])
     cavity_area, muscle_area = (m.sum(axis=(1, 2)).astype(np.int64) for m in (inside, tissue))
     slices = np.flatnonzero(cavity_area + muscle_area)
     if len(slices) < 2:
@@ -107,7 +123,7 @@ def read_stack(seg: Segmentation, basal_end: str = "auto", what: str = "the base
     covering = np.roll(both, -basal, axis=0)
     bare = (inside & ~covering).sum(axis=(1, 2)) / np.maximum(cavity_area, 1)
     evidence["basal_end"] = "last" if basal > 0 else "first"
-    return Stack(axis, cavity_area, bare, open_, basal, evidence)
+    return Stack(axis, cavity_area, bare, open_, basal, is_stack(seg.grid), evidence)
 
 
 def open_share(cavity: BoolArray, both: BoolArray) -> float:
