@@ -7,6 +7,9 @@ from typing import Annotated
 
 import typer
 
+from femprep.cli._apart import same_file
+from femprep.errors import OptionError
+
 
 def transfer(
     source: Annotated[Path, typer.Argument(metavar="FROM", help="Mesh with the fields and ventricular coordinates.")],
@@ -40,6 +43,8 @@ def transfer(
     from femprep.report.page.shared import write_page
 
     place = target_of(out, format)  # what is wrong with the name is told at once
+    if any(same_file(source, one) for one in (place.file, place.folder)) and not same_file(source, target):
+        raise OptionError(f"--out {str(out)!r} is the mesh that the fields come from; choose another")
     one, other = read_mesh(source), read_mesh(target)
     moved = bring(one, other, field, there_and_back=there_and_back)
     record = TransferRecord(**moved.info["transfer"]).model_copy(
