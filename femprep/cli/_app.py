@@ -11,6 +11,7 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from femprep import __version__
+from femprep.cli._apart import WORDS
 from femprep.cli._logging import logging_options
 from femprep.errors import OptionError, did_you_mean
 
@@ -56,6 +57,7 @@ class LazyGroup(TyperGroup):
             near = did_you_mean(get_close_matches(args[0], COMMANDS, n=1))
             raise OptionError(f"no such command {args[0]!r}{near or '; femprep --help lists them'}")
         name, command, rest = super().resolve_command(ctx, args)
+        ctx.meta[WORDS] = tuple(rest)
         if name is not None and command is not None:
             command = load(name)
         return name, command, rest

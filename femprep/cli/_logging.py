@@ -14,6 +14,7 @@ from typing import Annotated, Any
 import typer
 
 from femprep import __version__
+from femprep.cli._apart import WORDS, require_unnamed
 from femprep.errors import cannot_write
 
 LOGGING = "Messages"
@@ -53,10 +54,11 @@ def _verbose(count: int) -> int:
     return count
 
 
-def _file(path: Path | None) -> Path | None:
+def _file(context: typer.Context, path: Path | None) -> Path | None:
     """Write all messages to a file, whether they are shown or not."""
     if path is None:
         return None
+    require_unnamed(path, "--log", context.meta.get(WORDS, ()))
     try:
         file = _LogFile(path, mode="w", encoding="utf-8")
     except OSError as error:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+from femprep.cli._apart import same_file
+from femprep.errors import FileError
 from femprep.export.table import FORMATS
 from femprep.report.methods import FILES
 
@@ -48,3 +50,22 @@ def require_output(
 
     require_formats(formats)
     require_writable(out, names(formats) if names else ())
+
+
+def require_lasting(out: Path, inputs: Iterable[Path]) -> None:
+    """Make sure that no input is a file of the earlier run in a folder, which a new one there would replace.
+
+    Raises
+    ------
+    FileError
+        One is.
+    """
+    from femprep.report.folder.earlier import read_earlier
+
+    earlier = [out / name for name in read_earlier(out).files]
+    for path in inputs:
+        if any(same_file(path, name) for name in earlier):
+            raise FileError(
+                f"{str(path)!r} is a file of the run in {str(out)!r}, which the new one would replace; give another "
+                "folder with -o"
+            )

@@ -263,6 +263,14 @@ def print_left_out(mesh: VolumeMesh) -> None:
         typer.echo(f"note: {line}")
 
 
+def print_losses(mesh: VolumeMesh, format: str) -> None:
+    """What the file of a format leaves out of a mesh."""
+    from femprep.export.losses import losses
+
+    for notice in losses(mesh, format):
+        typer.echo(f"note: {notice.what}")
+
+
 def _print_notices(console: Console, manifest: Any) -> None:
     for notice in manifest.notices:
         console.print(f"[yellow]note:[/yellow] {escape(notice)}")

@@ -65,10 +65,12 @@ def activate(
     from femprep.activation.growth import require_growth
     from femprep.errors import OptionError
     from femprep.export import read_mesh, write_mesh, write_purkinje
+    from femprep.export.target import target_of
     from femprep.report.activation import draw
 
     if picture is not None and picture.suffix.lower() != ".png":
         raise OptionError(f"pictures are written as .png, not {picture.suffix or 'without an ending'!r}; name MAP.png")
+    kind, _, stem = target_of(out, format)  # what is wrong with the name is told at once
     if purkinje:
         require_growth()
     found = read_mesh(mesh)
@@ -77,11 +79,14 @@ def activate(
     found = add_activation(found, speeds)
     paths = write_mesh(found, out, format=format)
     if found.purkinje is not None:
-        paths.append(write_purkinje(found, out.with_name(f"{out.stem}_purkinje.vtp")))
+        paths.append(write_purkinje(found, out.with_name(f"{stem}_purkinje.vtp")))
     if picture is not None and (drawn := draw(found, picture)) is not None:
         paths.append(drawn)
     record = found.info["activation"]
     if not quiet:
+        from femprep.cli._summary import print_losses
+
+        print_losses(found, kind.name)
         if found.purkinje is not None:
             net = found.purkinje
             typer.echo(f"{net.lengths.sum():.0f} mm of Purkinje fibres with {len(net.junctions)} junctions")

@@ -11,7 +11,7 @@ from femprep.cli import _arguments as shared
 from femprep.cli._arguments import FIBRES, INPUT, OUTPUT
 from femprep.cli._configuration import merged, parse_names, parse_places, parse_plane
 from femprep.cli._fields import by_path, option
-from femprep.cli._names import annotation_names, require_output
+from femprep.cli._names import annotation_names, require_lasting, require_output
 from femprep.options import AnnotateOptions, choose
 
 
@@ -79,6 +79,7 @@ def annotate(
     options = choose(AnnotateOptions, None, values)
 
     require_output(out, options.formats, annotation_names)
+    require_lasting(out, [mesh])
 
     from femprep.annotation import annotate as name_parts
     from femprep.cli._progress import bars

@@ -7,7 +7,9 @@ from typing import Annotated
 
 import typer
 
+from femprep.cli._apart import same_file
 from femprep.cli._fields import given, option
+from femprep.errors import OptionError
 from femprep.options import CheckOptions, choose
 
 LIMITS = "Limits"
@@ -40,6 +42,8 @@ def check(
     from femprep.export import read_mesh
     from femprep.volume import check as judge
 
+    if html is not None and same_file(html, mesh):
+        raise OptionError(f"--html {str(html)!r} is the mesh itself; choose another")
     found = read_mesh(mesh)
     report = judge(found, options=options)
     if html is not None:

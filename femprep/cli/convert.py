@@ -33,11 +33,13 @@ def convert(
 ) -> None:
     """Write a mesh in another format.
 
-    Regions, facet tags and fibres go along where the format holds them.
+    Regions, facet tags and fibres go along where the format holds them; what it leaves out is told.
     """
     options = choose(ExportOptions, None, given(ExportOptions, locals()))
     from femprep.export import read_mesh, write_mesh
+    from femprep.export.target import target_of
 
+    kind = target_of(out, format).format  # what is wrong with the name is told at once
     found = read_mesh(mesh)
     if pericardium is not None:
         from femprep.anatomy import add_pericardium
@@ -45,8 +47,9 @@ def convert(
         found = add_pericardium(found, stiffness=pericardium)
     paths = write_mesh(found, out, format=format, options=options)
     if not quiet:
-        from femprep.cli._summary import print_left_out
+        from femprep.cli._summary import print_left_out, print_losses
 
         print_left_out(found)
+        print_losses(found, kind.name)
         for path in paths:
             typer.echo(path)

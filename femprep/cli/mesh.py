@@ -21,6 +21,7 @@ from femprep.cli._configuration import (
 )
 from femprep.cli._fields import by_path, option, takes_options_of
 from femprep.cli._mesh_runs import mesh_file, mesh_own, mesh_phases
+from femprep.cli._names import require_lasting
 from femprep.errors import OptionError
 from femprep.model.image_file import image_file
 from femprep.options import (
@@ -253,6 +254,7 @@ def mesh(
     masks = parse_masks(mask)
     second = (regions, tissues, images)
     surfaces = parse_surfaces(surface)
+    require_lasting(out, [*surfaces.values(), *filter(None, [given["template"]])])
     if surfaces:
         if maps or masks:
             raise OptionError("give either surfaces or a label map or masks, not both")

@@ -27,11 +27,13 @@ def refine(
     tell the element that each is a part of.
     """
     from femprep.cli._progress import bars
-    from femprep.cli._summary import print_left_out
+    from femprep.cli._summary import print_left_out, print_losses
     from femprep.export import read_mesh, write_mesh
+    from femprep.export.target import target_of
     from femprep.report.notices import lines
     from femprep.volume.refine import refine as cut
 
+    kind = target_of(out, format).format  # what is wrong with the name is told at once
     coarse = read_mesh(mesh)
     with bars(quiet) as progress:
         fine = cut(coarse, levels, optimised=optimise, progress=progress)
@@ -42,5 +44,6 @@ def refine(
     typer.echo(f"{coarse.n_cells} elements -> {fine.n_cells}")
     for line in lines({"notices": fine.info.get("notices", ())[len(coarse.info.get("notices", ())) :]}):
         typer.echo(f"note: {line}")
+    print_losses(fine, kind.name)
     for path in paths:
         typer.echo(path)

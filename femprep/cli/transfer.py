@@ -7,6 +7,9 @@ from typing import Annotated
 
 import typer
 
+from femprep.cli._apart import same_file
+from femprep.errors import OptionError
+
 
 def transfer(
     source: Annotated[Path, typer.Argument(metavar="FROM", help="Mesh with the fields and ventricular coordinates.")],
@@ -33,11 +36,15 @@ def transfer(
     """
     from femprep.anatomy import transfer as bring
     from femprep.export import read_mesh, write_mesh
+    from femprep.export.target import target_of
     from femprep.model.shared_records.transfer import TransferRecord
     from femprep.report.manifest import file_sha256
     from femprep.report.notices import lines
     from femprep.report.page.shared import write_page
 
+    place = target_of(out, format)  # what is wrong with the name is told at once
+    if any(same_file(source, one) for one in (place.file, place.folder)) and not same_file(source, target):
+        raise OptionError(f"--out {str(out)!r} is the mesh that the fields come from; choose another")
     one, other = read_mesh(source), read_mesh(target)
     moved = bring(one, other, field, there_and_back=there_and_back)
     record = TransferRecord(**moved.info["transfer"]).model_copy(
@@ -49,14 +56,15 @@ def transfer(
         }
     )
     paths = write_mesh(moved, out, format=format)
-    told = out.with_name(f"{out.name.partition('.')[0]}.transfer.json")
+    told = out.with_name(f"{place.stem}.transfer.json")
     write_page(told, record.model_dump_json(indent=2) + "\n", "choose another name")
     if quiet:
         return
-    from femprep.cli._summary import print_transfer
+    from femprep.cli._summary import print_losses, print_transfer
 
     print_transfer(record)
     for line in lines({"notices": moved.info.get("notices", ())[len(other.info.get("notices", ())) :]}):
         typer.echo(f"note: {line}")
+    print_losses(moved, place.format.name)
     for path in (*paths, told):
         typer.echo(path)

@@ -6,7 +6,7 @@ import asyncio
 import uuid
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -115,15 +115,18 @@ def run_cohort(
                 table.keep(row_of_folder(subject, folder), timing_of_folder(subject, folder))
             else:
                 todo.append(subject)
-        table.write()
-        report("cohort", len(table) / len(subjects))
+        at_work = ExitStack()
+        # First of all: where nobody answers nothing is left behind.
+        client = at_work.enter_context(connected(scheduler, min(count, len(todo)))) if todo else None
         try:
-            if todo:
-                from femprep.cohort.work import Job
+            with at_work:
+                table.write()
+                report("cohort", len(table) / len(subjects))
+                if client is not None:
+                    from femprep.cohort.work import Job
 
-                run = uuid.uuid4().hex
-                jobs = [Job(_absolute(one), out, run, fresh, time_limit, memory_limit) for one in todo]
-                with connected(scheduler, min(count, len(jobs))) as client:
+                    run = uuid.uuid4().hex
+                    jobs = [Job(_absolute(one), out, run, fresh, time_limit, memory_limit) for one in todo]
                     _work(client, jobs, table, lambda: report("cohort", len(table) / len(subjects)))
         except KeyboardInterrupt:
             done = f"{len(table)} of {len(subjects)} subjects are done; the same command goes on"

@@ -86,6 +86,8 @@ def replace_file(out: Path, name: str, text: str) -> None:
 def only_one(out: Path) -> Iterator[None]:
     """A cohort's folder, made where it is not there, that no other cohort is at work in.
 
+    Where the block fails before it wrote anything into it, what was made goes again.
+
     Raises
     ------
     FileError
@@ -97,6 +99,7 @@ def only_one(out: Path) -> Iterator[None]:
             raise FileError(f"output {str(out)!r} is not a folder; give the name of a new folder with -o")
         if out.is_dir() and not state.is_dir() and any(out.iterdir()):
             raise FileError(f"output folder {str(out)!r} holds files that no cohort wrote; give another with -o")
+        made = [folder for folder in (state, *state.parents) if not folder.exists()]
         state.mkdir(parents=True, exist_ok=True)
         lock = state / "lock"
         lock.touch()
@@ -109,7 +112,15 @@ def only_one(out: Path) -> Iterator[None]:
             raise FileError(f"another femprep cohort is at work in {str(out)!r}; wait until it is done, or {_REMEDY}")
         _clear(state)
         clear_leftovers(out)
-        yield
+        try:
+            yield
+        except BaseException:
+            if state in made and list(out.iterdir()) == [state]:
+                with suppress(OSError):
+                    lock.unlink()
+                    for folder in made:
+                        folder.rmdir()
+            raise
 
 
 def _clear(state: Path) -> None:

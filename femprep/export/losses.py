@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Mapping
+from typing import Final, NamedTuple
 
+from femprep.export.deck.springs import NEEDED, RING
 from femprep.export.purkinje import HOLDS
 from femprep.export.xdmf.write import WHOLE, reduced
 from femprep.mesh.elements import ELEMENTS
@@ -11,6 +13,38 @@ from femprep.model import Notice, VolumeMesh
 
 #: Formats whose readers know linear elements alone.
 _LINEAR: Final = ("medit", "opencarp", "opencarp-binary")
+
+
+class _Held(NamedTuple):
+    """Names of the data of elements, points and facets that a format holds; ``None`` for all."""
+
+    elements: tuple[str, ...] | None = None
+    points: tuple[str, ...] | None = None
+    facets: tuple[str, ...] | None = None
+
+
+#: The normal is what stands across fibre and sheet.
+_AXES: Final = ("fiber", "sheet", "normal", "aha")
+_DECK: Final = _Held(_AXES, (*NEEDED, RING), ())
+#: Ventricular coordinates are there as UVC, which hold the angle alone.
+_CARP: Final = _Held(
+    _AXES,
+    ("apicobasal", "transmural", "transventricular", "rotational", "rotational_cos", "rotational_sin", RING),
+    (),
+)
+#: Formats that hold some data alone.
+_HELD: Final[Mapping[str, _Held]] = {
+    "abaqus": _DECK,
+    "febio": _DECK,
+    "ls-dyna": _DECK,
+    "opencarp": _CARP,
+    "opencarp-binary": _CARP,
+    "medit": _Held(_AXES, (), ()),
+    "gmsh": _Held((), None, ()),
+    "dolfinx": _Held(facets=()),
+    "fenics": _Held(facets=()),
+    "svmultiphysics": _Held(facets=()),
+}
 
 
 def losses(mesh: VolumeMesh, name: str) -> list[Notice]:
@@ -28,7 +62,19 @@ def losses(mesh: VolumeMesh, name: str) -> list[Notice]:
         note = "elements without their mid-side nodes"
     else:
         note = ""
-    found = [Notice.of("left out", f"the {name} files hold {note}, as their readers know no others")] if note else []
+    words = [f"the {name} files hold {note}, as their readers know no others"] if note else []
     if mesh.purkinje is not None and name not in HOLDS:
-        found.append(Notice.of("left out", f"the {name} files hold no Purkinje fibres; purkinje.vtp does"))
-    return found
+        words.append(f"the {name} files hold no Purkinje fibres; those of vtu do")
+    if data := _data_left_out(mesh, _HELD.get(name, _Held())):
+        words.append(f"the {name} files leave out {data}; those of vtu hold them")
+    return [Notice.of("left out", one) for one in words]
+
+
+def _data_left_out(mesh: VolumeMesh, held: _Held) -> str:
+    """The data of a mesh that are not among those held, in words."""
+    found = []
+    for what, data, names in zip(_Held._fields, (mesh.cell_data, mesh.point_data, mesh.facet_data), held):
+        left_out = [name for name in data if names is not None and name not in names]
+        if left_out:
+            found.append(f"of {what} ({', '.join(left_out)})")
+    return f"data {', '.join(found)}" if found else ""

@@ -226,3 +226,6 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".post": _permas,
     ".dato": _permas,
 }
+
+#: Endings of meshes that are read by a reader of their own.
+ENDINGS: Final = frozenset(_READERS)

@@ -53,8 +53,15 @@ class Format:
     beside : tuple of str
         Names of the files it always writes beside that one, or into that folder.
     optional : tuple of str
-        Names of files and folders in its folder that not every mesh has: those of an earlier mesh go when another is
-        written there.
+        Names of files in its folder that not every mesh has, ``{stem}`` for that of its own and ``*`` for anything:
+        those of an earlier mesh go when another is written there.
+    fixed : tuple of str
+        Further such names, which are written with the stem alone that it has in an output folder: readers look for
+        them there.
+    parts : tuple of str
+        Names of files that a reader takes for parts of the mesh: others' are not to stand there.
+    mark : tuple of str
+        The file of every mesh of femprep's, and words in its head, by which the files beside it are known as its own.
     """
 
     name: str
@@ -71,6 +78,13 @@ class Format:
     folder: bool = False
     beside: tuple[str, ...] = ()
     optional: tuple[str, ...] = ()
+    fixed: tuple[str, ...] = ()
+    parts: tuple[str, ...] = ()
+    mark: tuple[str, str] = ("", "")
+
+    def optional_of(self, stem: str) -> tuple[str, ...]:
+        """Names of files that a mesh of that stem may have."""
+        return self.optional + (self.fixed if stem == PurePosixPath(self.filename).stem else ())
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -102,6 +116,25 @@ def _load(home: str) -> Any:
     module, function = home.split(":")
     return getattr(import_module(f"femprep.export.{module}"), function)
 
+
+#: Files of dolfinx' and legacy FEniCS' meshes: either's may be written over the other's.
+_XDMF_OPTIONAL: Final = (
+    *("markers_{stem}.json", "info_{stem}.json", "microstructure_{stem}.json"),
+    *(f"{{stem}}_{name}.{ending}" for name in ("fiber", "sheet") for ending in ("xdmf", "h5")),
+)
+_XDMF_FIXED: Final = (
+    *("markers.json", "info.json", "microstructure.json"),
+    *(f"microstructure.bp/{name}" for name in ("data.0", "md.0", "md.idx")),
+)
+_XDMF_MARK: Final = ("info_{stem}.json", '"source": "femprep"')
+#: Files beside openCARP's that not every mesh has.
+_CARP_OPTIONAL: Final = (
+    *("{stem}.aha.dat", *(f"{{stem}}.uvc_{name}.dat" for name in ("z", "rho", "phi", "ven"))),
+    *(f"{{stem}}.{name}.{ending}" for name in FACET_TAGS for ending in ("surf", "vtx")),
+    *(f"{{stem}}.purkinje.{ending}" for ending in ("pts", "elem", "lon", "dat")),
+    *("{stem}.purkinje_[0-9]*.vtx", "{stem}.basal_ring.vtx"),
+)
+_CARP_MARK: Final = ("{stem}.tags.txt", "")
 
 FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
     {
@@ -158,7 +191,9 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                     *("mesh.h5", "markers.json", "info.json", "microstructure.json"),
                     *("markers_mesh.json", "info_mesh.json", "microstructure_mesh.json"),
                 ),
-                optional=("microstructure.bp",),
+                optional=_XDMF_OPTIONAL,
+                fixed=_XDMF_FIXED,
+                mark=_XDMF_MARK,
             ),
             Format(
                 name="fenics",
@@ -170,7 +205,10 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 elements="tetra; others cut into tetrahedra",
                 units="as asked, named in info.json",
                 read_by="dolfin 2019.2",
-                beside=("mesh.h5", "markers.json", "info.json"),
+                beside=("mesh.h5", "markers.json", "info.json", "markers_mesh.json", "info_mesh.json"),
+                optional=_XDMF_OPTIONAL,
+                fixed=_XDMF_FIXED,
+                mark=_XDMF_MARK,
             ),
             Format(
                 name="gmsh",
@@ -224,6 +262,9 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 read_by="MeshTool (pymeshtool 1.3)",
                 unread_by="openCARP",
                 beside=("mesh.elem", "mesh.lon", "mesh.tags.txt", "mesh.par"),
+                optional=_CARP_OPTIONAL,
+                parts=("{stem}.*.surf", "{stem}.bpts"),
+                mark=_CARP_MARK,
             ),
             Format(
                 name="opencarp-binary",
@@ -237,6 +278,9 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 read_by="MeshTool (pymeshtool 1.3)",
                 unread_by="openCARP",
                 beside=("mesh.belem", "mesh.blon", "mesh.tags.txt", "mesh.par"),
+                optional=_CARP_OPTIONAL,
+                parts=("{stem}.*.surf", "{stem}.pts"),
+                mark=_CARP_MARK,
             ),
             Format(
                 name="svmultiphysics",
@@ -261,6 +305,8 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                     *(f"caps/{name}.vtp" for name in ("lv", "rv", "la", "ra")),
                     *(f"mesh-surfaces/{name}.vtp" for name in FACET_TAGS),
                 ),
+                parts=("mesh-surfaces/*.vtp",),
+                mark=("mesh-complete.mesh.vtu", "femprep_json"),
             ),
             Format(
                 name="med",
@@ -284,6 +330,8 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 elements="linear; of quadratic ones the corners",
                 units="as asked, named in the file",
                 read_by="FreeFEM, meshio",
+                optional=("{stem}.fiber.sol", "{stem}.aha.sol"),
+                mark=("{stem}.mesh", "femprep volume mesh"),
             ),
             Format(
                 name="ls-dyna",

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
 from femprep.errors import InputError, cannot_write
+from femprep.export.beside import clear, leftovers
 from femprep.export.content import content_of
 from femprep.export.files import whole_files
-from femprep.export.table import FORMATS, format_of, require_formats
+from femprep.export.table import FORMATS, require_formats
+from femprep.export.target import require_file, target_of
 from femprep.model import Surface, VolumeMesh, Wall
 from femprep.options import ExportOptions, choose, takes
 
@@ -29,8 +30,9 @@ def write_mesh(
     ----------
     mesh : VolumeMesh
     path : path
-        File to write (a folder, for a format that is one). Its folder must exist; an earlier file is replaced when
-        the new one is whole, and what else a folder holds stays.
+        File to write (a folder, for a format that is one). Its folder must exist. An earlier mesh of that path is
+        replaced, with all its files, when the new one is whole; what else a folder holds stays. A symbolic link is
+        replaced by the file, and what it leads to stays.
     format : str, optional
         A name of ``FORMATS``; from the ending where it is unambiguous.
     options : ExportOptions, optional
@@ -46,9 +48,9 @@ def write_mesh(
     Raises
     ------
     OptionError
-        The format is unknown, or an option wrong.
+        The format is unknown, the ending is another's, or an option is wrong.
     FileError
-        The folder cannot be written.
+        The folder cannot be written, or holds files of others where those of the mesh have to stand.
     DiskFullError
         There is no room; nothing of it is left.
     InputError
@@ -59,21 +61,16 @@ def write_mesh(
     >>> [path.name for path in fp.write_mesh(mesh, "heart.inp")]
     ['heart.inp']
     """
-    path = Path(path)
-    kind = format_of(path) if format is None else require_formats([format])[0]
+    target = target_of(path, format)
+    kind, folder = target.format, target.folder
     options = choose(ExportOptions, options, changes)
     kind.require(content_of(mesh), options)
-    path = path.absolute()
-    with whole_files(path.parent) as (partial, moved):
-        made, home = (partial / path.name, path) if kind.folder else (partial, path.parent)
+    with whole_files(folder.parent if kind.folder else folder) as (partial, moved):
+        made = partial / folder.name if kind.folder else partial
         made.mkdir(exist_ok=True)
-        kind.writer(mesh, made, path.name if kind.folder else path.stem, options)
-        stale = [home / name for name in kind.optional if not (made / name).exists()]
-    for file in stale:
-        if file.is_dir():
-            shutil.rmtree(file)
-        else:
-            file.unlink(missing_ok=True)
+        kind.writer(mesh, made, target.stem, options)
+        stale = leftovers(target, made)
+    clear(stale)
     return moved
 
 
@@ -207,7 +204,9 @@ def write_surface(surface: Surface, path: str | Path) -> Path:
 def _save(polygons: Any, path: str | Path) -> Path:
     from femprep.export.vtk.xml import save
 
-    path = Path(path).absolute()
+    path = Path(path)
+    require_file(path)
+    path = path.absolute()
     with whole_files(path.parent) as (partial, _):
         save(polygons, partial / path.name)
     return path

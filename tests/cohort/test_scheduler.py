@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 from concurrent.futures import CancelledError
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
+from femprep.cli import main
 from femprep.errors import StageError
 
 
@@ -64,3 +66,16 @@ def test_a_row_that_was_lost_with_its_worker_is_waited_for(monkeypatch: pytest.M
     rows: list[object] = []
     run._work(client, jobs, SimpleNamespace(add=lambda record, timing: rows.append(record)), lambda: None)
     assert len(rows) == 2
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_a_scheduler_that_does_not_answer_leaves_nothing(there: bool, tmp_path: Path) -> None:
+    pytest.importorskip("distributed", reason="dask.distributed is not installed")
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "one.nii.gz").touch()
+    if there:
+        (tmp_path / "made" / "out").mkdir(parents=True)
+    before = sorted(tmp_path.rglob("*"))
+    words = ["--preset", "acdc", "-q", "--scheduler", "nobody"]
+    assert main(["cohort", str(tmp_path / "in"), "-o", str(tmp_path / "made" / "out"), *words]) == 2
+    assert sorted(tmp_path.rglob("*")) == before

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -78,10 +79,9 @@ def test_each_format_writes_the_files_it_names(mesh_file: Path, tmp_path: Path, 
 
 def test_folder_format_leaves_what_else_a_folder_holds(mesh_file: Path, tmp_path: Path) -> None:
     out = tmp_path / "results"
-    (out / "mesh-surfaces").mkdir(parents=True)
+    fp.write_mesh(truncated_ellipsoid("hexahedron"), out, format="svmultiphysics")
     (out / "thesis.tex").write_text("mine")
     (out / "mesh-surfaces" / "seen.txt").write_text("mine")
-    (out / "mesh-complete.mesh.vtu").write_text("earlier")
     fp.write_mesh(fp.read_mesh(mesh_file), out, format="svmultiphysics")
     assert (out / "thesis.tex").read_text() == "mine"
     assert (out / "mesh-surfaces" / "seen.txt").read_text() == "mine"
@@ -91,9 +91,10 @@ def test_folder_format_leaves_what_else_a_folder_holds(mesh_file: Path, tmp_path
 
 def test_file_where_a_folder_goes_is_refused_before_anything_is_replaced(mesh_file: Path, tmp_path: Path) -> None:
     out = tmp_path / "results"
-    out.mkdir()
-    (out / "mesh-complete.mesh.vtu").write_text("earlier")
+    fp.write_mesh(truncated_ellipsoid("hexahedron"), out, format="svmultiphysics")
+    earlier = (out / "mesh-complete.mesh.vtu").read_bytes()
+    shutil.rmtree(out / "mesh-surfaces")
     (out / "mesh-surfaces").write_text("mine")
     with pytest.raises(fp.FileError, match="is a file, not a folder"):
         fp.write_mesh(fp.read_mesh(mesh_file), out, format="svmultiphysics")
-    assert (out / "mesh-complete.mesh.vtu").read_text() == "earlier"
+    assert (out / "mesh-complete.mesh.vtu").read_bytes() == earlier

@@ -42,7 +42,7 @@ def read(path: Path) -> VolumeMesh:
     """
     stem = path.with_suffix("")
     binary = path.suffix.lower() in _BINARY
-    points = read_points(stem.with_suffix(".bpts")) if binary else _table(stem.with_suffix(".pts"), "points")
+    points = read_points(Path(f"{stem}.bpts")) if binary else _table(Path(f"{stem}.pts"), "points")
     blocks = _binary_elements(stem) if binary else _text_elements(stem)
     names = _names(Path(f"{stem}.tags.txt"))
     parts = DeckParts()
@@ -77,7 +77,7 @@ def read(path: Path) -> VolumeMesh:
 
 def _text_elements(stem: Path) -> list[tuple[str, IntArray, IntArray]]:
     """Types of elements, which rows they are, and their nodes with the tag, where there is one."""
-    lines = _lines(stem.with_suffix(".elem"), "elements")
+    lines = _lines(Path(f"{stem}.elem"), "elements")
     words = np.array([line.split(None, 1)[0] for line in lines])
     found = []
     for word in dict.fromkeys(words.tolist()):
@@ -91,7 +91,7 @@ def _binary_elements(stem: Path) -> list[tuple[str, IntArray, IntArray]]:
     """The same of a binary file, each type once."""
     found: dict[str, list[tuple[IntArray, IntArray]]] = {}
     first = 0
-    for word, nodes, tag in read_elements(stem.with_suffix(".belem")):
+    for word, nodes, tag in read_elements(Path(f"{stem}.belem")):
         found.setdefault(word, []).append((np.arange(first, first + len(nodes)), np.column_stack([nodes, tag])))
         first += len(nodes)
     return [
@@ -137,7 +137,7 @@ def _names(path: Path) -> dict[int, str]:
 
 def _data(stem: Path, count: int, binary: bool) -> dict[str, np.ndarray]:
     found: dict[str, np.ndarray] = {}
-    lon, aha = stem.with_suffix(".blon" if binary else ".lon"), Path(f"{stem}.aha.dat")
+    lon, aha = Path(f"{stem}{'.blon' if binary else '.lon'}"), Path(f"{stem}.aha.dat")
     if lon.is_file():
         axes = read_directions(lon) if binary else _directions(lon)
         if len(axes) != count:

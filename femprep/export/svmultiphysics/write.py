@@ -46,8 +46,7 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     record = {VERDICT: verdict} if (verdict := verdict_of(mesh)) else {}
     if origin.any():
         record[ORIGIN] = (origin * UNITS[options.length_unit].per_mm).tolist()
-    if record:
-        add_record(grid, record)
+    add_record(grid, record)  # by which the folder is known as ours
     save(grid, folder / "mesh-complete.mesh.vtu")
     (folder / "mesh-surfaces").mkdir()
     element, _ = match_facets(mesh.cells, mesh.facets)

@@ -46,10 +46,10 @@ def read_own(path: Path) -> VolumeMesh | None:
     whole = grids[MESH]
     numbers = Numbers()
     kind, cells = topology_of(whole, path)
-    info = _read_json(path.parent / "info.json")
+    info = _read_json(path, "info")
     scale = UNITS[info.get("length_unit", "mm")].per_mm
     points = values_of(whole.find("Geometry"), path) / scale
-    markers = _read_json(path.parent / "markers.json")
+    markers = _read_json(path, "markers")
     region = _tags(grids.get(CELL_TAGS), path, markers, 3, numbers)
     facet_tag = _tags(grids.get(FACET_TAGS), path, markers, 2, numbers)
     facets = dict([topology_of(grids[FACET_TAGS], path)]) if FACET_TAGS in grids else {}
@@ -65,9 +65,13 @@ def read_own(path: Path) -> VolumeMesh | None:
     )
 
 
-def _read_json(path: Path) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-    return found
+def _read_json(path: Path, name: str) -> dict[str, Any]:
+    """What the mesh's own file of that name tells, or that of its folder."""
+    for file in (path.with_name(f"{name}_{path.stem}.json"), path.with_name(f"{name}.json")):
+        if file.is_file():
+            found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+            return found
+    return {}
 
 
 def _tags(

@@ -1,4 +1,4 @@
-"""A volume mesh to XDMF and HDF5 for dolfinx and legacy FEniCS, with ``markers.json`` and ``info.json``."""
+"""A volume mesh to XDMF and HDF5 for dolfinx and legacy FEniCS, with names and units in JSON files beside."""
 
 from __future__ import annotations
 
@@ -28,6 +28,9 @@ log = logging.getLogger(__name__)
 #: ``cardiac_geometries.Geometry.from_folder`` expects these. Legacy FEniCS reads the attribute of the same name.
 MESH, CELL_TAGS, FACET_TAGS = "Mesh", "Cell tags", "Facet tags"
 
+#: The stem of the mesh that readers of a whole folder look for: the files without a stem in their names are its own.
+FOLDERS: Final = "mesh"
+
 #: XDMF's topology names (node order is VTK's).
 TOPOLOGY: Final[Mapping[str, str]] = {
     "tetra": "Tetrahedron",
@@ -46,7 +49,7 @@ _CORNERS: Final = "reduced to their corners"
 
 
 def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
-    """Write ``stem.xdmf``, ``stem.h5``, ``markers.json`` (name to tag and dimension) and ``info.json`` for dolfinx.
+    """Write ``stem.xdmf`` and ``stem.h5``, ``markers_stem.json`` (name to tag and dimension) and ``info_stem.json``.
 
     Tetrahedra of four and ten nodes and hexahedra of eight go as they are. dolfinx reads no quadratic hexahedra from
     XDMF: of those the corners go. It reads no facet tags on wedges: they, and mixed meshes, are cut into linear
@@ -54,11 +57,15 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     (fibres, sheets, AHA segments) are attributes of the grid ``Mesh`` and arrays ``cell_data/<name>`` of the HDF5
     file, a row per cell of the file: dolfinx' cell i is row ``mesh.topology.original_cell_index[i]``.
 
-    ``cardiac_geometries.Geometry.from_folder`` takes mesh, tags, markers, info and fibres from the folder, the last of
-    ``microstructure.bp`` through ADIOS2. Where Python has no ADIOS2, the HDF5 file is a checkpoint of all of it:
-    ``Geometry.from_file(comm, "mesh.h5")`` after ``io4dolfinx.set_default_backend("h5py")``.
+    ``cardiac_geometries.Geometry.from_folder`` takes mesh, tags, markers, info and fibres from a folder with
+    ``mesh.xdmf``, ``markers.json`` and ``info.json``, the last of ``microstructure.bp`` through ADIOS2: these come with
+    the stem ``mesh`` alone, so that meshes of other names may share a folder. Where Python has no ADIOS2, the HDF5 file
+    is a checkpoint of all of it: ``Geometry.from_file(comm, "mesh.h5")`` after
+    ``io4dolfinx.set_default_backend("h5py")``.
     """
-    write_fibres(folder, _write(mesh, folder, stem, options, whole=WHOLE["dolfinx"], checkpoint=True))
+    written = _write(mesh, folder, stem, options, whole=WHOLE["dolfinx"], checkpoint=True)
+    if stem == FOLDERS:
+        write_fibres(folder, written)
 
 
 def write_fenics(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
@@ -115,13 +122,11 @@ def _write(
     tags |= {name.upper(): [tag, 2] for name, tag in facet_names(mesh).items()}
     info: dict[str, Any] = {"length_unit": units.length, "units": units.line, "source": "femprep", "changed": note}
     info |= {VERDICT: verdict} if (verdict := verdict_of(mesh)) else {}
-    texts = {"markers": tags, "info": info}
-    if checkpoint:
-        # from_folder reads the former, from_file on the HDF5 file the latter.
-        texts["microstructure"] = elements(mesh)
-        texts |= {f"{name}_{stem}": text for name, text in texts.items()}
+    texts = {"markers": tags, "info": info, **({"microstructure": elements(mesh)} if checkpoint else {})}
     for name, text in texts.items():
-        (folder / f"{name}.json").write_text(json.dumps(text, indent=2) + "\n", encoding="utf-8")
+        # from_file on the HDF5 file reads the former; from_folder, which takes mesh.xdmf alone, the latter.
+        for file in (f"{name}_{stem}.json", *([f"{name}.json"] if stem == FOLDERS else [])):
+            (folder / file).write_text(json.dumps(text, indent=2) + "\n", encoding="utf-8")
     return mesh
 
 
