@@ -46,7 +46,10 @@ def convert(
     paths = write_mesh(found, out, format=format, options=options)
     if not quiet:
         from femprep.cli._summary import print_left_out
+        from femprep.export.deck.names import renamed
 
         print_left_out(found)
+        for notice in renamed(found):
+            typer.echo(f"note: {notice.what}")
         for path in paths:
             typer.echo(path)

@@ -60,6 +60,8 @@ class ForeignMesh:
     cell_data: Mapping[str, list[Any]] = field(default_factory=dict)
     field_data: Mapping[str, Any] = field(default_factory=dict)
     cell_sets: Mapping[str, list[Any]] = field(default_factory=dict)
+    #: Names by dimension and number, where regions and facets may have the same.
+    names: Mapping[int, Mapping[int, str]] = field(default_factory=dict)
 
 
 def from_meshio(mesh: Any) -> VolumeMesh:
@@ -71,7 +73,8 @@ def from_meshio(mesh: Any) -> VolumeMesh:
         It holds no volume element that femprep knows.
     """
     numbers = Numbers()
-    own_names = _names_by_dimension(mesh.field_data)
+    tables = _names_by_dimension(mesh.field_data), getattr(mesh, "names", {})
+    own_names = {dimension: {**tables[0].get(dimension, {}), **tables[1].get(dimension, {})} for dimension in range(4)}
     kept: dict[str, list[int]] = {}
     for i, block in enumerate(mesh.cells):
         kept.setdefault(block.type, []).append(i)
@@ -83,8 +86,8 @@ def from_meshio(mesh: Any) -> VolumeMesh:
         raise InputError(f"holds no volume elements (found {types}); give a mesh of {', '.join(ELEMENTS)}")
     if left_out:
         log.warning("elements of types %s are left out", ", ".join(left_out))
-    region, region_from = _tags(mesh, volume, numbers, own_names.get(3, {}), facet=False)
-    facet_tag, facet_from = _tags(mesh, surface, numbers, own_names.get(2, {}), facet=True)
+    region, region_from = _tags(mesh, volume, numbers, own_names[3], facet=False)
+    facet_tag, facet_from = _tags(mesh, surface, numbers, own_names[2], facet=True)
     taken = {region_from, facet_from, *_BOOKKEEPING}
     at_points = {
         name: np.asarray(values) for name, values in mesh.point_data.items() if name not in (*TAG_ARRAYS, *_BOOKKEEPING)
