@@ -11,7 +11,8 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.export.deck.names import Numbers
-from femprep.export.vtk.xml import record_of
+from femprep.export.deck.unread import with_node_sets, with_unread
+from femprep.export.vtk.xml import RECORD, record_of
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import VolumeMesh
 from femprep.model.notice import Notice, noted
@@ -105,7 +106,7 @@ def from_meshio(mesh: Any) -> VolumeMesh:
     points = np.asarray(mesh.points)
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
-    return VolumeMesh(
+    found = VolumeMesh(
         points=points,
         cells=_gather(mesh, kept, ELEMENTS),
         region=region,
@@ -124,6 +125,11 @@ def from_meshio(mesh: Any) -> VolumeMesh:
             **({VERDICT: record[VERDICT]} if VERDICT in record else {}),
         },
     )
+    found = with_node_sets(found, getattr(mesh, "point_sets", {}))
+    others = (
+        name for name, values in mesh.field_data.items() if name not in (RECORD, "med:nom") and not _names(values)
+    )
+    return with_unread(found, "field data", others)
 
 
 def _gather(mesh: Any, kept: Mapping[str, list[int]], kinds: Any) -> dict[str, np.ndarray]:
@@ -136,10 +142,16 @@ def _names_by_dimension(field_data: Mapping[str, Any]) -> dict[int, dict[int, st
     """Names that a file gives to tags, by the dimension of what they name."""
     found: dict[int, dict[int, str]] = {}
     for name, value in field_data.items():
-        entry = np.asarray(value).ravel()
-        if entry.size == 2 and entry.dtype.kind in "iu":
+        if _names(value):
+            entry = np.asarray(value).ravel()
             found.setdefault(int(entry[1]), {})[int(entry[0])] = name
     return found
+
+
+def _names(value: Any) -> bool:
+    """Whether field data are the number and the dimension of what their name names."""
+    entry = np.asarray(value)
+    return entry.size == 2 and entry.dtype.kind in "iu"
 
 
 def _tags(

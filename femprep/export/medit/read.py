@@ -11,6 +11,7 @@ import numpy as np
 
 from femprep.errors import FileError
 from femprep.export.deck.units import units_of
+from femprep.export.deck.unread import with_unread
 from femprep.export.foreign import from_meshio
 from femprep.export.medit.write import MEDIT_SECTIONS, OURS
 from femprep.export.through_meshio import meshio_mesh
@@ -37,6 +38,8 @@ def read(path: Path) -> VolumeMesh:
     file = meshio_mesh(path)
     file.field_data.update(_names(path, file))
     mesh, scale = from_meshio(file), units_of(path).per_mm
+    used = np.unique(np.asarray(file.point_data.get("medit:ref", []), dtype=np.int64))
+    mesh = with_unread(mesh, "references of vertices", map(str, used[used != 0].tolist()))
     if scale != 1.0:
         mesh = replace(mesh, points=mesh.points / scale)
     return _with_end(path, mesh.with_data(cell=_solutions(path, mesh)))
