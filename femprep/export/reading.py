@@ -52,7 +52,8 @@ def read_mesh(path: str | Path) -> VolumeMesh:
     VolumeMesh
         Files of ours give every region, facet tag, name and fibre back. Of others', regions and facet tags are taken
         from the tag arrays, physical groups and sets that the file holds; elements keep their orientation, so that a
-        check finds inverted ones. ``info["source"]`` says what was taken from where, and what was left out. Lengths
+        check finds inverted ones. ``info["source"]`` says what was taken from where, and what was left out, a
+        notice that as well. A region and facets of one name have it both, and numbers of their own. Lengths
         are those of the file: femprep takes them as mm, except where a file of ours names another unit. The limits by
         which a mesh of ours was judged come along, but from openCARP's files, which have no room for them.
 
