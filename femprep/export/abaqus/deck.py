@@ -31,6 +31,8 @@ KINDS = {name: kind for kind, name in ABAQUS_TYPES.items()}
 PART: Final = 10**12
 #: Keywords that make nodes or elements, or move nodes.
 _MAKING: Final = frozenset({"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYMMETRIC MODEL GENERATION"})
+#: Numbers of elements or nodes, none of them beyond those of a part.
+_NUMBERS: Final = re.compile(r"(?:[0-9]{1,12}\s*(?:,\s*|$))*")
 #: What no set can be called.
 _FRACTION: Final = re.compile(r"[-+]?\d*\.\d*|-\d+")
 
@@ -200,6 +202,8 @@ def _member(deck: Deck, text: str, first: int) -> SetName | int:
 
 
 def _members(deck: Deck, lines: list[str], first: int, generate: bool) -> list[Any]:
+    if not generate and all(map(_NUMBERS.fullmatch, lines)):  # most are, and long
+        return [first + np.array([int(text) for line in lines for text in line.split(",") if text.strip()], np.int64)]
     if not generate:
         return [_member(deck, text, first) for line in lines for text in _fields(line)]
     return [_generated(line, first) for line in lines]
