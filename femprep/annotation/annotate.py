@@ -26,7 +26,7 @@ from femprep.model import FACET_TAGS, Notice, Plane, Progress, TagArray, VolumeM
 from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.notice import NOTICES
 from femprep.model.stages import Stages
-from femprep.model.tags import FOREIGN, TAKEN
+from femprep.model.tags import FOREIGN, FOREIGN_FACETS, TAKEN
 from femprep.model.units import MILLIMETRES, guess_unit
 from femprep.model.used_points import on_used_points
 from femprep.options import AnnotateOptions, choose, takes
@@ -214,7 +214,7 @@ def _figures(reading: Reading, shell: Shell) -> dict[str, float | int | str]:
 def _named(mesh: VolumeMesh, shell: Shell, reading: Reading) -> VolumeMesh:
     """The mesh with all of its boundary facets, named, and no others."""
     tag = spread(shell, reading.tag)
-    info = {key: value for key, value in mesh.info.items() if key not in (FOREIGN, NOTICES)}
+    info = {key: value for key, value in mesh.info.items() if key not in (FOREIGN, FOREIGN_FACETS, NOTICES)}
     kept = [one for one in mesh.info.get(NOTICES, ()) if is_ours(mesh) or not one["what"].startswith(TAKEN)]
     info = {**info, NOTICES: kept} if kept else info
     loose = tag == 0

@@ -17,7 +17,7 @@ from femprep.mesh.elements import FACET_CORNERS
 from femprep.mesh.numbering import set_numbers
 from femprep.model import FACET_TAGS, REGION_TAGS, TagArray, VolumeMesh, tag_name
 from femprep.model.blocks import block_rows
-from femprep.model.tags import FOREIGN, endo_tags
+from femprep.model.tags import endo_tags, foreign_names
 
 #: Names that other programs give to the same things, in small letters without anything between them.
 SYNONYMS: Final[Mapping[str, str]] = {
@@ -89,7 +89,7 @@ def given_regions(mesh: VolumeMesh, names: Mapping[str, str]) -> dict[int, int]:
 
 
 def _numbers(mesh: VolumeMesh, tags: list[int], names: Mapping[str, str], table: Mapping[str, int]) -> dict[int, int]:
-    foreign = {int(number): name for name, number in mesh.info.get(FOREIGN, {}).items()}
+    foreign = foreign_names(mesh.info)
     known = {number: name for name, number in table.items()}
     found = {}
     for tag in tags:
@@ -100,8 +100,9 @@ def _numbers(mesh: VolumeMesh, tags: list[int], names: Mapping[str, str], table:
             chosen = SYNONYMS.get(plain) or next((own for words, own in WORDS if re.match(words, plain)), None)
         if chosen is None and label is None and is_ours(mesh):
             chosen = known.get(tag)
-        if chosen is None and table is FACET_TAGS and label is None and _named_by_chamber(mesh):
-            chosen = f"endo_{tag_name(tag)}" if tag in REGION_TAGS.values() else tag_name(tag)
+        if chosen is None and table is FACET_TAGS and _named_by_chamber(mesh):
+            name = (label or tag_name(tag)).lower()
+            chosen = f"endo_{name}" if name in REGION_TAGS else name
         if chosen is not None and chosen in table:
             found[tag] = table[chosen]
     return found
@@ -114,8 +115,9 @@ def is_ours(mesh: VolumeMesh) -> bool:
 
 def _named_by_chamber(mesh: VolumeMesh) -> bool:
     """Whether facets bear the names epi and base beside those of chambers, which then are their endocardia."""
-    own = set(np.unique(mesh.facet_tag).tolist())
-    return {FACET_TAGS["epi"], FACET_TAGS["base"]} <= own and bool({REGION_TAGS["lv"], REGION_TAGS["rv"]} & own)
+    foreign = foreign_names(mesh.info)
+    own = {(foreign.get(tag) or tag_name(tag)).lower() for tag in np.unique(mesh.facet_tag).tolist()}
+    return {"epi", "base"} <= own and bool({"lv", "rv"} & own)
 
 
 def with_places(shell: Shell, reading: Reading, at: Mapping[str, tuple[float, float, float]]) -> Reading:

@@ -264,10 +264,11 @@ def print_left_out(mesh: VolumeMesh) -> None:
 
 
 def print_losses(mesh: VolumeMesh, format: str) -> None:
-    """What the file of a format leaves out of a mesh."""
+    """What the file of a format leaves out of a mesh, and names that it has otherwise."""
+    from femprep.export.deck.names import renamed
     from femprep.export.losses import losses
 
-    for notice in losses(mesh, format):
+    for notice in [*losses(mesh, format), *renamed(mesh)]:
         typer.echo(f"note: {notice.what}")
 
 

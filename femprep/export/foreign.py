@@ -11,7 +11,8 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.export.deck.names import Numbers
-from femprep.export.vtk.xml import record_of
+from femprep.export.deck.unread import with_node_sets, with_unread
+from femprep.export.vtk.xml import RECORD, record_of
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import VolumeMesh
 from femprep.model.notice import Notice, noted
@@ -60,6 +61,8 @@ class ForeignMesh:
     cell_data: Mapping[str, list[Any]] = field(default_factory=dict)
     field_data: Mapping[str, Any] = field(default_factory=dict)
     cell_sets: Mapping[str, list[Any]] = field(default_factory=dict)
+    #: Names by dimension and number, where regions and facets may have the same.
+    names: Mapping[int, Mapping[int, str]] = field(default_factory=dict)
 
 
 def from_meshio(mesh: Any) -> VolumeMesh:
@@ -71,7 +74,8 @@ def from_meshio(mesh: Any) -> VolumeMesh:
         It holds no volume element that femprep knows.
     """
     numbers = Numbers()
-    own_names = _names_by_dimension(mesh.field_data)
+    tables = _names_by_dimension(mesh.field_data), getattr(mesh, "names", {})
+    own_names = {dimension: {**tables[0].get(dimension, {}), **tables[1].get(dimension, {})} for dimension in range(4)}
     kept: dict[str, list[int]] = {}
     for i, block in enumerate(mesh.cells):
         kept.setdefault(block.type, []).append(i)
@@ -83,8 +87,8 @@ def from_meshio(mesh: Any) -> VolumeMesh:
         raise InputError(f"holds no volume elements (found {types}); give a mesh of {', '.join(ELEMENTS)}")
     if left_out:
         log.warning("elements of types %s are left out", ", ".join(left_out))
-    region, region_from = _tags(mesh, volume, numbers, own_names.get(3, {}), facet=False)
-    facet_tag, facet_from = _tags(mesh, surface, numbers, own_names.get(2, {}), facet=True)
+    region, region_from = _tags(mesh, volume, numbers, own_names[3], facet=False)
+    facet_tag, facet_from = _tags(mesh, surface, numbers, own_names[2], facet=True)
     taken = {region_from, facet_from, *_BOOKKEEPING}
     at_points = {
         name: np.asarray(values) for name, values in mesh.point_data.items() if name not in (*TAG_ARRAYS, *_BOOKKEEPING)
@@ -102,7 +106,7 @@ def from_meshio(mesh: Any) -> VolumeMesh:
     points = np.asarray(mesh.points)
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
-    return VolumeMesh(
+    found = VolumeMesh(
         points=points,
         cells=_gather(mesh, kept, ELEMENTS),
         region=region,
@@ -121,6 +125,11 @@ def from_meshio(mesh: Any) -> VolumeMesh:
             **({VERDICT: record[VERDICT]} if VERDICT in record else {}),
         },
     )
+    found = with_node_sets(found, getattr(mesh, "point_sets", {}))
+    others = (
+        name for name, values in mesh.field_data.items() if name not in (RECORD, "med:nom") and not _names(values)
+    )
+    return with_unread(found, "field data", others)
 
 
 def _gather(mesh: Any, kept: Mapping[str, list[int]], kinds: Any) -> dict[str, np.ndarray]:
@@ -133,10 +142,16 @@ def _names_by_dimension(field_data: Mapping[str, Any]) -> dict[int, dict[int, st
     """Names that a file gives to tags, by the dimension of what they name."""
     found: dict[int, dict[int, str]] = {}
     for name, value in field_data.items():
-        entry = np.asarray(value).ravel()
-        if entry.size == 2 and entry.dtype.kind in "iu":
+        if _names(value):
+            entry = np.asarray(value).ravel()
             found.setdefault(int(entry[1]), {})[int(entry[0])] = name
     return found
+
+
+def _names(value: Any) -> bool:
+    """Whether field data are the number and the dimension of what their name names."""
+    entry = np.asarray(value)
+    return entry.size == 2 and entry.dtype.kind in "iu"
 
 
 def _tags(

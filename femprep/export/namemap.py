@@ -28,10 +28,9 @@ def with_namemap(mesh: ForeignMesh, path: Path) -> ForeignMesh:
     try:
         tables = json.loads(names.read_text(encoding="utf-8"))
         found = {
-            str(name): [int(number), dimension]
+            dimension: {int(number): str(name) for number, name in tables.get(key, {}).items()}
             for key, dimension in _TABLES.items()
-            for number, name in tables.get(key, {}).items()
         }
     except (ValueError, AttributeError) as error:
         raise FileError(f"{str(names)!r} is no table of numbers and names ({error}); mend it or move it away") from None
-    return replace(mesh, field_data={**mesh.field_data, **found})
+    return replace(mesh, names=found)

@@ -12,8 +12,10 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FemprepError, FileError, InputError
+from femprep.export.deck.unread import UNREAD
 from femprep.export.foreign import from_meshio
 from femprep.export.hdf5 import require_hdf5
+from femprep.export.heads import require_head
 from femprep.export.midside import require_own_edges
 from femprep.export.namemap import with_namemap
 from femprep.export.others.avs import read as _avs
@@ -50,7 +52,8 @@ def read_mesh(path: str | Path) -> VolumeMesh:
     VolumeMesh
         Files of ours give every region, facet tag, name and fibre back. Of others', regions and facet tags are taken
         from the tag arrays, physical groups and sets that the file holds; elements keep their orientation, so that a
-        check finds inverted ones. ``info["source"]`` says what was taken from where, and what was left out. Lengths
+        check finds inverted ones. ``info["source"]`` says what was taken from where, and what was left out, a
+        notice that as well. A region and facets of one name have it both, and numbers of their own. Lengths
         are those of the file: femprep takes them as mm, except where a file of ours names another unit. The limits by
         which a mesh of ours was judged come along, but from openCARP's files, which have no room for them.
 
@@ -72,8 +75,10 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         raise FileError(f"{str(path)!r} is no regular file, expected a mesh")
     reader = "svmultiphysics" if path.is_dir() else _READERS.get(path.suffix.lower(), _meshio)
     try:
-        if path.suffix.lower() in _XML:
-            refuse_entities(path)
+        if path.is_file():
+            require_head(path, path.suffix.lower() in _XML)
+            if path.suffix.lower() in _XML:
+                refuse_entities(path)
         require_hdf5(path)
         mesh = import_module(f"femprep.export.{reader}.read").read(path) if isinstance(reader, str) else reader(path)
         _require_finite(mesh)
@@ -83,7 +88,7 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         if path.suffix.lower() in _COMMENTED and (verdict := verdict_in(path)):
             mesh = replace(mesh, info={**mesh.info, VERDICT: verdict})
     except FemprepError as error:
-        raise FileError(f"{str(path)!r}: {error}" if str(path) not in str(error) else str(error)) from error
+        raise FileError(f"{str(path)!r}: {error}" if repr(str(path))[1:-1] not in str(error) else str(error)) from error
     except Exception as error:
         # A parser that meets what it does not expect, of whatever library: the file is at fault, not the program.
         reason = " ".join(f"{type(error).__name__}: {error}".split())
@@ -108,12 +113,15 @@ def _require_nodes(mesh: VolumeMesh) -> None:
 
 
 def _with_notice(mesh: VolumeMesh) -> VolumeMesh:
-    """The mesh with a notice of the elements that are not read; lines and points are none of a volume mesh."""
-    left_out = [kind for kind in mesh.info.get("source", {}).get("left_out", ()) if kind not in _LESS]
-    if not left_out:
+    """The mesh with one notice of the elements and sets of its file that are not read."""
+    source = mesh.info.get("source", {})
+    kinds = source.get("left_out", ())
+    found = [*([f"elements of types {', '.join(kinds)}"] if kinds else []), *source.get(UNREAD, ())]
+    if not found:
         return mesh
-    words = f"elements of types {', '.join(left_out)} of the file are left out"
-    return replace(mesh, info=noted(mesh.info, Notice.of("left out", words)))
+    *parts, last = found
+    words = f"{', '.join(parts)} and {last}" if parts else last
+    return replace(mesh, info=noted(mesh.info, Notice.of("left out", f"{words} of the file are left out")))
 
 
 def _vtk(path: Path) -> VolumeMesh:
@@ -144,7 +152,15 @@ def _xdmf(path: Path) -> VolumeMesh:
     from femprep.export.xdmf.read import read_own
 
     own = read_own(path)
-    return own if own is not None else turned_tetrahedra(_meshio(path))
+    if own is not None:
+        return own
+    try:
+        return turned_tetrahedra(_meshio(path))
+    except FileError as error:
+        if _UNMIXED.search(str(error)):
+            words = "mixes elements of several types, some with mid-side nodes, which are not read; write VTU"
+            raise FileError(f"{str(path)!r} {words}") from error
+        raise
 
 
 def _med(path: Path) -> VolumeMesh:
@@ -172,14 +188,14 @@ def _cgns(path: Path) -> VolumeMesh:
 #: How many cells a legacy file says that it has.
 _CELLS: Final = re.compile(rb"^CELL_TYPES\s+(\d+)", re.MULTILINE)
 
+#: What meshio says of XDMF's numbers of elements that it does not know among others.
+_UNMIXED: Final = re.compile(r"unknown format: (np\.\w+\()?\d+\)?$")
+
 #: Share of negative tetrahedra of a file of VTK's from which on its writer had no order of nodes: FEniCS' have half.
 _MANY: Final = 0.4
 
 #: Nodes of each facet type.
 _FACET_NODES: Final = {name: count for count, name in FACET_TYPES.items()}
-
-#: What files list beside volume elements and facets.
-_LESS: Final = frozenset({"vertex", "poly_vertex", "line", "line3", "poly_line", "quadratic_edge"})
 
 #: Coordinates from here on, 1000 km in micrometres, are no numbers of a heart: their squares may overflow.
 _FARTHEST: Final = 1e12

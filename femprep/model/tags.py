@@ -64,6 +64,8 @@ FACET_TAGS: Final[Mapping[str, int]] = MappingProxyType(
 
 #: Key of a mesh's ``info`` for the names of tags that a foreign file brought along: ``{name: number}``.
 FOREIGN: Final = "tag_names"
+#: The same of facets whose name a region has as well.
+FOREIGN_FACETS: Final = "facet_tag_names"
 #: How a notice begins of a file's numbers without names that are ours of something.
 TAKEN: Final = "numbers to which the file gives no names are taken for femprep's"
 
@@ -77,9 +79,14 @@ def tag_name(number: int) -> str:
     return f"tag_{number}"
 
 
+def foreign_names(info: Mapping[str, Any]) -> dict[int, str]:
+    """Names by number that a foreign file brought along."""
+    return {int(number): name for key in (FOREIGN, FOREIGN_FACETS) for name, number in info.get(key, {}).items()}
+
+
 def names_of(tags: npt.ArrayLike, info: Mapping[str, Any], table: Mapping[str, int]) -> dict[str, int]:
     """Tags that occur by name, in order of their numbers: a file's own names, those of a table, ``tag_<number>``."""
-    foreign = {int(number): name for name, number in info.get(FOREIGN, {}).items()}
+    foreign = foreign_names(info)
     known = {number: name for name, number in table.items()}
     return {foreign.get(tag) or known.get(tag) or f"tag_{tag}": tag for tag in np.unique(np.asarray(tags)).tolist()}
 

@@ -25,6 +25,12 @@ def test_structures_of_file_and_command_line_are_merged(tmp_path: Path) -> None:
     assert read_options(path, structures={"lv": (3,)}).labels == {"lv": (3,), "myo": (2, 4)}
 
 
+def test_a_file_with_the_mark_of_windows_in_front(tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text("[volume]\nedge_length = 3.0\n", encoding="utf-8-sig")
+    assert read_options(path).volume.edge_length == 3.0
+
+
 def test_nothing_given_is_the_defaults() -> None:
     assert read_options(None) == Options()
 

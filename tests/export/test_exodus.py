@@ -149,3 +149,11 @@ def test_variables_that_are_no_real_numbers_are_refused(tmp_path: Path, name: st
     found[name] = found[name].astype(kind)
     with pytest.raises(FileError, match=r"a\.exo"):
         fp.read_mesh(write(tmp_path / "a.exo", found, kinds, hdf5=True))
+
+
+def test_sets_of_nodes_are_told(tmp_path: Path) -> None:
+    found = variables(two_of("tetra"), {"side": ([1], [1])})
+    found |= {"ns_prop1": np.array([7, 8], np.int32), "ns_names": letters(["", "rim"])}
+    found |= {"node_ns1": np.array([1], np.int32), "node_ns2": np.array([1, 2], np.int32)}
+    mesh = fp.read_mesh(write(tmp_path / "a.exo", found, ["tetra"], hdf5=True))
+    assert [one["what"] for one in mesh.info["notices"]] == ["sets of nodes 7, rim of the file are left out"]

@@ -61,6 +61,16 @@ def test_names_beside_a_mesh_are_read_and_taken(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found.mesh.facet_tag, wanted)
 
 
+def test_a_surface_and_a_volume_of_one_name(tmp_path: Path) -> None:
+    path, _ = published(tmp_path)
+    names = {"_surface_id_to_name": {"7003": "Left ventricle"}, "_volume_id_to_name": {"1": "Left ventricle"}}
+    (tmp_path / "heart.namemap.json").write_text(json.dumps(names))
+    found = fp.read_mesh(path)
+    assert list(found.region_names) == ["Left ventricle"]
+    assert "Left ventricle" in found.facet_names
+    assert found.facet_names["Left ventricle"] != found.region_names["Left ventricle"]
+
+
 def test_without_them_geometry_tells(tmp_path: Path) -> None:
     found = fp.annotate(fp.read_mesh(published(tmp_path)[0]), fibres=None)
     assert set(found.mesh.facet_names) == {"endo_lv", "endo_rv", "epi", "base"}

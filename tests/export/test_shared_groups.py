@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
+from meshes import truncated_ellipsoid
 
 import femprep as fp
 
@@ -150,3 +152,26 @@ def test_gmsh_itself_with_groups_that_share_elements(version: float, binary: int
     assert everything.n_cells == count
     # Of version 2 Gmsh saves all with no groups.
     assert set(everything.region.tolist()) == ({0, 60} if version == 4.1 else {0})
+
+
+@pytest.mark.parametrize("version", ["gmsh", "gmsh41"])
+@pytest.mark.parametrize(
+    ("old", "new", "region", "facets"),
+    [
+        ('"epi"', '"wall"', "wall", ["endo", "wall", "base", "apex"]),
+        ('"epi"', '"lv"', "wall", ["endo", "lv", "base", "apex"]),
+        ('"wall"', '"epi"', "epi", ["endo", "epi", "base", "apex"]),
+        ('"base"', '"epi"', "wall", ["endo", "epi_102", "epi_103", "apex"]),
+    ],
+)
+def test_groups_of_one_name(version: str, old: str, new: str, region: str, facets: list[str], tmp_path: Path) -> None:
+    """meshio keeps one group of a name: the facets of a volume's name had none."""
+    mesh = truncated_ellipsoid("tetra")
+    mesh = replace(mesh, region=mesh.region * 0 + 51, info={"tag_names": {"wall": 51}})
+    fp.write_mesh(mesh, tmp_path / "a.msh", format=version)
+    text = (tmp_path / "a.msh").read_text()
+    (tmp_path / "a.msh").write_text(text.replace(old, new))
+    found = fp.read_mesh(tmp_path / "a.msh")
+    assert found.region_names == {region: 51}
+    counts = {name: int(np.sum(found.facet_tag == tag)) for name, tag in found.facet_names.items()}
+    assert counts == {name: int(np.sum(mesh.facet_tag == tag)) for name, tag in zip(facets, (101, 102, 103, 104))}

@@ -22,6 +22,7 @@ from femprep.export.abaqus.sections import Section, sections
 from femprep.export.abaqus.springs import PARTNERS, SPRINGS
 from femprep.export.abaqus.write import ABAQUS_TYPES
 from femprep.export.deck.listed import require_listed
+from femprep.export.deck.reals import reals
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FloatArray, IntArray
 
@@ -30,6 +31,8 @@ KINDS = {name: kind for kind, name in ABAQUS_TYPES.items()}
 PART: Final = 10**12
 #: Keywords that make nodes or elements, or move nodes.
 _MAKING: Final = frozenset({"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYMMETRIC MODEL GENERATION"})
+#: Numbers of elements or nodes, none of them beyond those of a part.
+_NUMBERS: Final = re.compile(r"(?:[0-9]{1,12}\s*(?:,\s*|$))*")
 #: What no set can be called.
 _FRACTION: Final = re.compile(r"[-+]?\d*\.\d*|-\d+")
 
@@ -40,8 +43,10 @@ class Deck:
 
     nodes: list[np.ndarray] = field(default_factory=list)
     elements: list[tuple[str, IntArray]] = field(default_factory=list)
-    #: Sets by name: arrays of numbers, numbers and names of sets.
+    #: Sets by name: ranges and arrays of numbers, numbers and names of sets.
     sets: ByName = field(default_factory=ByName)
+    #: Sets of nodes by name, likewise; None for those of the nodes of something.
+    node_sets: ByName = field(default_factory=ByName)
     #: Surfaces by name: numbers or names of sets, and a face of each.
     surfaces: ByName = field(default_factory=ByName)
     #: Sets that have a material.
@@ -93,11 +98,17 @@ def parse(path: Path) -> Deck:
             table = _table(lines, deck)
             table[:, 0] += first
             deck.nodes.append(table)
+            if "NSET" in options:
+                deck.node_sets.add(SetName(options["NSET"], here), [table[:, 0].astype(np.int64)])
         elif keyword == "ELEMENT" and lines:
             _add_elements(deck, section, first, here, path)
         elif keyword == "ELSET":
             members = _members(deck, lines, first, "GENERATE" in options)
             deck.sets.add(SetName(options.get("ELSET", ""), here), members)
+        elif keyword == "NSET":
+            of_elements = "ELSET" in options
+            own = [None] if of_elements else _members(deck, lines, first, "GENERATE" in options)
+            deck.node_sets.add(SetName(options.get("NSET", ""), here), own)
         elif keyword == "SOLID SECTION":
             deck.sections.append(SetName(options.get("ELSET", ""), here))
         elif keyword == "DISTRIBUTION" and options.get("LOCATION", "").upper() == "ELEMENT":
@@ -105,7 +116,7 @@ def parse(path: Path) -> Deck:
             if any(len(row) != 7 or not row[0].isdigit() for row in found):
                 deck.unread += any(len(row) == 7 for row in found)
             elif found:
-                deck.directions = np.array(found, dtype=np.float64)
+                deck.directions = reals(found)
                 deck.directions[:, 0] += first
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
             name, rows = options.get("NAME", ""), [_fields(line)[:2] for line in lines]
@@ -130,7 +141,7 @@ def _place(deck: Deck, options: dict[str, str], lines: Sequence[str], path: Path
         raise FileError(f"{str(path)!r}: part {options['PART']!r} is placed twice; each copy needs a part of its own")
     deck.instances[name.upper()] = first
     if lines:
-        deck.moves[first] = [np.array(_fields(line), dtype=np.float64) for line in lines]
+        deck.moves[first] = [reals([_fields(line)])[0] for line in lines]
     return first
 
 
@@ -177,7 +188,7 @@ def _table(lines: Sequence[str], deck: Deck) -> np.ndarray:
     deck.short += len(short)
     for row in short:
         row[1:] = [text or "0" for text in row[1:]] + ["0"] * (4 - len(row))
-    return np.array(rows, dtype=np.float64)
+    return reals(rows)
 
 
 def _member(deck: Deck, text: str, first: int) -> SetName | int:
@@ -191,10 +202,18 @@ def _member(deck: Deck, text: str, first: int) -> SetName | int:
 
 
 def _members(deck: Deck, lines: list[str], first: int, generate: bool) -> list[Any]:
+    if not generate and all(map(_NUMBERS.fullmatch, lines)):  # most are, and long
+        return [first + np.array([int(text) for line in lines for text in line.split(",") if text.strip()], np.int64)]
     if not generate:
         return [_member(deck, text, first) for line in lines for text in _fields(line)]
-    found: list[Any] = []
-    for line in lines:
-        low, high, *step = (int(text) for text in _fields(line))
-        found.append(first + np.arange(low, high + 1, *step))
-    return found
+    return [_generated(line, first) for line in lines]
+
+
+def _generated(line: str, first: int) -> range:
+    """The numbers from one to another, of which a deck may have but a few."""
+    given = _fields(line)
+    numbers = [int(text) for text in given if text.isdigit()]
+    if len(numbers) != len(given) or len(given) not in (2, 3) or numbers[0] > numbers[1] or 0 in numbers[2:]:
+        raise InputError(f"GENERATE holds {line!r}, expected the first number, a last one not below it, and a step")
+    low, high, step = (*numbers, 1)[:3]
+    return range(first + low, first + min(high, PART - 1) + 1, step)

@@ -12,12 +12,13 @@ import numpy.typing as npt
 
 from femprep.errors import FileError, InputError
 from femprep.export.abaqus.deck import KINDS, PART, Deck, parse
-from femprep.export.abaqus.named import SetName
+from femprep.export.abaqus.named import ByName, SetName
 from femprep.export.deck.fibres import segment_of
 from femprep.export.deck.groups import naming_groups
 from femprep.export.deck.names import Numbers
 from femprep.export.deck.parts import DeckParts
 from femprep.export.deck.units import UNITS
+from femprep.export.deck.unread import with_node_sets
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.model import BoolArray, IntArray, VolumeMesh
 from femprep.model.arrays import integers
@@ -55,7 +56,19 @@ def read(path: Path) -> VolumeMesh:
         parts.cells.append((kind, block, region[own], {name: values[own] for name, values in data.items()}))
     parts.facets += _facets(deck, cells, element_labels, parts.numbers)
     mesh = parts.mesh(points, "ELSET", "SURFACE")
-    return replace(mesh, info=noted(mesh.info, *told, *_notices(deck, mesh)))
+    mesh = replace(mesh, info=noted(mesh.info, *told, *_notices(deck, mesh)))
+    return with_node_sets(mesh, _node_sets(deck, labels))
+
+
+def _node_sets(deck: Deck, labels: IntArray) -> dict[str, IntArray | None]:
+    """Rows of the nodes of each set of nodes; None for those of the nodes of elements."""
+    parts, sets = {first: name.lower() for name, first in deck.parts.items()}, deck.node_sets
+    return {
+        written: None
+        if any(one is None for one in sets.members(name))
+        else _rows_of(labels, _labels_of(sets, labels, name))
+        for name, written in sets.shown(parts)
+    }
 
 
 def _tables(deck: Deck) -> dict[str, IntArray]:
@@ -115,16 +128,21 @@ def _index(labels: IntArray, wanted: IntArray, what: str, path: Path) -> IntArra
     return found
 
 
-def _labels_of(deck: Deck, name: SetName, seen: tuple[SetName, ...] = ()) -> IntArray:
-    """Element labels of a set, sets within it opened."""
-    kept = deck.sets.find(name)
+def _labels_of(sets: ByName, labels: IntArray, name: SetName, seen: tuple[SetName, ...] = ()) -> IntArray:
+    """Labels of a set, sets within it opened; of ranges those that there are."""
+    kept = sets.find(name)
     if kept is None or kept in seen:
         return np.empty(0, dtype=np.int64)
-    parts = [
-        _labels_of(deck, member, (*seen, kept)) if isinstance(member, SetName) else np.atleast_1d(member)
-        for member in deck.sets.members(kept)
-    ]
-    return np.concatenate([np.empty(0, dtype=np.int64), *parts]).astype(np.int64)
+    parts = [np.empty(0, dtype=np.int64)]
+    for member in sets.members(kept):
+        if isinstance(member, SetName):
+            parts.append(_labels_of(sets, labels, member, (*seen, kept)))
+        elif isinstance(member, range):
+            within = (labels >= member.start) & (labels < member.stop) & ((labels - member.start) % member.step == 0)
+            parts.append(np.sort(labels[within]))
+        else:
+            parts.append(np.atleast_1d(member))
+    return np.concatenate(parts).astype(np.int64)
 
 
 def _rows_of(labels: IntArray, members: IntArray) -> IntArray:
@@ -145,7 +163,7 @@ def _segments(deck: Deck, labels: IntArray) -> dict[str, np.ndarray]:
     values = np.zeros(len(labels), dtype=np.int32)
     for name, _ in deck.sets.shown({}):
         if segment := segment_of(name.text):
-            values[_rows_of(labels, _labels_of(deck, name))] = segment
+            values[_rows_of(labels, _labels_of(deck.sets, labels, name))] = segment
     return {"aha": values} if values.any() else {}
 
 
@@ -169,7 +187,7 @@ def _regions(deck: Deck, labels: IntArray, numbers: Numbers) -> tuple[np.ndarray
     materials = {deck.sets.find(name) for name in deck.sections}
     groups = []
     for name, written in sorted(deck.sets.shown(parts), key=lambda one: one[0] not in materials):
-        rows = _rows_of(labels, np.unique(_labels_of(deck, name)))
+        rows = _rows_of(labels, np.unique(_labels_of(deck.sets, labels, name)))
         if segment_of(name.text) is None and not (len(rows) == len(labels) and name.text in {"EALL", "ALL"}):
             groups.append((written, rows))
     chosen, told = naming_groups(groups, len(labels))
@@ -192,7 +210,7 @@ def _facets(
     for kept, name in deck.surfaces.shown(parts):
         members, faces = [], []
         for first, face in deck.surfaces.members(kept):
-            own = _labels_of(deck, first) if isinstance(first, SetName) else np.array([first])
+            own = _labels_of(deck.sets, labels, first) if isinstance(first, SetName) else np.array([first])
             members.append(own)
             faces.append(np.full(len(own), int(face[1]) - 1))
         if not members:

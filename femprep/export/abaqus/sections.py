@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
+from femprep.errors import FileError
 from femprep.export.deck.includes import OpenedFile
+
+#: What begins the second line of a keyword, and no line of data.
+_OPTIONS: Final = re.compile(r"[A-Za-z][\w ]*=|(GENERATE|INTERNAL|UNSORTED)\b", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -51,8 +57,7 @@ def sections(path: Path) -> Iterator[Section]:
 def _lines(opened: OpenedFile) -> Iterator[str]:
     """Lines that count, those of ``*INCLUDE`` and of ``INPUT=`` in their places."""
     with opened.path.open(encoding="utf-8", errors="replace") as file:
-        for raw in file:
-            line = raw.strip()
+        for line in _whole(raw.strip() for raw in file):
             if line.startswith("**"):
                 if "Units:" in line:
                     yield line
@@ -60,10 +65,29 @@ def _lines(opened: OpenedFile) -> Iterator[str]:
                 keyword, options = _head(line)
                 if keyword != "INCLUDE":
                     yield line
-                if "INPUT" in options or keyword == "INCLUDE":
-                    yield from _lines(opened.take_in(options.get("INPUT", "")))
+                elif not options.get("INPUT"):
+                    raise FileError(f"{str(opened.path)!r}: *INCLUDE names no file; write it as *INCLUDE, INPUT=name")
+                if "INPUT" in options:
+                    yield from _lines(opened.take_in(options["INPUT"]))
             elif line:
                 yield line
+
+
+def _whole(lines: Iterable[str]) -> Iterator[str]:
+    """Lines, those of keywords that end with a comma together with the options in the next."""
+    before = ""
+    for line in lines:
+        if before and _OPTIONS.match(line):
+            before += line
+        else:
+            if before:
+                yield before
+            before = line
+        if not (before.startswith("*") and before.endswith(",")):
+            yield before
+            before = ""
+    if before:
+        yield before
 
 
 def _head(line: str) -> tuple[str, dict[str, str]]:

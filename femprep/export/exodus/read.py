@@ -16,6 +16,7 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.export.deck.parts import DeckParts
+from femprep.export.deck.unread import with_node_sets
 from femprep.export.exodus.store import Variables, opened
 from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.model import FloatArray, IntArray, VolumeMesh
@@ -81,7 +82,8 @@ def read(path: Path) -> VolumeMesh:
         for number, tag in enumerate(_tags(file, "ss", count, parts, facet=True), 1):
             parts.facets += [(kind, nodes, tag) for kind, nodes in _sides(file, number, blocks)]
         nodal = _joined({name: _of_nodes(file, i, len(points)) for i, name in _variables(file, "nod")})
-    mesh = parts.mesh(points, "element blocks", "side sets").with_data(point=nodal)
+        node_sets = dict(_node_sets(file))
+    mesh = with_node_sets(parts.mesh(points, "element blocks", "side sets").with_data(point=nodal), node_sets)
     if steps > 1:
         words = "of {amount} steps in time the first is read"
         mesh = replace(mesh, info=noted(mesh.info, Notice.of("left out", words, amount=steps)))
@@ -160,6 +162,15 @@ def _sides(file: Variables, number: int, blocks: list[_Block]) -> Iterator[tuple
         for side in np.unique(own):
             face = list(element.face_nodes(order[side - 1]))
             yield FACET_TYPES[len(face)], block.nodes[rows[own == side]][:, face]
+
+
+def _node_sets(file: Variables) -> Iterator[tuple[str, IntArray | None]]:
+    """Names of the sets of nodes, or their numbers, and the rows of their points."""
+    ids = file.read("ns_prop1")
+    numbers = [] if ids is None else np.atleast_1d(ids).tolist()
+    for i, (number, name) in enumerate(zip(numbers, file.names("ns_names", len(numbers))), 1):
+        nodes = file.read(f"node_ns{i}")
+        yield name or str(number), None if nodes is None or nodes.dtype.kind not in "iu" else nodes.astype(np.int64) - 1
 
 
 def _variables(file: Variables, what: str) -> list[tuple[int, str]]:

@@ -14,7 +14,9 @@ from femprep.errors import FileError, InputError
 from femprep.export.deck.fibres import segment_of
 from femprep.export.deck.includes import OpenedFile
 from femprep.export.deck.parts import DeckParts, require_once, rows_of_nodes
+from femprep.export.deck.reals import reals
 from femprep.export.deck.units import units_of
+from femprep.export.deck.unread import with_element_sets, with_node_sets, with_unread
 from femprep.export.febio.step import INWARD
 from femprep.export.febio.write import FEBIO_FACETS, FEBIO_TYPES
 from femprep.mesh.vtk.entities import refuse_entities
@@ -22,6 +24,8 @@ from femprep.model import FloatArray, IntArray, VolumeMesh
 from femprep.model.notice import Notice, noted
 
 _KINDS: Final = {name: kind for kind, name in FEBIO_TYPES.items()}
+#: What else a section may have, and what it is called.
+_OTHERS: Final = {"Edge": "sets of edges", "DiscreteSet": "sets of springs"}
 _FACETS: Final = {name: kind for kind, name in FEBIO_FACETS.items()}
 
 
@@ -49,8 +53,8 @@ def read(path: Path) -> VolumeMesh:
         raise InputError("holds no nodes")
     place = {int(node.get("id", "0")): i for i, node in enumerate(nodes)}
     require_once((int(node.get("id", "0")) for node in nodes), "node")
-    points = np.array([(node.text or "").split(",") for node in nodes], dtype=np.float64)
-    parts, numbers = DeckParts(), []
+    points = reals([(node.text or "").split(",") for node in nodes], fortran=False)
+    parts, numbers, regions = DeckParts(), [], dict[str, list[int]]()
     axes = _axes(root)
     for block in found.iterfind("Elements"):
         kind, name = (block.get("type") or "").lower(), block.get("name") or ""
@@ -58,9 +62,11 @@ def read(path: Path) -> VolumeMesh:
             parts.left_out.add(kind)
             continue
         rows = _nodes(block, place)
-        region = parts.numbers.of(re.sub(f"_{kind}$", "", name))
+        own = re.sub(f"_{kind}$", "", name)
+        region = parts.numbers.of(own)
         parts.cells.append((_KINDS[kind], rows, np.full(len(rows), region), axes.pop(name, {})))
         numbers.append((_KINDS[kind], [int(element.get("id", "0")) for element in block]))
+        regions.setdefault(own.lower(), []).extend(numbers[-1][1])
     require_once((label for _, own in numbers for label in own), "element")
     for surface in found.iterfind("Surface"):
         if surface.get("name") == INWARD:
@@ -75,7 +81,33 @@ def read(path: Path) -> VolumeMesh:
     if axes:
         words = f"directions of {', '.join(map(repr, sorted(axes)))} are left out: there are no Elements of that name"
         mesh = replace(mesh, info=noted(mesh.info, Notice.of("left out", words)))
-    return _with_segments(mesh, found, numbers)
+    return _with_sets(_with_segments(mesh, found, numbers), found, place, regions)
+
+
+def _with_sets(
+    mesh: VolumeMesh, found: ElementTree.Element, place: dict[int, int], regions: dict[str, list[int]]
+) -> VolumeMesh:
+    """The mesh with words on sets of its section that are neither regions nor facets."""
+    nodes = {entry.get("name") or "": _listed(entry) for entry in found.iterfind("NodeSet")}
+    rows = {
+        name: None if own is None or any(n not in place for n in own) else np.array([place[n] for n in own], np.int64)
+        for name, own in nodes.items()
+    }
+    elements = {entry.get("name") or "": _listed(entry) or [-1] for entry in found.iterfind("ElementSet")}
+    mesh = with_element_sets(with_node_sets(mesh, rows), "sets of elements", elements, regions)
+    for tag, what in _OTHERS.items():
+        mesh = with_unread(mesh, what, (entry.get("name") or "" for entry in found.iterfind(tag)))
+    return mesh
+
+
+def _listed(entry: ElementTree.Element) -> list[int] | None:
+    """Numbers of nodes or elements of a set, of version 4 or 3; None where it has others."""
+    try:
+        if len(entry):
+            return [int(one.get("id", "")) for one in entry]
+        return [int(text) for text in (entry.text or "").split(",") if text.strip()]
+    except ValueError:
+        return None
 
 
 def _root(opened: OpenedFile) -> ElementTree.Element:
@@ -120,9 +152,9 @@ def _axes(root: ElementTree.Element) -> dict[str, dict[str, FloatArray]]:
         ordered = [rows[i] for i in sorted(rows)]
         if kind == "mat_axis":
             for direction, axis in (("fiber", "a"), ("sheet", "d")):
-                own[direction] = np.array([(row.findtext(axis) or "").split(",") for row in ordered], dtype=np.float64)
+                own[direction] = reals([(row.findtext(axis) or "").split(",") for row in ordered], fortran=False)
         else:
-            own["fiber"] = np.array([(row.text or "").split(",") for row in ordered], dtype=np.float64)
+            own["fiber"] = reals([(row.text or "").split(",") for row in ordered], fortran=False)
     return found
 
 

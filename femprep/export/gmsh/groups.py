@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 import numpy as np
@@ -16,22 +17,61 @@ _TAGS: Final = "gmsh:physical"
 
 
 @contextlib.contextmanager
-def ungrouped_read() -> Iterator[None]:
-    """While this lasts, entities of no physical group (``Mesh.SaveAll``) are of number 0: meshio refuses them else."""
+def whole_groups() -> Iterator[None]:
+    """While this lasts, meshio reads all physical groups, and what is of none.
+
+    Groups are kept by dimension, number and name, ``"2 201 left"``: meshio keeps one group of each name. Entities of no
+    group (``Mesh.SaveAll``) are of number 0: meshio refuses them else.
+    """
+    import meshio.gmsh._gmsh22 as second
+    import meshio.gmsh._gmsh40 as fourth
     import meshio.gmsh._gmsh41 as module
 
-    reading = module._read_entities
+    reading, naming = module._read_entities, module._read_physical_names
+
+    def read_names(file: Any, found: dict[str, Any]) -> None:
+        naming(file, _Keys(found))
 
     def read_entities(*given: Any) -> Any:
         tags, bounds = reading(*given)
         some = any(own for entities in tags for own in entities.values())
         return tuple({n: own or [0] * some for n, own in entities.items()} for entities in tags), bounds
 
-    vars(module)["_read_entities"] = read_entities
+    def put(entities: Callable[..., Any], names: Callable[..., Any]) -> None:
+        vars(module)["_read_entities"] = entities
+        for one in (second, fourth, module):
+            vars(one)["_read_physical_names"] = names
+
+    put(read_entities, read_names)
     try:
         yield
     finally:
-        vars(module)["_read_entities"] = reading
+        put(reading, naming)
+
+
+class _Keys(dict[str, Any]):
+    """Where meshio puts the number and dimension of a name; they go where others of the name leave them."""
+
+    def __init__(self, found: dict[str, Any]) -> None:
+        self._found = found
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        number, dimension = value
+        self._found[f"{dimension} {number} {name}"] = value
+
+
+def group_names(mesh: Any) -> dict[int, dict[int, str]]:
+    """Names of the physical groups that :func:`whole_groups` left, by dimension and number.
+
+    Groups of one dimension and one name stay apart by their numbers.
+    """
+    keys = [key.split(" ", 2) for key in mesh.field_data]
+    times = Counter((dimension, name) for dimension, _, name in keys)
+    found: dict[int, dict[int, str]] = {}
+    for dimension, number, name in keys:
+        written = name if times[dimension, name] == 1 or not name else f"{name}_{number}"
+        found.setdefault(int(dimension), {})[int(number)] = written
+    return found
 
 
 def choose_groups(mesh: Any) -> list[Notice]:
@@ -45,20 +85,22 @@ def choose_groups(mesh: Any) -> list[Notice]:
         return told
     mesh.cell_data[_TAGS] = [np.abs(own) for own in mesh.cell_data[_TAGS]]
     _list_once(mesh)
+    names = group_names(mesh)
     tags = mesh.cell_data[_TAGS]
     for dimension in (2, 3):
         here = [i for i, block in enumerate(mesh.cells) if block.dim == dimension]
-        known = {name: int(entry[0]) for name, entry in mesh.field_data.items() if entry[1] == dimension}
+        known = {key: int(entry[0]) for key, entry in mesh.field_data.items() if entry[1] == dimension}
         sizes = [len(mesh.cells[i].data) for i in here]
         starts = np.cumsum([0, *sizes])
         groups = [
-            (name, np.concatenate([start + np.asarray(mesh.cell_sets[name][i], int) for i, start in zip(here, starts)]))
-            for name in known
-            if here and name in mesh.cell_sets
+            (key, np.concatenate([start + np.asarray(mesh.cell_sets[key][i], int) for i, start in zip(here, starts)]))
+            for key in known
+            if here and key in mesh.cell_sets
         ]
-        chosen, said = naming_groups(groups, int(starts[-1]))
+        shown = [(names[dimension][known[key]], own) for key, own in groups]
+        chosen, said = naming_groups(shown, int(starts[-1]))
         told += said
-        numbers = np.array([known[name] for name, _ in groups], dtype=np.int64)
+        numbers = np.array([known[key] for key, _ in groups], dtype=np.int64)
         for i, own in zip(here, np.split(chosen, starts[1:-1])):
             tags[i][own >= 0] = numbers[own[own >= 0]]
     return told

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -14,21 +13,17 @@ import numpy as np
 from femprep.errors import FileError, InputError
 from femprep.export.deck.fibres import segment_of
 from femprep.export.deck.includes import OpenedFile
-from femprep.export.deck.listed import require_listed
 from femprep.export.deck.parts import DeckParts, require_once, rows_of_nodes, with_mid_side_nodes
+from femprep.export.deck.reals import real
 from femprep.export.deck.units import units_of
+from femprep.export.deck.unread import with_element_sets, with_node_sets, with_unread
+from femprep.export.lsdyna.cards import card_lines, card_sections
 from femprep.export.lsdyna.write import PLACES
 from femprep.export.purkinje import PURKINJE
 from femprep.mesh.elements import ELEMENTS
-from femprep.model import PurkinjeNet, VolumeMesh
+from femprep.model import IntArray, PurkinjeNet, VolumeMesh
 from femprep.model.notice import Notice, noted
 
-#: Keywords that move, copy or merge nodes or parts.
-_MAKING: Final = frozenset(
-    {"*NODE_TRANSFORM", "*PART_MOVE", "*PART_DUPLICATE", "*NODE_MERGE", "*NODE_MERGE_SET", "*NODE_MERGE_TOLERANCE"}
-)
-#: Words behind a keyword by which cards have other columns.
-_LONG: Final = frozenset({"%", "+", "LONG=Y", "LONG=S", "LONG=K", "I10=Y"})
 #: Places that repeat a node, by element type: which type an element of eight places is.
 _REPEATED: Final = {"tetra": ((3, 4), (3, 5), (3, 6), (3, 7)), "wedge": ((4, 5), (6, 7)), "hexahedron": ()}
 
@@ -47,19 +42,20 @@ def read(path: Path) -> VolumeMesh:
     InputError
         It holds no solid elements.
     """
-    text = "\n".join(_lines(OpenedFile(path)))
+    text = "\n".join(card_lines(OpenedFile(path)))
     if "*KEYWORD" not in text.upper():
         raise FileError(f"{str(path)!r} is no LS-DYNA keyword file: it has no *KEYWORD")
     scale = units_of(path).per_mm
     parts = DeckParts()
     titles: dict[int, str] = {}
-    ids, points, solids, segments, sets, beams = [], [], [], [], {}, []
-    for keyword, cards in _sections(text):
+    ids, points, solids, segments, beams = [], [], [], [], []
+    sets, node_sets, others = dict[str, list[int]](), dict[str, list[str]](), list[str]()
+    for keyword, cards in card_sections(text):
         if any("," in card for card in cards[:1]) and keyword.startswith(("*NODE", "*ELEMENT", "*SET")):
             raise FileError(f"{str(path)!r}: cards with commas ({keyword}) are not read; write them in columns")
         if keyword == "*NODE":
             ids += [int(card[:8]) for card in cards]
-            points += [[float(card[8 + 16 * i : 24 + 16 * i]) for i in range(3)] for card in cards]
+            points += [[real(card[8 + 16 * i : 24 + 16 * i], card) for i in range(3)] for card in cards]
         elif keyword == "*PART":
             pairs = [pair for pair in zip(cards[::2], cards[1::2]) if pair[1].strip()]
             titles.update({int(card[:10]): title.strip() for title, card in pairs})
@@ -75,6 +71,10 @@ def read(path: Path) -> VolumeMesh:
             segments.append((name, [_integers(card[:40], 10) for card in cards[first + 1 :]]))
         elif keyword == "*SET_SOLID_TITLE":
             sets[cards[0].strip().lower()] = [n for card in cards[2:] for n in _integers(card, 10) if n]
+        elif keyword == "*SET_NODE_LIST_TITLE":
+            node_sets[cards[0].strip()] = cards[2:]
+        elif keyword.startswith("*SET_") and cards:
+            others.append(f"{keyword} {cards[0].strip() if keyword.endswith('TITLE') else cards[0][:10].strip()}")
     if not solids:
         raise InputError("holds no solid elements")
     titles = _names(titles)
@@ -100,6 +100,12 @@ def read(path: Path) -> VolumeMesh:
                 facet_kind, nodes = with_mid_side_nodes(kind, rows_of_nodes(own, place), cells)
                 parts.facets.append((facet_kind, nodes, tag))
     mesh = parts.mesh(np.array(points) / scale, "*PART", "*SET_SEGMENT")
+    node_sets.pop(f"{PURKINJE}_junctions", None)  # the net has them
+    mesh = with_node_sets(mesh, {name: _rows(own, place) for name, own in node_sets.items()})
+    regions: dict[str, list[int]] = {}
+    for label, part, *_ in solids:
+        regions.setdefault(titles.get(part, "").lower(), []).append(label)
+    mesh = with_unread(with_element_sets(mesh, "sets of solids", sets, regions), "sets", others)
     if not re.search(r"^\*END\s*$", text, re.MULTILINE | re.IGNORECASE):
         words = "the deck has no *END, and was read to the end of the file: whether it is cut short cannot be told"
         mesh = replace(mesh, info=noted(mesh.info, Notice.of("assumed", words)))
@@ -128,48 +134,6 @@ def _net(
     return PurkinjeNet.numbered(points, edges.reshape(-1, 2), tag, ends, **speed)
 
 
-def _lines(opened: OpenedFile) -> Iterator[str]:
-    """Lines of a file, those of the files it takes in in their places.
-
-    Raises
-    ------
-    FileError
-        Such a file is not there, or is to be moved or renumbered; or nodes or elements are others than those listed.
-    """
-    including = False
-    for line in opened.path.read_text(encoding="utf-8", errors="replace").splitlines():
-        if line.startswith("*"):
-            keyword, *rest = line.upper().split()
-            require_listed(opened.path, keyword, _MAKING)
-            if set(rest) & _LONG:
-                raise FileError(
-                    f"{str(opened.path)!r}: long cards ({line[:40].strip()}) are not read; write standard ones"
-                )
-            including = keyword == "*INCLUDE"
-            if keyword.startswith("*INCLUDE_"):
-                raise FileError(f"{str(opened.path)!r}: {keyword} is not followed; put what it takes in into one file")
-        if not including:
-            yield line
-        elif line.strip() and line[0] not in "*$":
-            yield from _lines(opened.take_in(line))
-
-
-def _sections(text: str) -> Iterator[tuple[str, list[str]]]:
-    """Keywords with the cards below them, comments left out."""
-    keyword, cards = "", list[str]()
-    for line in text.splitlines():
-        if line.startswith("$") or not (line.strip() or keyword == "*PART"):  # a title may be blank
-            continue
-        if line.startswith("*"):
-            if keyword:
-                yield keyword, cards
-            keyword, cards = line.split()[0].upper(), []
-        else:
-            cards.append(line)
-    if keyword:
-        yield keyword, cards
-
-
 def _names(titles: dict[int, str]) -> dict[int, str]:
     """Names of parts by their titles, of ours without the type of their elements; parts of one title stay apart."""
     times, found = Counter(titles.values()), {}
@@ -184,6 +148,14 @@ def _integers(card: str, width: int) -> list[int]:
     return [int(card[i : i + width]) for i in range(0, len(card.rstrip()), width)]
 
 
+def _rows(cards: list[str], place: dict[int, int]) -> IntArray | None:
+    """Places of the nodes that cards list; None where they list something else."""
+    try:
+        return np.array([place[n] for card in cards for n in _integers(card, 10) if n], dtype=np.int64)
+    except (ValueError, KeyError):
+        return None
+
+
 def _solids(cards: list[str], ortho: bool) -> list[tuple[int, int, list[int], list[float]]]:
     """Number, part, nodes and axes of each element; ten nodes stand on a card of their own."""
     found, row = [], 0
@@ -196,7 +168,7 @@ def _solids(cards: list[str], ortho: bool) -> list[tuple[int, int, list[int], li
             row += 1
         axes = []
         if ortho:
-            axes = [float(card[16 * i : 16 * i + 16]) for card in cards[row : row + 2] for i in range(3)]
+            axes = [real(card[16 * i : 16 * i + 16], card) for card in cards[row : row + 2] for i in range(3)]
             row += 2
         found.append((head[0], head[1], nodes, axes))
     return found

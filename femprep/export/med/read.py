@@ -13,6 +13,7 @@ import numpy as np
 from femprep.errors import FileError
 from femprep.export.deck.groups import naming_groups
 from femprep.export.deck.units import UNITS
+from femprep.export.deck.unread import with_node_sets
 from femprep.export.foreign import from_meshio
 from femprep.export.med.write import _VERDICT, MED_ORDER
 from femprep.mesh.elements import ELEMENTS
@@ -68,7 +69,19 @@ def read(path: Path, mesh: Any) -> VolumeMesh:
     found = from_meshio(mesh)
     points = found.points / UNITS[unit_of(path)].per_mm
     data = {name: values for name, values in found.point_data.items() if name != "point_tags"}
-    return replace(found, points=points, point_data=data, info=noted({**found.info, **_verdict_in(path)}, *told))
+    found = replace(found, points=points, point_data=data, info=noted({**found.info, **_verdict_in(path)}, *told))
+    return with_node_sets(found, _node_groups(mesh))
+
+
+def _node_groups(mesh: Any) -> dict[str, IntArray]:
+    """Rows of the points of each group of nodes."""
+    groups = getattr(mesh, "point_tags", {})
+    own = np.asarray(mesh.point_data.get("point_tags", ()))
+    names = {name for listed in groups.values() for name in listed}
+    return {
+        name: np.flatnonzero(np.isin(own, [tag for tag, listed in groups.items() if name in listed]))
+        for name in sorted(names)
+    }
 
 
 def _choose(mesh: Any) -> list[Notice]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -11,6 +12,7 @@ import numpy as np
 
 from femprep.errors import FileError
 from femprep.export.deck.units import units_of
+from femprep.export.deck.unread import with_unread
 from femprep.export.foreign import from_meshio
 from femprep.export.medit.write import MEDIT_SECTIONS, OURS
 from femprep.export.through_meshio import meshio_mesh
@@ -34,12 +36,27 @@ def read(path: Path) -> VolumeMesh:
     FileError
         The file is damaged, or one beside it does not fit.
     """
-    file = meshio_mesh(path)
+    file = _until_end(path)
     file.field_data.update(_names(path, file))
     mesh, scale = from_meshio(file), units_of(path).per_mm
+    used = np.unique(np.asarray(file.point_data.get("medit:ref", []), dtype=np.int64))
+    told = used[used != 0].tolist() if len(used) > 1 else ()  # one for all says nothing
+    mesh = with_unread(mesh, "references of vertices", map(str, told))
     if scale != 1.0:
         mesh = replace(mesh, points=mesh.points / scale)
     return _with_end(path, mesh.with_data(cell=_solutions(path, mesh)))
+
+
+def _until_end(path: Path) -> Any:
+    """What meshio reads of a file up to its ``End``: it goes on behind that."""
+    text = path.read_text("latin-1")
+    end = _END.search(text)
+    if end is None or not text[end.end() :].strip():
+        return meshio_mesh(path)
+    with tempfile.TemporaryDirectory() as folder:
+        whole = Path(folder) / "mesh.mesh"
+        whole.write_text(text[: end.end()] + "\n", "latin-1")
+        return meshio_mesh(whole, path)
 
 
 def _names(path: Path, file: Any) -> dict[str, np.ndarray]:

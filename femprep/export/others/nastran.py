@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tempfile
 from pathlib import Path
 from typing import Final
 
@@ -17,6 +18,9 @@ from femprep.model import VolumeMesh
 #: What meshio passes over: other files, and the axes of all points that name none.
 _OTHER: Final = re.compile(r"^\s*(INCLUDE|GRDSET)\b", re.MULTILINE | re.IGNORECASE)
 
+#: The D of a number such as 1.0D+01.
+_FORTRAN: Final = re.compile(r"(?<=[\d.])D(?=[-+]?\d)")
+
 
 def read(path: Path) -> VolumeMesh:
     """Read the mesh of a deck.
@@ -28,9 +32,13 @@ def read(path: Path) -> VolumeMesh:
     InputError
         A point or an element is defined more than once: meshio takes the last point, and all elements.
     """
-    if other := _OTHER.search(path.read_text("latin-1")):
+    text = path.read_text("latin-1")
+    if other := _OTHER.search(text):
         raise FileError(f"{str(path)!r}: {other[1].upper()} is not read; write the deck without it")
-    mesh = meshio_mesh(path)
+    with tempfile.TemporaryDirectory() as folder:
+        plain = Path(folder) / "mesh.bdf"
+        plain.write_text(_FORTRAN.sub("E", text.upper()), "ascii", "replace")  # meshio knows capitals and E alone
+        mesh = meshio_mesh(plain, path)
     if np.any(mesh.point_data.pop("nastran:ref", 0)):  # what meshio calls the number of the axes
         raise FileError(f"{str(path)!r} has points in axes of their own (CP of GRID); write them in the basic ones")
     require_once(mesh.points_id.tolist(), "GRID")

@@ -17,6 +17,7 @@ from femprep.export.vtu.read import read_foreign
 from femprep.mesh.elements import FACET_TYPES
 from femprep.mesh.vtk.reading import load
 from femprep.model import IntArray, VolumeMesh
+from femprep.model.tags import FOREIGN
 
 #: The file that makes a folder such a mesh.
 MESH: Final = "mesh-complete.mesh.vtu"
@@ -42,7 +43,7 @@ def read(folder: Path) -> VolumeMesh:
     mesh = from_meshio(file)
     origin = record_of(file.field_data).get(ORIGIN, (0.0, 0.0, 0.0))
     numbers = Numbers()
-    numbers.foreign.update(mesh.info.get("tag_names", {}))
+    numbers.regions.update(mesh.info.get(FOREIGN, {}))
     blocks: dict[str, list[tuple[IntArray, int]]] = {}
     for path in sorted((folder / "mesh-surfaces").glob("*.vtp")):
         tag = numbers.of(path.stem, facet=True)

@@ -94,7 +94,9 @@ def read_foreign(path: Path) -> ForeignMesh:
         else:  # named alone, for what is left out to be told
             cells.append((_name_of(int(number)), np.empty((len(chosen), 0), dtype=np.int64)))
             rows.append(chosen)
-    data = arrays_of(grid.GetCellData())
+    data, fields = arrays_of(grid.GetCellData()), grid.GetFieldData()
+    # Named alone as well: they are no numbers.
+    texts = {fields.GetArrayName(i) or f"array_{i}": np.empty(0) for i in range(fields.GetNumberOfArrays())}
     points = vtk_to_numpy(grid.GetPoints().GetData()) if grid.GetPoints() else np.empty((0, 3))
     cells = [(kind, turned_wedges(nodes, points) if kind == "wedge" else nodes) for kind, nodes in cells]
     return ForeignMesh(
@@ -102,7 +104,7 @@ def read_foreign(path: Path) -> ForeignMesh:
         [Block(kind, data) for kind, data in cells],
         point_data=arrays_of(grid.GetPointData()),
         cell_data={name: [values[chosen] for chosen in rows] for name, values in data.items()},
-        field_data=arrays_of(grid.GetFieldData()),
+        field_data={**texts, **arrays_of(fields)},
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -17,6 +17,7 @@ from femprep.export.xdmf.grids import attributes_of, tags_of, topology_of, value
 from femprep.export.xdmf.tagged import read_tagged
 from femprep.export.xdmf.write import CELL_TAGS, FACET_TAGS, MESH
 from femprep.model import VolumeMesh
+from femprep.model.tags import foreign_names
 from femprep.model.verdict import VERDICT
 
 
@@ -49,7 +50,8 @@ def read_own(path: Path) -> VolumeMesh | None:
     info = _read_json(path, "info")
     scale = UNITS[info.get("length_unit", "mm")].per_mm
     points = values_of(whole.find("Geometry"), path) / scale
-    markers = _read_json(path, "markers")
+    written = _read_json(path, "markers")
+    markers = [(foreign_names(info).get(tag, name), tag, dim) for name, (tag, dim) in written.items()]
     region = _tags(grids.get(CELL_TAGS), path, markers, 3, numbers)
     facet_tag = _tags(grids.get(FACET_TAGS), path, markers, 2, numbers)
     facets = dict([topology_of(grids[FACET_TAGS], path)]) if FACET_TAGS in grids else {}
@@ -75,10 +77,10 @@ def _read_json(path: Path, name: str) -> dict[str, Any]:
 
 
 def _tags(
-    grid: ElementTree.Element | None, path: Path, markers: Mapping[str, tuple[int, int]], dim: int, numbers: Numbers
+    grid: ElementTree.Element | None, path: Path, markers: Sequence[tuple[str, int, int]], dim: int, numbers: Numbers
 ) -> np.ndarray:
     """Tags of elements or facets, by the names of their dimension."""
     if grid is None:
         return np.empty(0, dtype=np.int32)
-    names = {int(tag): name for name, (tag, own) in markers.items() if int(own) == dim}
+    names = {int(tag): name for name, tag, own in markers if int(own) == dim}
     return numbers.of_tags(tags_of(grid.find("Attribute"), path), names, facet=dim == 2)

@@ -19,6 +19,7 @@ from femprep.export.deck.split import linear, to_tetrahedra
 from femprep.export.deck.units import UNITS
 from femprep.export.xdmf.checkpoint import elements, write_fibres, write_into
 from femprep.model import VolumeMesh, verdict_of
+from femprep.model.tags import FOREIGN, FOREIGN_FACETS
 from femprep.model.verdict import VERDICT
 from femprep.options import ExportOptions
 
@@ -53,7 +54,8 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
 
     Tetrahedra of four and ten nodes and hexahedra of eight go as they are. dolfinx reads no quadratic hexahedra from
     XDMF: of those the corners go. It reads no facet tags on wedges: they, and mixed meshes, are cut into linear
-    tetrahedra. ``info.json`` says so. Cell data
+    tetrahedra. ``info.json`` says so. Names in ``markers.json`` are in capitals, by which fenicsx-pulse knows them;
+    names that a mesh brought from elsewhere stand in ``info.json`` as they were. Cell data
     (fibres, sheets, AHA segments) are attributes of the grid ``Mesh`` and arrays ``cell_data/<name>`` of the HDF5
     file, a row per cell of the file: dolfinx' cell i is row ``mesh.topology.original_cell_index[i]``.
 
@@ -122,6 +124,7 @@ def _write(
     tags |= {name.upper(): [tag, 2] for name, tag in facet_names(mesh).items()}
     info: dict[str, Any] = {"length_unit": units.length, "units": units.line, "source": "femprep", "changed": note}
     info |= {VERDICT: verdict} if (verdict := verdict_of(mesh)) else {}
+    info |= {key: mesh.info[key] for key in (FOREIGN, FOREIGN_FACETS) if key in mesh.info}
     texts = {"markers": tags, "info": info, **({"microstructure": elements(mesh)} if checkpoint else {})}
     for name, text in texts.items():
         # from_file on the HDF5 file reads the former; from_folder, which takes mesh.xdmf alone, the latter.

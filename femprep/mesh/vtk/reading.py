@@ -27,11 +27,17 @@ def load(path: Path) -> Any:
     Raises
     ------
     FileError
-        The file is damaged, declares XML entities, tells of more than its bytes can hold, its cells name points
-        that it does not hold, or VTK's reader breaks down on it.
+        The file has a path that is no UTF-8, is damaged, declares XML entities, tells of more than its bytes can
+        hold, its cells name points that it does not hold, or VTK's reader breaks down on it.
     """
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
 
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        raise FileError(
+            f"{str(path)!r} has letters in its path that are no UTF-8, which VTK needs; rename it"
+        ) from None
     if path.suffix.lower() != ".vtk":
         refuse_entities(path)
     require_sizes(path)

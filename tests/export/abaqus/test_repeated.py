@@ -60,5 +60,5 @@ def test_coordinates_that_are_not_given_are_0(tmp_path: Path) -> None:
 
 
 def test_a_node_without_a_number_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match="could not convert"):
+    with pytest.raises(FileError, match="is no number"):
         read(tmp_path, "*NODE\n, 1., 2., 3.\n")

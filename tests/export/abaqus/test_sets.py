@@ -72,3 +72,43 @@ def test_numbers_that_are_not_whole_are_refused(old: str, new: str, match: str, 
     assert old in text
     with pytest.raises(FileError, match=match):
         read(tmp_path / "a.inp", text.replace(old, new))
+
+
+@pytest.mark.parametrize("keyword", ["ELSET, ELSET", "NSET, NSET"])
+def test_a_range_is_no_longer_than_what_there_is(keyword: str, tmp_path: Path) -> None:
+    """Sixteen gigabytes were asked for."""
+    mesh = read(tmp_path / "a.inp", DECK + f"*{keyword}=s, GENERATE\n2, 2000000000, 1\n")
+    assert [bool(tag) for tag in mesh.region.tolist()] == ([False, True, True] if keyword[0] == "E" else [False] * 3)
+    mesh = read(tmp_path / "b.inp", DECK + "*ELSET, ELSET=s, GENERATE\n1, 9, 2\n")
+    assert [bool(tag) for tag in mesh.region.tolist()] == [True, False, True]
+
+
+@pytest.mark.parametrize("row", ["1, 9, 0", "9, 1", "9, 1, -2", "1", "1, 2, 3, 4", "a, b"])
+def test_a_range_that_is_none_is_refused(row: str, tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=f"GENERATE holds '{row}', expected the first number"):
+        read(tmp_path / "a.inp", DECK + f"*ELSET, ELSET=s, GENERATE\n{row}\n")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("*ELEMENT, TYPE=C3D4\n", "*ELEMENT,\n TYPE=C3D4,\n  ELSET=whole\n"),
+        ("*ELEMENT, TYPE=C3D4\n", "*ELEMENT, TYPE=C3D4, ELSET=whole,\n"),
+        (DECK, DECK + "*ELSET, ELSET=whole,\nGENERATE\n1, 3\n"),
+    ],
+)
+def test_a_keyword_goes_on_behind_a_comma(old: str, new: str, tmp_path: Path) -> None:
+    mesh = read(tmp_path / "a.inp", DECK.replace(old, new))
+    assert names_of(mesh, mesh.region.tolist()) == ["whole"] * 3
+
+
+def test_a_set_and_a_surface_of_one_name(tmp_path: Path) -> None:
+    mesh = read(tmp_path / "a.inp", DECK + LEFT + "*SURFACE, NAME=a\n1, S1\n*SURFACE, NAME=lv\n2, S1\n")
+    assert list(mesh.region_names)[1:] == ["a"]
+    assert list(mesh.facet_names) == ["a", "lv"]
+    assert not set(mesh.region.tolist()) & set(mesh.facet_tag.tolist())
+
+
+def test_an_include_without_a_file(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"\*INCLUDE names no file; write it as \*INCLUDE, INPUT=name"):
+        read(tmp_path / "a.inp", DECK + "*INCLUDE\n")

@@ -49,5 +49,17 @@ def test_a_deck_without_its_end_is_told(deck: Path) -> None:
     deck.write_text(text[: text.index("*SET_SEGMENT")])
     cut = fp.read_mesh(deck)
     assert cut.n_cells == whole.n_cells
-    (notice,) = cut.info["notices"]
-    assert notice["what"].startswith("the deck has no *END")
+    words = [notice["what"] for notice in cut.info["notices"]]
+    assert words[0].startswith("the deck has no *END")
+    assert words[1:] == ["sets of nodes endo of the file are left out"]  # whose segments are behind the cut
+
+
+def test_nothing_is_read_behind_the_end(deck: Path) -> None:
+    whole = fp.read_mesh(deck)
+    deck.write_text(
+        deck.read_text() + "*SET_SEGMENT_TITLE\nghost\n        55\n         1         2         3         3\n"
+    )
+    assert fp.read_mesh(deck).facet_names == whole.facet_names
+    (deck.parent / "more.k").write_text("*KEYWORD\n*END\n*SET_SEGMENT_TITLE\nghost\n")
+    deck.write_text(deck.read_text().replace("*TITLE\n", "*INCLUDE\nmore.k\n*TITLE\n"))
+    assert fp.read_mesh(deck).facet_names == whole.facet_names
