@@ -37,7 +37,9 @@ def main(arguments: list[str] | None = None) -> int:
     """
     gc.set_threshold(_NEW_OBJECTS)
     from femprep.cli._logging import keep_warnings, stop_logging
+    from femprep.cli._streams import prepare_streams
 
+    prepare_streams()
     signal.signal(signal.SIGTERM, _terminate)
     _keep_memory()
     # The system takes all memory back at the end: Python need not look through it for cycles first.
