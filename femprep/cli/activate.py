@@ -63,6 +63,7 @@ def activate(
     speeds = choose(ActivationOptions, None, given(ActivationOptions, values))
     from femprep.activation import add_activation, add_purkinje
     from femprep.activation.growth import require_growth
+    from femprep.activation.times import require_fibres
     from femprep.errors import OptionError
     from femprep.export import read_mesh, write_mesh, write_purkinje
     from femprep.report.activation import draw
@@ -72,6 +73,7 @@ def activate(
     if purkinje:
         require_growth()
     found = read_mesh(mesh)
+    require_fibres(found)
     if purkinje:
         found = add_purkinje(found, grown)
     found = add_activation(found, speeds)

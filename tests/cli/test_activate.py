@@ -60,3 +60,13 @@ def test_one_line_and_nothing_written(
     assert main(["activate", str(stored), "-o", str(tmp_path / "beat.vtu"), *more]) == 2
     assert words in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_a_mesh_without_fibres_is_refused_before_a_tree_grows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("femprep.activation.growth.require_growth", lambda: None)
+    monkeypatch.setattr("femprep.activation.add_purkinje", None)
+    fp.write_mesh(ellipsoid("hexahedron", size=4, layers=2).mesh, tmp_path / "mesh.vtu")
+    assert main(["activate", str(tmp_path / "mesh.vtu"), "-o", str(tmp_path / "beat.vtu")]) == 2
+    assert "fibres, which the mesh does not have" in capsys.readouterr().err
