@@ -54,8 +54,7 @@ def merged(config: Path | None, **changes: Any) -> dict[str, Any]:
 
 def _read_toml(path: Path) -> dict[str, Any]:
     try:
-        with path.open("rb") as stream:
-            return tomllib.load(stream)
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))  # editors on Windows put a mark before the text
     except OSError as error:
         raise FileError(f"configuration {str(path)!r} cannot be read: {error.strerror}; check --config") from None
     except ValueError as error:  # of the grammar, of bytes that are no text, of numbers of thousands of digits
