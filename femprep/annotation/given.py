@@ -81,7 +81,7 @@ def check_names(mesh: VolumeMesh, names: Mapping[str, str]) -> list[Notice]:
     for theirs, ours in unknown.items():
         have = ", ".join([*mesh.facet_names, *mesh.region_names]) or "none"
         raise OptionError(f"--name {theirs}={ours}: the file has no facets or regions {theirs!r}; its names are {have}")
-    words = f"that the names given are right where the file's own say something else: {', '.join(changed)}"
+    words = f"the names given were taken to be right, not the file's own: {', '.join(changed)}"
     return [Notice.of("assumed", words)] if changed else []
 
 

@@ -39,6 +39,18 @@ def annotation_names(formats: Sequence[str]) -> list[str]:
     return [*own, *(name for format in formats for name in FORMATS[format].files)]
 
 
+def require_file(out: Path, format: str | None) -> None:
+    """What can be wrong with the name of a mesh to write is found before anything is computed for it."""
+    from femprep.export.files import require_folder
+    from femprep.export.table import format_of, require_formats
+
+    if format is None:
+        format_of(out)
+    else:
+        require_formats([format])
+    require_folder(out.absolute().parent)
+
+
 def require_output(
     out: Path, formats: Sequence[str], names: Callable[[Sequence[str]], list[str]] | None = None
 ) -> None:

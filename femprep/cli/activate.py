@@ -11,6 +11,7 @@ from femprep.cli import _arguments as shared
 from femprep.cli._arguments import OUTPUT
 from femprep.cli._configuration import parse_point
 from femprep.cli._fields import given, option
+from femprep.cli._names import require_file
 from femprep.errors import OptionError
 from femprep.options import ActivationOptions, PurkinjeOptions, choose
 
@@ -76,6 +77,7 @@ def activate(
 
     if picture is not None and picture.suffix.lower() != ".png":
         raise OptionError(f"pictures are written as .png, not {picture.suffix or 'without an ending'!r}; name MAP.png")
+    require_file(out, format)
     if purkinje:
         require_growth()
     found = read_mesh(mesh)

@@ -36,7 +36,10 @@ def compare(
         str | None, typer.Option("--object", help="NAME=STRUCTURE[+STRUCTURE...]: what to fit.", rich_help_panel=LABELS)
     ] = None,
     vertices: Annotated[
-        int | None, typer.Option(help="Of femprep's own surfaces [default: 1252].", rich_help_panel=LABELS)
+        int | None,
+        typer.Option(
+            help="Number of vertices of femprep's own surfaces [dim]\\[default: 1252][/dim]", rich_help_panel=LABELS
+        ),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the record as JSON.")] = False,
 ) -> None:

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from femprep.cli._names import require_file
+
 
 def refine(
     mesh: Annotated[Path, typer.Argument(help="Mesh to read: every format femprep writes, and what meshio reads.")],
@@ -32,6 +34,7 @@ def refine(
     from femprep.report.notices import lines
     from femprep.volume.refine import refine as cut
 
+    require_file(out, format)
     coarse = read_mesh(mesh)
     with bars(quiet) as progress:
         fine = cut(coarse, levels, optimised=optimise, progress=progress)

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from femprep.cli._names import require_file
+
 
 def transfer(
     source: Annotated[Path, typer.Argument(metavar="FROM", help="Mesh with the fields and ventricular coordinates.")],
@@ -38,6 +40,7 @@ def transfer(
     from femprep.report.notices import lines
     from femprep.report.page.shared import write_page
 
+    require_file(out, format)
     one, other = read_mesh(source), read_mesh(target)
     moved = bring(one, other, field, there_and_back=there_and_back)
     record = TransferRecord(**moved.info["transfer"]).model_copy(

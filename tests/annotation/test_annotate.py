@@ -174,7 +174,9 @@ def test_names_given_in_the_place_of_those_of_the_file_are_told() -> None:
     mesh = ellipsoid("tetra").mesh
     found = fp.annotate(mesh, names={"endo": "epi", "102": "endo"}, fibres=None).mesh
     assert np.all(found.facet_tag[mesh.facet_tag == FACET_TAGS["endo"]] == FACET_TAGS["epi"])
-    assert any(notice["what"].endswith("something else: endo is epi, epi is endo") for notice in found.info["notices"])
+    assert any(
+        notice["what"].endswith("not the file's own: endo is epi, epi is endo") for notice in found.info["notices"]
+    )
     same = fp.annotate(mesh, names={"endo": "endo"}, fibres=None).mesh
     assert not any("names given" in notice["what"] for notice in same.info.get("notices", ()))
 
