@@ -79,6 +79,12 @@ def add_purkinje(
     if not names:
         have = ", ".join(mesh.facet_names) or "none"
         raise InputError(f"Purkinje fibres lie on facets tagged {', '.join(ENDOCARDIA)}; this mesh has {have}")
+    there = {ENDOCARDIA[name] for name in names}
+    for ventricle in ("lv", "rv"):
+        if getattr(chosen, f"root_{ventricle}") is not None and ventricle not in there:
+            raise InputError(
+                f"root_{ventricle} is given, but the mesh has no endocardium of the {ventricle}; leave it out"
+            )
     axes = axes or ventricular_axes(mesh)
     parts, record, moved = [], {}, []
     for name in names:
