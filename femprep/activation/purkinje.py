@@ -16,7 +16,7 @@ from femprep.activation.roots import find_root
 from femprep.anatomy import VentricularAxes, ventricular_axes
 from femprep.errors import InputError
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.model import FACET_TAGS, FloatArray, IntArray, PurkinjeNet, VolumeMesh, noted
+from femprep.model import FACET_TAGS, FloatArray, IntArray, Notice, PurkinjeNet, VolumeMesh, noted
 from femprep.model.facets import facet_triangles
 from femprep.options import PurkinjeOptions, choose, takes
 
@@ -24,6 +24,8 @@ from femprep.options import PurkinjeOptions, choose, takes
 ENDOCARDIA: Final = {"endo": "lv", "endo_lv": "lv", "endo_rv": "rv"}
 #: An end nearer than this to a node is that node, mm.
 _SAME: Final = 1e-9
+#: A root that was given is brought to a node; less than this is not worth a word, mm.
+_MOVED: Final = 0.05
 
 
 @takes(PurkinjeOptions)
@@ -77,14 +79,23 @@ def add_purkinje(
     if not names:
         have = ", ".join(mesh.facet_names) or "none"
         raise InputError(f"Purkinje fibres lie on facets tagged {', '.join(ENDOCARDIA)}; this mesh has {have}")
+    there = {ENDOCARDIA[name] for name in names}
+    for ventricle in ("lv", "rv"):
+        if getattr(chosen, f"root_{ventricle}") is not None and ventricle not in there:
+            raise InputError(
+                f"root_{ventricle} is given, but the mesh has no endocardium of the {ventricle}; leave it out"
+            )
     axes = axes or ventricular_axes(mesh)
-    parts, record = [], {}
+    parts, record, moved = [], {}, []
     for name in names:
         ventricle = ENDOCARDIA[name]
         used, corners = np.unique(facet_triangles(mesh, name), return_inverse=True)
         points, triangles = mesh.points[used], corners.reshape(-1, 3)
         given = chosen.root_lv if ventricle == "lv" else chosen.root_rv
         root = find_root(points, triangles, axes, ventricle, given)
+        if given is not None and (away := float(np.linalg.norm(root.point - np.asarray(given)))) > _MOVED:
+            words = f"the root given for the {ventricle} was brought {{amount}} to the nearest node of its endocardium"
+            moved.append(Notice.of("moved", words, amount=away, unit="mm"))
         grown, edges = grow(points, triangles, root.point, root.direction, root.trunk, root.fascicles, chosen)
         grown, edges, at = _attached(grown, edges, points, triangles)
         parts.append((grown, edges, FACET_TAGS[name], np.where(at >= 0, used[at], -1)))
@@ -104,7 +115,7 @@ def add_purkinje(
         speed=chosen.speed,
         info=record,
     )
-    info = noted({**mesh.info, "purkinje": {"options": chosen.model_dump(), **record}})
+    info = noted({**mesh.info, "purkinje": {"options": chosen.model_dump(), **record}}, *moved)
     return replace(mesh, purkinje=net, info=info)
 
 

@@ -72,7 +72,7 @@ def find_root(
     Raises
     ------
     InputError
-        The endocardium has no septal side, and no root was given.
+        The endocardium has no septal side, and no root was given; or the one given is farther away than it is large.
     """
     normal = vertex_normals(points, triangles)
     turn = axes.turn(points)
@@ -80,7 +80,14 @@ def find_root(
     facing = normal @ axes.septal * (1.0 if ventricle == "rv" else -1.0)
     side = np.flatnonzero((np.abs(turn) < _SECTOR) & (facing > 0.5))
     if given is not None:
-        at = int(np.argmin(np.linalg.norm(points - np.asarray(given), axis=1)))
+        away = np.linalg.norm(points - np.asarray(given), axis=1)
+        at = int(np.argmin(away))
+        if away[at] > np.linalg.norm(np.ptp(points, axis=0)):
+            place = ", ".join(f"{x:.6g}" for x in given)
+            raise InputError(
+                f"root_{ventricle} is {place}, {away[at]:.0f} mm from the endocardium of the {ventricle}; give a point "
+                "on it, in mm"
+            )
         side = side if len(side) else np.arange(len(points))
     elif not len(side):
         raise InputError(

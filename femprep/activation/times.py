@@ -82,11 +82,7 @@ def add_activation(mesh: VolumeMesh, options: ActivationOptions | None = None, *
     True
     """
     chosen = choose(ActivationOptions, options, changes)
-    found = directions(mesh)
-    if found is None:
-        raise InputError(
-            "activation runs along fibres, which the mesh does not have; add them (add_fibres, or --fibres)"
-        )
+    fibre, sheet = require_fibres(mesh)
     region = np.asarray(mesh.cell_data.get(WALL_REGION, mesh.region))
     tissue = np.isin(region, _VENTRICLES)
     if not tissue.any():  # a mesh with numbers of its own
@@ -96,7 +92,7 @@ def add_activation(mesh: VolumeMesh, options: ActivationOptions | None = None, *
     wall[tets] = True
     source, nodes, times = _beginning(mesh, wall)
     speeds = (chosen.fibre_speed, chosen.sheet_speed, chosen.normal_speed)
-    first = first_times(mesh.points, tets, _metric(found[0][row], found[1][row], speeds), nodes, times)
+    first = first_times(mesh.points, tets, _metric(fibre[row], sheet[row], speeds), nodes, times)
     first = _middles(mesh, first, tissue)
     reached = np.isfinite(first)
     missed = np.flatnonzero(wall & ~reached)
@@ -116,6 +112,22 @@ def add_activation(mesh: VolumeMesh, options: ActivationOptions | None = None, *
         record = noted(record, Notice.of("left out", words, place=mesh.points[missed[0]]))
     info = {**without_failure(mesh.info, ACTIVATION), ACTIVATION: record}
     return replace(mesh.with_data(point={ACTIVATION: value}), info=info)
+
+
+def require_fibres(mesh: VolumeMesh) -> tuple[FloatArray, FloatArray]:
+    """Fibre and sheet direction of each element, which whoever grows a tree first may ask for before.
+
+    Raises
+    ------
+    InputError
+        The mesh has none, or they are no directions.
+    """
+    found = directions(mesh)
+    if found is None:
+        raise InputError(
+            "activation runs along fibres, which the mesh does not have; add them (add_fibres, or --fibres)"
+        )
+    return found
 
 
 def _tetrahedra(mesh: VolumeMesh, tissue: BoolArray) -> tuple[IntArray, IntArray]:

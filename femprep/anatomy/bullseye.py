@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from html import escape
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy.typing as npt
 from femprep.anatomy.aha import SEGMENTS, segment_means
 from femprep.errors import InputError, MissingDependencyError
 from femprep.model import FloatArray, VolumeMesh
+from femprep.model.markup import escape
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from femprep.annotation.flat import by_plane, spread
-from femprep.annotation.given import given_facets, given_regions, is_ours, with_places
+from femprep.annotation.given import check_names, given_facets, given_regions, is_ours, with_places
 from femprep.annotation.reading import Name, NoReading, Question, Reading, ReadingAttempt
 from femprep.annotation.records import Annotation
 from femprep.annotation.region_facets import facets_of_regions
@@ -27,7 +27,7 @@ from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.notice import NOTICES
 from femprep.model.stages import Stages
 from femprep.model.tags import FOREIGN, FOREIGN_FACETS, TAKEN
-from femprep.model.units import MILLIMETRES, guess_unit
+from femprep.model.units import MILLIMETRES, check_size, guess_unit
 from femprep.model.used_points import on_used_points
 from femprep.options import AnnotateOptions, choose, takes
 from femprep.volume import check
@@ -84,6 +84,7 @@ def annotate(
         mesh, unit, scale = _in_millimetres(mesh, options)
         mesh = _used(_positive(mesh))
         _check_solid(mesh)
+        assumed = check_names(mesh, options.names)
         shell = shell_of(mesh)
     with stages("facets"):
         given = given_facets(mesh, shell, options.names)
@@ -93,7 +94,8 @@ def annotate(
     with stages("regions"):
         mesh, names, questions = _regions(mesh, theirs, known)
         mesh = facets_of_regions(mesh, shell, names)
-        mesh = replace(mesh, facet_tag=np.where(given > 0, reading.tag, mesh.facet_tag).astype(np.int32))
+        tag = np.where(given > 0, reading.tag, mesh.facet_tag).astype(np.int32)
+        mesh = replace(mesh, facet_tag=tag, info=noted(mesh.info, *assumed))
     _ask([*reading.questions, *questions])
     if options.fibres is not None:
         with stages("anatomy"):
@@ -107,8 +109,11 @@ def annotate(
 
 def _in_millimetres(mesh: VolumeMesh, options: AnnotateOptions) -> tuple[VolumeMesh, str, float]:
     unit, info = str(options.unit), dict(mesh.info)
-    if unit == "auto":
-        unit, diagonal = guess_unit(mesh.points[nodes_of(mesh.cells)])
+    used = mesh.points[nodes_of(mesh.cells)]
+    if unit != "auto":
+        check_size("the mesh", float(np.linalg.norm(np.ptp(used, axis=0))), unit)
+    else:
+        unit, diagonal = guess_unit(used)
         words = f"lengths were taken to be in {unit}: the heart is {{amount}} from corner to corner of its box"
         info = noted(info, Notice.of("assumed", words, amount=diagonal, unit="mm"))
     scale = MILLIMETRES[unit]

@@ -15,9 +15,9 @@ from femprep.annotation.shell import Shell
 from femprep.errors import OptionError
 from femprep.mesh.elements import FACET_CORNERS
 from femprep.mesh.numbering import set_numbers
-from femprep.model import FACET_TAGS, REGION_TAGS, TagArray, VolumeMesh, tag_name
+from femprep.model import FACET_TAGS, REGION_TAGS, Notice, TagArray, VolumeMesh, tag_name
 from femprep.model.blocks import block_rows
-from femprep.model.tags import endo_tags, foreign_names
+from femprep.model.tags import endo_tags, foreign_names, names_of
 
 #: Names that other programs give to the same things, in small letters without anything between them.
 SYNONYMS: Final[Mapping[str, str]] = {
@@ -59,6 +59,32 @@ WORDS: Final = (
 _ALIKE: Final = (("base", "apex"), ("endo", "endo_lv", "endo_rv", "endo_la", "endo_ra"))
 
 
+def check_names(mesh: VolumeMesh, names: Mapping[str, str]) -> list[Notice]:
+    """Refuse names given for what the file does not have; what is said of those in the place of its own.
+
+    Raises
+    ------
+    OptionError
+        A name or number is that of no facets and no region.
+    """
+    changed = []
+    unknown = dict(names)
+    for tag, table in ((mesh.facet_tag, FACET_TAGS), (mesh.region, REGION_TAGS)):
+        there = names_of(tag, mesh.info, table)
+        for theirs in (*there, *map(str, there.values())):
+            unknown.pop(theirs, None)
+        tags = list(there.values())
+        own, now = _numbers(mesh, tags, {}, table), _numbers(mesh, tags, names, table)
+        for theirs, number in there.items():
+            if number in own and number in now and own[number] != now[number]:
+                changed.append(f"{theirs} is {tag_name(now[number])}")
+    for theirs, ours in unknown.items():
+        have = ", ".join([*mesh.facet_names, *mesh.region_names]) or "none"
+        raise OptionError(f"--name {theirs}={ours}: the file has no facets or regions {theirs!r}; its names are {have}")
+    words = f"the names given were taken to be right, not the file's own: {', '.join(changed)}"
+    return [Notice.of("assumed", words)] if changed else []
+
+
 def given_facets(mesh: VolumeMesh, shell: Shell, names: Mapping[str, str]) -> TagArray:
     """Numbers of ``FACET_TAGS`` on the boundary that the file's own facets carry, by our names or given ones."""
     found = np.zeros(len(shell), dtype=np.int32)
@@ -90,11 +116,12 @@ def given_regions(mesh: VolumeMesh, names: Mapping[str, str]) -> dict[int, int]:
 
 def _numbers(mesh: VolumeMesh, tags: list[int], names: Mapping[str, str], table: Mapping[str, int]) -> dict[int, int]:
     foreign = foreign_names(mesh.info)
+    shown = {number: name for name, number in names_of(tags, mesh.info, table).items()}
     known = {number: name for name, number in table.items()}
     found = {}
     for tag in tags:
         label = foreign.get(tag)
-        chosen = names.get(str(tag)) or (names.get(label) if label else None)
+        chosen = names.get(str(tag)) or names.get(shown[tag])
         if chosen is None and label is not None:
             plain = "".join(c for c in label.lower() if c.isalnum())
             chosen = SYNONYMS.get(plain) or next((own for words, own in WORDS if re.match(words, plain)), None)

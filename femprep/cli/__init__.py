@@ -14,7 +14,7 @@ from difflib import get_close_matches
 from types import FrameType
 from typing import Any
 
-from femprep.errors import DiskFullError, FemprepError, cannot_write, did_you_mean
+from femprep.errors import DiskFullError, FemprepError, OptionError, cannot_write, did_you_mean
 
 #: Exit status after Ctrl-C, as shells have it.
 INTERRUPTED = 130
@@ -37,7 +37,9 @@ def main(arguments: list[str] | None = None) -> int:
     """
     gc.set_threshold(_NEW_OBJECTS)
     from femprep.cli._logging import keep_warnings, stop_logging
+    from femprep.cli._streams import prepare_streams
 
+    prepare_streams()
     signal.signal(signal.SIGTERM, _terminate)
     _keep_memory()
     # The system takes all memory back at the end: Python need not look through it for cycles first.
@@ -84,6 +86,10 @@ def _meant(leaving: SystemExit) -> bool:
 
 def _said(error: BaseException, arguments: list[str]) -> int:
     """Say in one line what went wrong; the exit status it means."""
+    if isinstance(error, OptionError):
+        from femprep.cli._fields import as_given
+
+        return _line(as_given(str(error), arguments), error.exit_status)
     if isinstance(error, FemprepError):
         return _line(str(error), error.exit_status)
     if isinstance(error, OSError):  # what is wrong with a file has been said; a disk may be full anywhere

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from difflib import get_close_matches
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
@@ -13,7 +14,7 @@ from typer.main import get_command
 from femprep import __version__
 from femprep.cli._apart import WORDS
 from femprep.cli._logging import logging_options
-from femprep.errors import OptionError, did_you_mean
+from femprep.errors import FileError, OptionError, did_you_mean
 
 #: First line of each command's help; the command is the function of that name in the file of that name.
 COMMANDS: Final = {
@@ -56,11 +57,21 @@ class LazyGroup(TyperGroup):
         if args and args[0] not in COMMANDS and not ctx.resilient_parsing:
             near = did_you_mean(get_close_matches(args[0], COMMANDS, n=1))
             raise OptionError(f"no such command {args[0]!r}{near or '; femprep --help lists them'}")
+        if not ctx.resilient_parsing:
+            _require_folder()
         name, command, rest = super().resolve_command(ctx, args)
         ctx.meta[WORDS] = tuple(rest)
         if name is not None and command is not None:
             command = load(name)
         return name, command, rest
+
+
+def _require_folder() -> None:
+    """Make sure that there is a working folder: the names of files and folders are read from it."""
+    try:
+        Path.cwd()
+    except OSError as error:
+        raise FileError(f"the working folder cannot be used: {error.strerror}; change to one that is there") from None
 
 
 def load(name: str) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
@@ -11,6 +12,8 @@ import typer
 from femprep.options import Options, StageOptions
 
 F = TypeVar("F", bound=Callable[..., Any])
+#: Names on the command line by those of fields without their groups; of the command that is run, others are not loaded.
+_ON_THE_LINE: dict[str, str] = {}
 
 
 def option(
@@ -33,8 +36,10 @@ def option(
     # Choices stand in the help: beside the name they leave no room for either at 80 columns.
     notes = "; ".join(filter(None, [", ".join(choices), f"default: {shown}" if shown else ""]))
     text = (info.description or "") + (f" [dim]\\[{notes}][/dim]" if notes else "")
+    names = names or (f"--{field.replace('_', '-')}",)
+    _ON_THE_LINE[field] = names[0]
     made = typer.Option(
-        *(names or (f"--{field.replace('_', '-')}",)),
+        *names,
         help=text,
         metavar=metavar or ("CHOICE" if choices else None),
         autocompletion=one_of(choices) if choices else None,
@@ -42,6 +47,17 @@ def option(
     )
     made.path = f"{_place(group)}{field}"
     return made
+
+
+def as_given(words: str, arguments: Iterable[str]) -> str:
+    """What is said of options, with those that the command line holds named as they are there; others are a file's."""
+    there = {argument.partition("=")[0] for argument in arguments}
+
+    def name(found: re.Match[str]) -> str:
+        option = _ON_THE_LINE.get(found[1].rpartition(".")[2])
+        return f"option {option}" if option in there else found[0]
+
+    return re.sub(r"option '([\w.]+)'", name, words)
 
 
 def _place(group: type[StageOptions]) -> str:

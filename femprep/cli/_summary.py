@@ -153,10 +153,10 @@ def print_quality(report: Any, console: Console | None = None, *, worst: int = 0
     """Counts, element measures with histograms, limits and verdict of a quality report, and the worst elements."""
     console = console or Console(highlight=False)
     console.print(f"{report.n_points} points, " + ", ".join(f"{n} {kind}" for kind, n in report.cells.items()))
-    rows = []
+    rows, ascii_only = [], console.options.ascii_only
     for name, item in report.measures.items():
         values = (item.min, item.mean, item.median, item.max)
-        rows.append([name.replace("_", " "), *map(_number, values), _bars(item.histogram.counts)])
+        rows.append([name.replace("_", " "), *map(_number, values), _bars(item.histogram.counts, ascii_only)])
     print_table(console, "Quality", ("", "min", "mean", "median", "max", "histogram"), rows)
     console.print(f"limits: {escape(report.limits_from)}")
     console.print(f"stable time step of explicit dynamics {report.time_step:.3g} microseconds")
@@ -168,10 +168,10 @@ def print_quality(report: Any, console: Console | None = None, *, worst: int = 0
         console.print(f"[red]failed:[/red] {escape(failure)}")
 
 
-def _bars(counts: Any) -> str:
+def _bars(counts: Any, ascii_only: bool) -> str:
     """A histogram in one line; bins with anything in them show, however little."""
-    top = max(*counts, 1)
-    return "".join(" ▁▂▃▄▅▆▇█"[0 if n == 0 else max(1, round(8 * n / top))] for n in counts)
+    top, heights = max(*counts, 1), " .:-=+*#@" if ascii_only else " ▁▂▃▄▅▆▇█"
+    return "".join(heights[0 if n == 0 else max(1, round(8 * n / top))] for n in counts)
 
 
 def _print_worst(report: Any, console: Console, count: int) -> None:

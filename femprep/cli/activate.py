@@ -11,6 +11,7 @@ from femprep.cli import _arguments as shared
 from femprep.cli._arguments import OUTPUT
 from femprep.cli._configuration import parse_point
 from femprep.cli._fields import given, option
+from femprep.errors import OptionError
 from femprep.options import ActivationOptions, PurkinjeOptions, choose
 
 PURKINJE = "Purkinje fibres"
@@ -59,14 +60,20 @@ def activate(
     values = locals()
     tree = given(PurkinjeOptions, {**values, "root_lv": None, "root_rv": None})
     tree |= {name: parse_point(values[name], name) for name in ("root_lv", "root_rv") if values[name] is not None}
+    if tree and not purkinje:
+        first = next(iter(tree)).replace("_", "-")
+        raise OptionError(
+            f"--{first} shapes the Purkinje fibres, which --no-purkinje leaves out; leave one of them out"
+        )
     grown = choose(PurkinjeOptions, None, tree)
     speeds = choose(ActivationOptions, None, given(ActivationOptions, values))
     from femprep.activation import add_activation, add_purkinje
     from femprep.activation.growth import require_growth
-    from femprep.errors import OptionError
+    from femprep.activation.times import require_fibres
     from femprep.export import read_mesh, write_mesh, write_purkinje
     from femprep.export.target import target_of
     from femprep.report.activation import draw
+    from femprep.report.notices import lines
 
     if picture is not None and picture.suffix.lower() != ".png":
         raise OptionError(f"pictures are written as .png, not {picture.suffix or 'without an ending'!r}; name MAP.png")
@@ -74,6 +81,8 @@ def activate(
     if purkinje:
         require_growth()
     found = read_mesh(mesh)
+    require_fibres(found)
+    before = len(found.info.get("notices", ()))
     if purkinje:
         found = add_purkinje(found, grown)
     found = add_activation(found, speeds)
@@ -92,6 +101,8 @@ def activate(
             typer.echo(f"{net.lengths.sum():.0f} mm of Purkinje fibres with {len(net.junctions)} junctions")
         where = ", ".join(f"{x:.1f}" for x in record["last_at"])
         typer.echo(f"activated from {record['first_ms']:.1f} to {record['last_ms']:.1f} ms, last near {where} mm")
+        for line in lines({"notices": found.info.get("notices", ())[before:]}, found.info["activation"]):
+            typer.echo(f"note: {line}")
         for path in paths:
             typer.echo(path)
     return 1 if record["never_reached"] else 0

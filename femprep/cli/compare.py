@@ -36,7 +36,10 @@ def compare(
         str | None, typer.Option("--object", help="NAME=STRUCTURE[+STRUCTURE...]: what to fit.", rich_help_panel=LABELS)
     ] = None,
     vertices: Annotated[
-        int | None, typer.Option(help="Of femprep's own surfaces [default: 1252].", rich_help_panel=LABELS)
+        int | None,
+        typer.Option(
+            help="Number of vertices of femprep's own surfaces [dim]\\[default: 1252][/dim]", rich_help_panel=LABELS
+        ),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the record as JSON.")] = False,
 ) -> None:
@@ -52,10 +55,15 @@ def compare(
     from femprep.surface import compare_surfaces, grid_planes, read_surface
 
     if not a.name.lower().endswith(SURFACES):
+        if slices is not None:
+            raise OptionError(f"--slices is for two surfaces; {a} is a label map, whose own slices count")
         _methods(a, b, preset, structure, object, vertices, json)
         return
     if b is None:
         raise OptionError(f"there is nothing to compare {a} with; give a second surface file")
+    of_labels = {"preset": preset, "structure": structure, "object": object, "vertices": vertices}
+    if idle := next((name for name, value in of_labels.items() if value is not None), None):
+        raise OptionError(f"--{idle} is for a label map, and {a} is a surface; leave it out")
     # Only where the slices lie matters here, so any label will do.
     planes = grid_planes(read_segmentation(slices, structures={"any": 1}).grid) if slices is not None else None
     record = compare_surfaces(read_surface(a), read_surface(b), slices=planes)

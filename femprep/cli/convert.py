@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from femprep.cli._fields import given, option
+from femprep.errors import OptionError
 from femprep.options import ExportOptions, PericardiumOptions, choose
 
 DECK = "Deck"
@@ -35,7 +36,11 @@ def convert(
 
     Regions, facet tags and fibres go along where the format holds them; what it leaves out is told.
     """
-    options = choose(ExportOptions, None, given(ExportOptions, locals()))
+    chosen = given(ExportOptions, locals())
+    options = choose(ExportOptions, None, chosen)
+    idle = [name.replace("_", "-") for name in chosen if name not in ("length_unit", "step")]
+    if idle and options.step == "none":
+        raise OptionError(f"--{idle[0]} is of the step, and none is written; add --step inflation")
     from femprep.export import read_mesh, write_mesh
     from femprep.export.target import target_of
 

@@ -177,7 +177,7 @@ REASONS: Final[tuple[Reason, ...]] = (
     Reason(
         *("surfaces-broken", "refused", "A surface that was given is open, crosses itself, or lies where it cannot."),
         "Mend it where the message says.",
-        ("InputError surface.given", "InputError wall.own"),
+        ("InputError surface.given", "InputError wall.own", "InputError model.units"),
     ),
     Reason(
         *("activation-impossible", "refused", "Purkinje fibres or times of activation have nothing to begin from."),

@@ -28,8 +28,7 @@ def whole_files(parent: Path) -> Iterator[tuple[Path, list[Path]]]:
         There is no room.
     """
     moved: list[Path] = []
-    if not parent.is_dir():
-        raise FileError(f"folder {str(parent)!r} does not exist; make it, or write elsewhere")
+    require_folder(parent)
     what, remedy = f"folder {str(parent)!r}", "choose another"
     try:
         partial = Path(tempfile.mkdtemp(prefix=".femprep-", dir=parent))
@@ -49,6 +48,17 @@ def whole_files(parent: Path) -> Iterator[tuple[Path, list[Path]]]:
         raise cannot_write(what, error, remedy) from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
+
+
+def require_folder(folder: Path) -> None:
+    """Refuse to write into a folder that is not there, which whoever computes first asks for before.
+
+    Raises
+    ------
+    FileError
+    """
+    if not folder.is_dir():
+        raise FileError(f"folder {str(folder)!r} does not exist; make it, or write elsewhere")
 
 
 def _require_room(path: Path, target: Path) -> None:

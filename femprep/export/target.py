@@ -6,6 +6,7 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 from femprep.errors import FileError, OptionError
+from femprep.export.files import require_folder
 from femprep.export.reading import ENDINGS
 from femprep.export.table import FORMATS, Format, format_of, require_formats
 
@@ -43,7 +44,7 @@ def target_of(path: str | Path, format: str | None = None) -> Target:
     OptionError
         The format is unknown, or the ending is another's.
     FileError
-        No file can have that name: it is a folder's, a device's, or none.
+        No file can have that name: it is a folder's, a device's, or none; the folder it would be in is not there.
     """
     path = Path(path)
     kind = format_of(path) if format is None else require_formats([format])[0]
@@ -56,6 +57,7 @@ def target_of(path: str | Path, format: str | None = None) -> Target:
         right = path.with_suffix(own[0]).name
         raise OptionError(f"the ending {ending!r} of {str(path)!r} is not that of {kind.name}; name it {right!r}")
     path = path.absolute()
+    require_folder(path.parent)
     return Target(kind, path if kind.folder else path.parent, path.stem if ending in own else path.name)
 
 

@@ -19,6 +19,29 @@ _USUAL: Final = (45.0, 300.0)
 MILLIMETRES: Final = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 1e-3}
 
 
+def check_size(what: str, diagonal: float, unit: str) -> None:
+    """Refuse a unit that was given where no heart is of such a size.
+
+    Parameters
+    ----------
+    what : str
+        What is measured: ``"the mesh"``.
+    diagonal : float
+        Of the box around it, in that unit.
+    unit : str
+
+    Raises
+    ------
+    InputError
+    """
+    across = diagonal * MILLIMETRES[unit]
+    if not LEAST <= across <= MOST:
+        raise InputError(
+            f"{what} measures {diagonal:.4g} from corner to corner of its box, {across:.3g} mm in the unit {unit!r} "
+            "given, which is no heart's size; give another by --unit, or leave it out"
+        )
+
+
 def guess_unit(points: npt.ArrayLike) -> tuple[str, float]:
     """Unit in which points are a heart's, and the diagonal of the box around it, mm.
 

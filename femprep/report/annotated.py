@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from html import escape
 from pathlib import Path
 
 from femprep.annotation import Annotation
@@ -12,6 +11,7 @@ from femprep.export import write_facets, write_format, write_mesh
 from femprep.export.losses import losses
 from femprep.mesh.measures.volume_elements import all_volumes
 from femprep.model import Progress, noted, verdict_of
+from femprep.model.markup import escape
 from femprep.report.folder.output_folder import whole_folder
 from femprep.report.folder.record import files_with, stage_records, write_record
 from femprep.report.manifest import (

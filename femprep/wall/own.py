@@ -13,7 +13,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import is_closed, volume
 from femprep.model import FloatArray, Notice, Plane, Surface, endocardium
 from femprep.model.notice import spot
-from femprep.model.units import LEAST, MILLIMETRES, MOST, guess_unit
+from femprep.model.units import MILLIMETRES, check_size, guess_unit
 from femprep.options import WallOptions, choose, takes
 from femprep.surface.given.beyond import closed_beyond
 from femprep.surface.given.lid import without_lid
@@ -196,12 +196,7 @@ def _unit(surfaces: Mapping[str, Surface], unit: str) -> tuple[str, float, list[
             f"{size[most]:.4g}; are they in different units? bring both to mm"
         )
     if unit != "auto":
-        across = size[OUTER] * MILLIMETRES[unit]
-        if not LEAST <= across <= MOST:  # layers and columns between them grow with the square of it
-            raise InputError(
-                f"surface {OUTER!r} measures {size[OUTER]:.4g} from corner to corner of its box, {across:.3g} mm in "
-                f"the unit {unit!r} given, which is no heart's size; give another by --unit, or leave it out"
-            )
+        check_size(f"surface {OUTER!r}", size[OUTER], unit)  # layers and columns between grow with the square of it
         return unit, MILLIMETRES[unit], []
     try:
         unit, diagonal = guess_unit(surfaces[OUTER].points)

@@ -126,6 +126,8 @@ def test_what_it_needs() -> None:
     bare = fp.VolumeMesh(mesh.points, mesh.cells, mesh.region)
     with pytest.raises(fp.InputError, match="facets tagged endo"):
         fp.add_purkinje(bare)
+    with pytest.raises(fp.InputError, match="root_rv is given, but the mesh has no endocardium of the rv"):
+        fp.add_purkinje(wall("tetra"), root_rv=(0.0, 0.0, 0.0))
     with pytest.raises(fp.OptionError, match="three segments"):
         fp.add_purkinje(mesh, branch_length=2.0)
     # Found by a damaged command line: a millionth of a picometre did not come to an end.

@@ -25,6 +25,11 @@ def test_the_root_lies_high_on_the_septal_side() -> None:
     assert given.trunk == root.trunk
 
 
+def test_a_root_that_is_nowhere_near_is_refused() -> None:
+    with pytest.raises(InputError, match=r"^root_lv is 100000, 0, 0, 99985 mm from the endocardium of the lv"):
+        find_root(POINTS, TO_CAVITY, AXES, "lv", (100000.0, 0.0, 0.0))
+
+
 def test_without_a_septal_side_the_root_has_to_be_given_and_is_taken() -> None:
     with pytest.raises(InputError, match="name the root \\(root_lv\\)"):
         find_root(POINTS, AWAY, AXES, "lv", None)

@@ -170,6 +170,27 @@ def test_names_of_the_file_and_names_given_for_it_go_before_geometry(tmp_path: P
     assert np.all(swapped.mesh.facet_tag[truth.facet_tag == FACET_TAGS["endo"]] == FACET_TAGS["epi"])
 
 
+def test_names_given_in_the_place_of_those_of_the_file_are_told() -> None:
+    mesh = ellipsoid("tetra").mesh
+    found = fp.annotate(mesh, names={"endo": "epi", "102": "endo"}, fibres=None).mesh
+    assert np.all(found.facet_tag[mesh.facet_tag == FACET_TAGS["endo"]] == FACET_TAGS["epi"])
+    assert any(
+        notice["what"].endswith("not the file's own: endo is epi, epi is endo") for notice in found.info["notices"]
+    )
+    same = fp.annotate(mesh, names={"endo": "endo"}, fibres=None).mesh
+    assert not any("names given" in notice["what"] for notice in same.info.get("notices", ()))
+
+
+def test_names_of_nothing_in_the_file_are_refused() -> None:
+    with pytest.raises(fp.OptionError, match=r"no facets or regions 'nothere'; its names are endo, epi, base, lv$"):
+        fp.annotate(ellipsoid("tetra").mesh, names={"nothere": "epi"})
+
+
+def test_a_unit_that_makes_no_heart_is_refused() -> None:
+    with pytest.raises(fp.InputError, match=r"the mesh measures .* in the unit 'm' given, which is no heart's size"):
+        fp.annotate(ellipsoid("tetra").mesh, unit="m")
+
+
 def test_directions_of_the_file_stay_beside_ours() -> None:
     mesh = ellipsoid("tetra").mesh
     theirs = {name: np.tile(axis, (mesh.n_cells, 1)) for name, axis in zip(("fiber", "sheet", "normal"), np.eye(3))}

@@ -61,7 +61,7 @@ def test_check_judges_by_purpose(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert main(["check", path, "--minimum-dihedral", "56"]) == 1
     assert "smallest dihedral angle in degrees is 54.74" in capsys.readouterr().out
     assert main(["check", path, "--purpose", "art"]) == 2
-    assert "option 'purpose' is 'art'" in capsys.readouterr().err
+    assert "option --purpose is 'art'" in capsys.readouterr().err
 
 
 def test_check_shows_histograms_and_the_worst_elements(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -99,6 +99,8 @@ def test_compare_measures_concentric_spheres(tmp_path: Path, capsys: pytest.Capt
     assert record["distance"]["mean"] == pytest.approx(3.0, abs=0.05)
     assert record["volume"]["difference_percent"] == pytest.approx(100 * ((20 / 23) ** 3 - 1), abs=0.01)
     assert record["a"]["q"]["mean"] > 0.98
+    assert main(["compare", str(a), str(b), "--vertices", "5"]) == 2
+    assert "--vertices is for a label map" in capsys.readouterr().err
     assert main(["compare", str(a), str(a)]) == 0
     same = re.search(r"^distance: mean (\S+) mm, .*\n", capsys.readouterr().out, flags=re.MULTILINE)
     assert same is not None

@@ -55,6 +55,12 @@ def test_wrong_file_is_one_line(tmp_path: Path, text: str, error: type[Exception
     assert "\n" not in str(caught.value)
 
 
+def test_a_mark_before_the_text_is_taken(tmp_path: Path) -> None:
+    config = tmp_path / "run.toml"
+    config.write_bytes(b"\xef\xbb\xbf[volume]\r\nedge_length = 2.0\r\n")
+    assert read_options(config).volume.edge_length == 2.0
+
+
 def test_missing_file(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="cannot be read"):
         read_options(tmp_path / "none.toml")

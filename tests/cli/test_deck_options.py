@@ -61,9 +61,11 @@ def test_convert_takes_every_material(mesh: Path, material: str, line: str) -> N
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--length-unit", "inch"], "length_unit.*inch"),
-        (["--step", "inflation", "--poisson-ratio", "0.5"], "poisson_ratio.*0.5"),
-        (["--material", "steel"], "material.*steel"),
+        (["--length-unit", "inch"], "option --length-unit is 'inch'"),
+        (["--step", "inflation", "--poisson-ratio", "0.5"], "option --poisson-ratio is 0.5"),
+        (["--material", "steel"], "option --material is 'steel'"),
+        (["--material", "neo-hookean"], "--material is of the step, and none is written; add --step inflation"),
+        (["--pericardium", "0"], "option --pericardium is 0.0"),
     ],
 )
 def test_wrong_option_of_a_deck_is_one_line(

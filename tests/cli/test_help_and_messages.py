@@ -27,6 +27,7 @@ def test_no_help_is_cut_off_at_80_columns(
     assert main([command, "--help"]) == 0
     text = capsys.readouterr().out
     assert "…" not in text
+    assert not re.search(r" \.\s", text), "words in brackets were taken for markup"
     assert max(map(len, text.splitlines())) <= 80
     for option in load(command).params:
         for name in (*option.opts, *option.secondary_opts):

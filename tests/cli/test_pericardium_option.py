@@ -43,7 +43,7 @@ def test_fields_come_back_from_a_vtu(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
-    [(["--pericardium", "1"], "apicobasal"), (["--pericardium", "-1"], "stiffness")],
+    [(["--pericardium", "1"], "apicobasal"), (["--pericardium", "-1"], "option --pericardium is -1.0")],
     ids=["no coordinates", "negative"],
 )
 def test_one_line_and_nothing_written(

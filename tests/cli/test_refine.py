@@ -49,3 +49,14 @@ def test_missing_file_and_unknown_format_are_one_line(mesh: Path, capsys: pytest
     assert "none.vtu" in capsys.readouterr().err
     assert main(["refine", str(mesh), "-o", str(mesh.with_name("fine.what"))]) == 2
     assert not mesh.with_name("fine.what").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("fine.what", "no ending of a known format"), ("none/fine.vtu", "does not exist")]
+)
+def test_where_it_cannot_be_written_nothing_is_computed(
+    name: str, words: str, mesh: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("femprep.export.read_mesh", None)
+    assert main(["refine", str(mesh), "-o", str(mesh.parent / name)]) == 2
+    assert words in capsys.readouterr().err

@@ -156,7 +156,7 @@ def test_surfaces_alone(undisturbed: Quiet, tmp_path: Path) -> None:
     (("--memory-limit", "-1"), "--memory-limit is -1"),
     (("--surfaces", "--sequence"), "two things"),
     (("--scheduler", "tcp://127.0.0.1:1", "--workers", "1"), "leave one out"),
-    (("--edge-length", "-1"), "option 'volume.edge_length'"),
+    (("--edge-length", "-1"), "option --edge-length is -1"),
     (("--format", "none"), "format"),
     (("--anatomy", "whole-heart"), "mesher 'sweep'"),
 ])  # fmt: skip

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 
+from femprep.model.markup import escape
 from femprep.model.shared_records.label_fidelity import FidelityRecord
 from femprep.model.shared_records.surface_fidelity import SurfaceFidelity
 from femprep.report.page.subject import table

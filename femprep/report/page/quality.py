@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from femprep.model.markup import escape
 from femprep.report.page.shared import write_page
 from femprep.report.page.subject import STYLE, histogram, table
 

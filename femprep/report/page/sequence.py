@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
 from typing import Any, Final
 
 import numpy as np
 
 from femprep.anatomy import bulls_eye_svg
+from femprep.model.markup import escape
 from femprep.report.manifest import PhaseRecord, RunManifest, SequenceManifest
 from femprep.report.methods import FILES, sequence_methods
 from femprep.report.page.checks import check_lines

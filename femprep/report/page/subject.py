@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
+from femprep.model.markup import escape
 from femprep.report.manifest import RunManifest
 from femprep.report.methods import FILES, methods
 from femprep.report.page.checks import check_lines

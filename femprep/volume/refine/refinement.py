@@ -14,6 +14,7 @@ from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.measures.sample_points import family
 from femprep.model import FloatArray, IntArray, Notice, Progress, VolumeMesh, Wall, noted
 from femprep.volume.optimise import POOR
+from femprep.volume.refine.amount import check_levels
 from femprep.volume.refine.boundary import untagged_faces
 from femprep.volume.refine.origin import Origin
 from femprep.volume.refine.sheets import Sheets, find_sheets
@@ -246,6 +247,8 @@ def refine(
         An element is collapsed or inverted, or a facet is the face of none.
     OptionError
         ``levels`` is out of range.
+    ResourceError
+        So many elements do not fit into the memory of the machine.
 
     References
     ----------
@@ -269,6 +272,7 @@ def _refined(
         raise InputError("the mesh has no elements; there is nothing to refine")
     if len({ELEMENTS[name].quadratic for name in mesh.cells}) > 1:
         raise InputError(f"the mesh mixes linear and quadratic elements ({', '.join(mesh.cells)}); give it one order")
+    check_levels(mesh, levels)
     sheets = find_sheets(mesh, wall)
     improve = optimised and all(family(name) == "tetra" for name in mesh.cells)
     held = np.empty((0, 3), dtype=np.int64)
