@@ -6,11 +6,11 @@ through this door: the functions among themselves look at nothing twice.
 
 from __future__ import annotations
 
+import ast
 import inspect
-import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache, wraps
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -42,22 +42,39 @@ _PLAIN: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "None": ("None", lambda value: value is None),
     "bool": ("True or False", lambda value: isinstance(value, bool | np.bool_)),
     "float": ("a finite number", lambda value: _is_number(value) and bool(np.isfinite(value))),
-    "int": ("a whole number", lambda value: _is_number(value) and float(value).is_integer()),
+    "int": ("a whole number", lambda value: _is_number(value) and np.asarray(value).dtype.kind != "f"),
     "str": ("a string", lambda value: isinstance(value, str)),
 }
-_SEVERAL: Final = re.compile(r"(Mapping|Sequence|list)\[(?:str, )?(\w+)\]")
+
+
+class _Way(NamedTuple):
+    """One of the ways to give an argument: as a noun or number, or several of them."""
+
+    words: str
+    kind: str
+    several: str = ""
+
+    def fits(self, value: Any) -> bool:
+        """Whether a value is given in this way."""
+        if not self.several:
+            return _is(value, self.kind)
+        if self.several == "Mapping":
+            return isinstance(value, Mapping) and all(_is(each, self.kind) for each in value.values())
+        return (
+            isinstance(value, Collection) and not isinstance(value, str) and all(_is(each, self.kind) for each in value)
+        )
 
 
 @cache
 def at_door(function: Callable[..., Any]) -> Callable[..., Any]:
     """The function, which refuses an argument that is neither noun nor number of the kind its annotation says."""
     names = list(inspect.signature(function).parameters)
-    asked = {name: ways for name in names if (ways := _ways(function.__annotations__.get(name, "")))}
+    asked = {name: ways for name in names if (ways := _ways(function.__annotations__.get(name, "object")))}
 
     @wraps(function)
     def checked(*given: Any, **named: Any) -> Any:
         for name, value in (*zip(names, given), *named.items()):
-            if name in asked and not any(_fits(value, way) for way in asked[name]):
+            if name in asked and not any(way.fits(value) for way in asked[name]):
                 raise InputError(_refusal(function.__name__, name, asked[name], value))
         return function(*given, **named)
 
@@ -66,29 +83,48 @@ def at_door(function: Callable[..., Any]) -> Callable[..., Any]:
     return checked
 
 
-def _ways(annotation: str) -> list[str]:
-    """What an argument may be; none where something else is among it, of which the door knows nothing."""
-    ways = annotation.split(" | ")
-    single = [found[2] if (found := _SEVERAL.fullmatch(way)) else way for way in ways]
-    return ways if all(each in NOUNS or (each in _PLAIN and each == way) for each, way in zip(single, ways)) else []
+def _ways(annotation: str) -> list[_Way]:
+    """What an argument may be; none where something is among it of which the door knows nothing."""
+    ways = [_way(node) for node in _alternatives(ast.parse(annotation, mode="eval").body)]
+    return [way for way in ways if way is not None] if None not in ways else []
 
 
-def _fits(value: Any, way: str) -> bool:
-    if several := _SEVERAL.fullmatch(way):
-        if several[1] == "Mapping":
-            return isinstance(value, Mapping) and all(_fits(each, several[2]) for each in value.values())
-        return isinstance(value, Collection) and all(_fits(each, several[2]) for each in value)
-    if way in _PLAIN:
-        return _PLAIN[way][1](value)
-    return any(kind.__name__ == way for kind in type(value).__mro__ if kind.__module__.startswith("femprep."))
+def _alternatives(node: ast.expr) -> Iterator[ast.expr]:
+    if isinstance(node, ast.BinOp):
+        yield from (*_alternatives(node.left), *_alternatives(node.right))
+    else:
+        yield node
+
+
+def _way(node: ast.expr) -> _Way | None:
+    name = ast.unparse(node)
+    if name in _PLAIN:
+        return _Way(_PLAIN[name][0], name)
+    if name in NOUNS:
+        return _Way(f"a {name}", name)
+    several, _, inside = name.partition("[")
+    kind = inside.removesuffix("]").rpartition(", ")[2]
+    return (
+        _Way(f"a {name}", kind if kind in NOUNS else "", several)
+        if several in ("Mapping", "Sequence", "list")
+        else None
+    )
+
+
+def _is(value: Any, kind: str) -> bool:
+    if kind in _PLAIN:
+        return _PLAIN[kind][1](value)
+    return not kind or any(
+        each.__name__ == kind for each in type(value).__mro__ if each.__module__.startswith("femprep.")
+    )
 
 
 def _is_number(value: Any) -> bool:
     return np.ndim(value) == 0 and np.asarray(value).dtype.kind in "biuf"
 
 
-def _refusal(function: str, name: str, ways: list[str], value: Any) -> str:
-    words = [_PLAIN[way][0] if way in _PLAIN else f"a {way}" for way in ways]
-    nouns = [noun for noun in NOUNS if any(noun in re.findall(r"\w+", way) for way in ways)]
-    source = f" (one comes from {', '.join(NOUNS[noun] for noun in nouns)})" if nouns else ""
-    return f"{function}() takes {' or '.join(words)} as {name!r}{source}, got {quoted(value)}"
+def _refusal(function: str, name: str, ways: list[_Way], value: Any) -> str:
+    words = " or ".join(way.words for way in ways)
+    sources = ", ".join(NOUNS[way.kind] for way in ways if way.kind in NOUNS)
+    source = f" (one comes from {sources})" if sources else ""
+    return f"{function}() takes {words} as {name!r}{source}, got {quoted(value)}"

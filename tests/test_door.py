@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from meshes import truncated_ellipsoid
 
 import femprep as fp
 from femprep.door import NOUNS, at_door
 from femprep.phantoms import lv_ellipsoid
 from femprep.volume import check as check_inside
-from tests.meshes import truncated_ellipsoid
 
 MESH = truncated_ellipsoid("hexahedron")
 SEG = lv_ellipsoid().segmentation(spacing=(3.0, 3.0, 10.0))
@@ -30,6 +30,8 @@ FUNCTIONS = {name: found for name in fp.__all__ if inspect.isfunction(found := g
     (lambda: fp.build_wall(epi=SURFACE, endo={"lv": 3}), "takes a Mapping[str, Surface] as 'endo'"),
     (lambda: fp.in_slice_distance(SURFACE, SURFACE, [(0, 0, 1)]), "takes a Sequence[Plane] as 'planes'"),
     (lambda: fp.add_fibres(MESH, axes=np.ones(3)), "takes a VentricularAxes or None as 'axes'"),
+    (lambda: fp.quadrature_fibres(MESH, points=0), "takes a Mapping[str, FloatArray] or None as 'points', got 0"),
+    (lambda: fp.read_masks("lv.nii"), "takes a Mapping[str, "),
     (lambda: fp.add_aha(MESH, fields={}), "takes a WallFields or None as 'fields'"),
     (lambda: fp.refine(MESH, optimised="abc"), "refine() takes True or False as 'optimised', got 'abc'"),
     (lambda: fp.refine(MESH, poor=float("nan")), "refine() takes a finite number as 'poor', got nan"),
@@ -72,5 +74,5 @@ def test_what_the_door_does_not_know_it_lets_through() -> None:
     def given(path: str, number: int = 1, *, way: object = None) -> object:
         return way
 
-    given.__annotations__ = {"path": "str | Path", "number": "int | Sequence[int] | None", "way": "object"}
+    given.__annotations__ = {"path": "str | Path", "number": "int | Callable[[int], int] | None", "way": "object"}
     assert at_door(given)(5, "x", way=3) == 3

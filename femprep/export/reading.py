@@ -27,7 +27,6 @@ from femprep.export.others.tecplot import read as _tecplot
 from femprep.export.through_meshio import meshio_mesh
 from femprep.export.turned import turned_tetrahedra
 from femprep.export.verdict import verdict_in
-from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.mesh.vtk.entities import refuse_entities
 from femprep.model import VolumeMesh
 from femprep.model.notice import Notice, noted
@@ -77,7 +76,6 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         require_hdf5(path)
         mesh = import_module(f"femprep.export.{reader}.read").read(path) if isinstance(reader, str) else reader(path)
         _require_finite(mesh)
-        _require_nodes(mesh)
         require_own_edges(mesh)
         mesh = _with_notice(mesh)
         if path.suffix.lower() in _COMMENTED and (verdict := verdict_in(path)):
@@ -97,14 +95,6 @@ def _require_finite(mesh: VolumeMesh) -> None:
         raise InputError(
             f"point {wrong[0]} is {mesh.points[wrong[0]].tolist()} ({wrong.size} such); give finite numbers"
         )
-
-
-def _require_nodes(mesh: VolumeMesh) -> None:
-    """Every element and facet has as many nodes as its type."""
-    for kind, block in [*mesh.cells.items(), *mesh.facets.items()]:
-        count = ELEMENTS[kind].nodes if kind in ELEMENTS else _FACET_NODES[kind]
-        if block.shape[1] != count:
-            raise InputError(f"a {kind} has {block.shape[1]} nodes, expected {count}")
 
 
 def _with_notice(mesh: VolumeMesh) -> VolumeMesh:
@@ -174,9 +164,6 @@ _CELLS: Final = re.compile(rb"^CELL_TYPES\s+(\d+)", re.MULTILINE)
 
 #: Share of negative tetrahedra of a file of VTK's from which on its writer had no order of nodes: FEniCS' have half.
 _MANY: Final = 0.4
-
-#: Nodes of each facet type.
-_FACET_NODES: Final = {name: count for count, name in FACET_TYPES.items()}
 
 #: What files list beside volume elements and facets.
 _LESS: Final = frozenset({"vertex", "poly_vertex", "line", "line3", "poly_line", "quadratic_edge"})

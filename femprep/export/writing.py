@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from femprep.errors import InputError, cannot_write
-from femprep.export.content import content_of
+from femprep.export.content import content_of, require_elements
 from femprep.export.files import whole_files
 from femprep.export.table import FORMATS, format_of, require_formats
 from femprep.model import Surface, VolumeMesh, Wall
@@ -52,7 +52,7 @@ def write_mesh(
     DiskFullError
         There is no room; nothing of it is left.
     InputError
-        The format cannot hold the mesh.
+        The mesh has no elements, or the format cannot hold it.
 
     Examples
     --------
@@ -62,6 +62,7 @@ def write_mesh(
     path = Path(path)
     kind = format_of(path) if format is None else require_formats([format])[0]
     options = choose(ExportOptions, options, changes)
+    require_elements(mesh)
     kind.require(content_of(mesh), options)
     path = path.absolute()
     with whole_files(path.parent) as (partial, moved):

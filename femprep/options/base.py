@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from difflib import get_close_matches
 from typing import Any, Literal, TypeVar
@@ -85,6 +86,18 @@ def choose(kind: type[T], options: T | None, changes: dict[str, Any]) -> T:
         return kind(**{**values, **changes})
     except ValidationError as error:
         raise OptionError(describe(error, kind)) from None
+
+
+def require_number(name: str, value: float, least: float, most: float = math.inf) -> None:
+    """Refuse an argument that no class of options holds, where it lies outside its limits or is no finite number.
+
+    Raises
+    ------
+    OptionError
+    """
+    if not least <= value <= most or math.isinf(value):
+        limits = f"at least {least:g}" if math.isinf(most) else f"from {least:g} to {most:g}"
+        raise OptionError(f"{name} is {quoted(value)}, expected a number {limits}")
 
 
 def describe(error: ValidationError, kind: type[StageOptions] | None = None) -> str:
