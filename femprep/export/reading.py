@@ -29,6 +29,7 @@ from femprep.export.turned import turned_tetrahedra
 from femprep.export.verdict import verdict_in
 from femprep.mesh.vtk.entities import refuse_entities
 from femprep.model import VolumeMesh
+from femprep.model.arrays import FARTHEST
 from femprep.model.notice import Notice, noted
 from femprep.model.verdict import VERDICT
 
@@ -90,7 +91,7 @@ def read_mesh(path: str | Path) -> VolumeMesh:
 
 
 def _require_finite(mesh: VolumeMesh) -> None:
-    wrong = np.flatnonzero(~(np.abs(mesh.points) < _FARTHEST).all(axis=1))
+    wrong = np.flatnonzero(~(np.abs(mesh.points) < FARTHEST).all(axis=1))
     if wrong.size:
         raise InputError(
             f"point {wrong[0]} is {mesh.points[wrong[0]].tolist()} ({wrong.size} such); give finite numbers"
@@ -167,9 +168,6 @@ _MANY: Final = 0.4
 
 #: What files list beside volume elements and facets.
 _LESS: Final = frozenset({"vertex", "poly_vertex", "line", "line3", "poly_line", "quadratic_edge"})
-
-#: Coordinates from here on, 1000 km in micrometres, are no numbers of a heart: their squares may overflow.
-_FARTHEST: Final = 1e12
 
 #: Endings of text files with comments, in which a mesh's verdict stands.
 _COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")

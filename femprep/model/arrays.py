@@ -20,6 +20,8 @@ BoolArray = npt.NDArray[np.bool_]
 _NUMBERS, _PRECISIONS = "biuf", (4, 8)
 #: Fractions from here on are not known to the unit.
 _MOST = 2.0**53
+#: Coordinates from here on, 1000 km in micrometres, are no numbers of a heart: their squares may overflow.
+FARTHEST = 1e12
 
 
 def frozen(array: Any) -> Any:

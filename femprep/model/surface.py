@@ -10,7 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError
-from femprep.model.arrays import FloatArray, IntArray, array_of, mapping, readonly, readonly_table, require_points
+from femprep.model.arrays import (
+    FARTHEST,
+    FloatArray,
+    IntArray,
+    array_of,
+    mapping,
+    readonly,
+    readonly_table,
+    require_points,
+)
 from femprep.model.convert import Convertible
 
 
@@ -19,6 +28,17 @@ def split_quads(cells: IntArray) -> IntArray:
     if cells.shape[1] == 3:
         return cells
     return np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
+
+
+def require_cells(surface: Surface) -> None:
+    """Refuse a surface without any cell.
+
+    Raises
+    ------
+    InputError
+    """
+    if not len(surface.cells):
+        raise InputError(f"surface {surface.name!r} has no triangles")
 
 
 class SphereMap(Protocol):
@@ -69,6 +89,10 @@ class Surface(Convertible):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", readonly(self.points, np.float64, (None, 3), "points"))
+        if len(far := np.flatnonzero((np.abs(self.points) >= FARTHEST).any(axis=1))):
+            raise InputError(
+                f"surface {self.name!r}: vertex {far[0]} is {self.points[far[0]].tolist()}, expected coordinates in mm"
+            )
         what = f"cells of surface {self.name!r}"
         shape = array_of(self.cells, what).shape
         if len(shape) != 2 or shape[1] not in (3, 4):

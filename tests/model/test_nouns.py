@@ -101,3 +101,60 @@ def test_a_plane_has_a_direction(normal: Any, line: str) -> None:
 def test_distances_from_a_plane_are_those_of_points(points: Any, line: str) -> None:
     with pytest.raises(fp.InputError, match=line):
         fp.Plane([0, 0, 0], [0, 0, 1]).signed_distance(points)
+
+
+@pytest.mark.parametrize("far", [1e300, 1e12, np.inf, -np.inf])
+def test_a_surface_lies_near_enough_for_its_lengths_to_be_numbers(far: float) -> None:
+    with pytest.raises(fp.InputError, match=r"surface 'lv': vertex 1 is \[.*\], expected coordinates in mm"):
+        fp.Surface([POINTS[0], [far, 0, 0], *POINTS[2:]], CLOSED, name="lv")
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("size", [0.0, 1e-300])
+def test_a_surface_without_area_is_not_fitted(size: float) -> None:
+    with pytest.raises(fp.InputError, match="surface 'lv' has no area: its corners lie in one place or on a line"):
+        fp.fit_surface(fp.Surface(size * np.array(POINTS), CLOSED, name="lv"))
+
+
+def test_a_surface_without_cells_is_refused_by_what_measures_or_matches_it() -> None:
+    full, none = fp.Surface(POINTS, CLOSED, name="epi"), fp.Surface(np.empty((0, 3)), np.empty((0, 3)), name="lv")
+    for use in (
+        lambda: fp.surface_quality(none),
+        lambda: fp.prepare_surfaces({"lv": none, "epi": full}),
+        lambda: fp.match_surfaces(endo=none, epi=full, base=fp.Plane([0, 0, 0], [0, 0, 1])),
+    ):
+        with pytest.raises(fp.InputError, match="surface 'lv' has no triangles"):
+            use()
+
+
+def test_an_image_lies_on_a_grid() -> None:
+    labels = np.ones((5, 5, 5), dtype=np.uint8)
+    for use in (
+        lambda: fp.Segmentation(labels, None, {"lv": 1}),
+        lambda: fp.LabelObject(labels > 0, None),
+        lambda: fp.IntensityImage(labels, None),
+    ):
+        with pytest.raises(fp.InputError, match="the grid is None, expected a Grid"):
+            use()
+    for shape in ("abc", (5.5, 5, 5)):
+        with pytest.raises(fp.InputError, match="grid shape holds"):
+            fp.Grid(shape, (1, 1, 1), (0, 0, 0), np.eye(3))
+
+
+@pytest.mark.parametrize(("structures", "line"), [
+    (None, "structures is None, expected a mapping by names"),
+    ({"lv": 1.5}, "structure 'lv' holds 1.5, expected whole numbers"),
+    ({1: (1,)}, "structures has the name 1, expected a string"),
+])  # fmt: skip
+def test_structures_are_whole_numbers_by_name(structures: Any, line: str) -> None:
+    grid = fp.Grid((5, 5, 5), (1, 1, 1), (0, 0, 0), np.eye(3))
+    with pytest.raises(fp.InputError, match=line):
+        fp.Segmentation(np.ones(grid.shape, dtype=np.uint8), grid, structures)
+
+
+@pytest.mark.parametrize("record", [{}, None, {"apex": [0, 0, 0], "top": 1}])
+def test_a_record_of_axes_holds_them(record: Any) -> None:
+    with pytest.raises(fp.InputError, match=r"axes: .* is no record of axes; give what record\(\) makes"):
+        fp.VentricularAxes.from_record(record)
+    with pytest.raises(fp.InputError, match=r"axes insertions is \[1\], expected a mapping by names"):
+        fp.VentricularAxes((0, 0, -50), (0, 0, 20), (-1, 0, 0), insertions=[1])
