@@ -10,6 +10,7 @@ import ast
 import inspect
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache, wraps
+from numbers import Real
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -58,11 +59,10 @@ class _Way(NamedTuple):
         """Whether a value is given in this way."""
         if not self.several:
             return _is(value, self.kind)
-        if self.several == "Mapping":
-            return isinstance(value, Mapping) and all(_is(each, self.kind) for each in value.values())
-        return (
-            isinstance(value, Collection) and not isinstance(value, str) and all(_is(each, self.kind) for each in value)
-        )
+        if isinstance(value, Mapping) != (self.several == "Mapping") or isinstance(value, str):
+            return False
+        each = value.values() if isinstance(value, Mapping) else value
+        return isinstance(each, Collection) and all(_is(one, self.kind) for one in each)
 
 
 @cache
@@ -98,17 +98,16 @@ def _alternatives(node: ast.expr) -> Iterator[ast.expr]:
 
 def _way(node: ast.expr) -> _Way | None:
     name = ast.unparse(node)
+    words = f"{'an' if name[0] in 'AIO' else 'a'} {name}"
     if name in _PLAIN:
         return _Way(_PLAIN[name][0], name)
     if name in NOUNS:
-        return _Way(f"a {name}", name)
+        return _Way(words, name)
     several, _, inside = name.partition("[")
+    if several not in ("Mapping", "Sequence", "list"):
+        return None
     kind = inside.removesuffix("]").rpartition(", ")[2]
-    return (
-        _Way(f"a {name}", kind if kind in NOUNS else "", several)
-        if several in ("Mapping", "Sequence", "list")
-        else None
-    )
+    return _Way(words, kind if kind in NOUNS else "", several)
 
 
 def _is(value: Any, kind: str) -> bool:
@@ -120,7 +119,7 @@ def _is(value: Any, kind: str) -> bool:
 
 
 def _is_number(value: Any) -> bool:
-    return np.ndim(value) == 0 and np.asarray(value).dtype.kind in "biuf"
+    return isinstance(value, Real | np.ndarray) and np.ndim(value) == 0 and np.asarray(value).dtype.kind in "biuf"
 
 
 def _refusal(function: str, name: str, ways: list[_Way], value: Any) -> str:

@@ -34,6 +34,8 @@ FUNCTIONS = {name: found for name in fp.__all__ if inspect.isfunction(found := g
     (lambda: fp.read_masks("lv.nii"), "takes a Mapping[str, "),
     (lambda: fp.add_aha(MESH, fields={}), "takes a WallFields or None as 'fields'"),
     (lambda: fp.refine(MESH, optimised="abc"), "refine() takes True or False as 'optimised', got 'abc'"),
+    (lambda: fp.refine(MESH, [[1], [2, 3]]), "refine() takes a whole number as 'levels', got [[1], [2, 3]]"),
+    (lambda: fp.sample_image(MESH, "t1.nii", "t1"), "takes an IntensityImage as 'image' (one comes from read_image)"),
     (lambda: fp.refine(MESH, poor=float("nan")), "refine() takes a finite number as 'poor', got nan"),
     (lambda: fp.read_image("a.nii", frame="1"), "read_image() takes a whole number or None as 'frame', got '1'"),
     (lambda: fp.cavity_surface(MESH, 5), "cavity_surface() takes a string as 'name', got 5"),
