@@ -119,7 +119,10 @@ def _is(value: Any, kind: str) -> bool:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, Real | np.ndarray) and np.ndim(value) == 0 and np.asarray(value).dtype.kind in "biuf"
+    if not isinstance(value, Real | np.ndarray):
+        return False
+    array = np.asarray(value)
+    return array.ndim == 0 and array.dtype.kind in "biuf"
 
 
 def _refusal(function: str, name: str, ways: list[_Way], value: Any) -> str:

@@ -61,15 +61,14 @@ def _limits(numbers: FloatArray, limits: tuple[float, float] | None) -> tuple[fl
     """Values of the first and the last colour."""
     known = numbers[np.isfinite(numbers)]
     if limits is None:
-        low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
-        return low, high if high > low else low + 1.0
+        limits = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
     try:
         low, high = map(float, limits)
     except (TypeError, ValueError):
         low = high = np.nan
-    if not -np.inf < low < high < np.inf:
+    if not -np.inf < low <= high < np.inf:
         raise OptionError(f"limits is {quoted(limits)}, expected the smallest and the largest value of the colours")
-    return low, high
+    return low, high if high > low else low + 1.0
 
 
 def _seventeen(values: npt.ArrayLike, mesh: VolumeMesh | None) -> FloatArray:

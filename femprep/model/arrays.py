@@ -113,7 +113,7 @@ def integers(values: Any, what: str) -> IntArray:
             raise InputError(f"{what} holds {given.flat[wrong[0]]:g}, expected whole numbers")
     else:
         _require_room(given, np.dtype(np.int64), what)
-    return np.asarray(given, dtype=np.int64)
+    return np.array(given, dtype=np.int64)
 
 
 def readonly_table(values: Mapping[str, Any], length: int, what: str) -> Mapping[str, Any]:

@@ -104,7 +104,7 @@ def test_thickness_of_both_ventricles_goes_across_each_wall():
 @pytest.mark.parametrize(("given", "line"), [
     ({"width": 0}, "width is 0, expected a number at least 1"),
     ({"limits": 5}, "limits is 5, expected the smallest and the largest value"),
-    ({"limits": (1.0, 1.0)}, r"limits is \(1.0, 1.0\), expected"),
+    ({"limits": (2.0, 1.0)}, r"limits is \(2.0, 1.0\), expected"),
     ({"limits": (0.0, np.nan)}, "limits is"),
     ({"limits": np.ones((3, 3))}, "limits is"),
     ({"text": "{:d}"}, r"text is '\{:d\}', expected the format of a number"),
