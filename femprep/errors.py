@@ -10,6 +10,8 @@ from typing import ClassVar, Final
 
 #: What the system says where no room is left: on the disk, within a quota, within a limit of the size of a file.
 _FULL: Final = frozenset({errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)})
+#: Letters of a value that a message quotes.
+_LONGEST: Final = 100
 
 
 class FemprepError(Exception):
@@ -125,6 +127,12 @@ class QualityError(FemprepError, RuntimeError):
 def did_you_mean(names: list[str]) -> str:
     """A question to add to what is wrong; nothing where no name is near."""
     return f"; did you mean {' or '.join(map(repr, names))}?" if names else ""
+
+
+def quoted(value: object) -> str:
+    """A value as messages have it: on one line, cut where it is long."""
+    line = " ".join(repr(value).split())
+    return line if len(line) <= _LONGEST else f"{line[: _LONGEST - 3]}..."
 
 
 def cannot_write(what: str, error: OSError, remedy: str) -> FileError:

@@ -15,7 +15,7 @@ from femprep.cli import main
 from femprep.errors import FileError, InputError, MissingDependencyError, OptionError, ResourceError, StageError
 from femprep.options import Options
 from femprep.phantoms import four_chambers, lv_ellipsoid
-from femprep.pipeline import fit_surfaces
+from femprep.pipeline import fit_surfaces, mesh_segmentation
 
 Refusal = Callable[..., str]
 
@@ -167,7 +167,7 @@ def test_options_that_do_not_go_together(refusal: Refusal, ventricle, options, s
 
 def test_options_that_do_not_go_together_are_said_in_plain_words() -> None:
     with pytest.raises(OptionError) as caught:
-        fp.mesh_segmentation(None, anatomy="biv", volume={"mesher": "sweep"})
+        mesh_segmentation(None, anatomy="biv", volume={"mesher": "sweep"})
     assert str(caught.value).startswith("mesher 'sweep' fills the wall between two surfaces")
 
 

@@ -35,6 +35,7 @@ from femprep.errors import InputError
 from femprep.mesh.elements import match_facets
 from femprep.mesh.measures.volume_elements import all_centroids, all_volumes
 from femprep.model import FACET_TAGS, BoolArray, FloatArray, VolumeMesh, noted
+from femprep.model.arrays import floats
 from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.facets import centres_and_areas
 
@@ -151,7 +152,7 @@ def segment_means(mesh: VolumeMesh, values: npt.ArrayLike, *, largest: int = 17)
     """
     if "aha" not in mesh.cell_data:
         raise InputError("the mesh has no AHA segments; call add_aha first")
-    values = np.asarray(values, dtype=float)
+    values = floats(values, "values")
     if values.shape != (mesh.n_cells,):
         raise InputError(f"values have shape {values.shape}, expected one per element, ({mesh.n_cells},)")
     volume = all_volumes(mesh.points, mesh.cells)

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from femprep.anatomy.aha import SEGMENTS, segment_means
-from femprep.errors import InputError, MissingDependencyError
+from femprep.errors import InputError, MissingDependencyError, OptionError, did_you_mean, quoted
 from femprep.model import FloatArray, VolumeMesh
+from femprep.model.arrays import floats
 from femprep.model.markup import escape
+from femprep.options import require_number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,15 +60,29 @@ def _pieces() -> Iterator[_Piece]:
 def _limits(numbers: FloatArray, limits: tuple[float, float] | None) -> tuple[float, float]:
     """Values of the first and the last colour."""
     known = numbers[np.isfinite(numbers)]
-    low, high = limits or ((float(known.min()), float(known.max())) if len(known) else (0.0, 1.0))
+    if limits is None:
+        limits = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    try:
+        low, high = map(float, limits)
+    except (TypeError, ValueError):
+        low = high = np.nan
+    if not -np.inf < low <= high < np.inf:
+        raise OptionError(f"limits is {quoted(limits)}, expected the smallest and the largest value of the colours")
     return low, high if high > low else low + 1.0
 
 
 def _seventeen(values: npt.ArrayLike, mesh: VolumeMesh | None) -> FloatArray:
-    numbers = segment_means(mesh, values) if mesh is not None else np.asarray(values, dtype=float)
+    numbers = segment_means(mesh, values) if mesh is not None else floats(values, "values of a bull's eye")
     if numbers.shape != (17,):
         raise InputError(f"a bull's eye has 17 values, not {numbers.shape}; give the mesh with values per element")
     return numbers
+
+
+def _require_format(text: str) -> None:
+    try:
+        text.format(0.0)
+    except (ValueError, IndexError, KeyError):
+        raise OptionError(f"text is {text!r}, expected the format of a number such as '{{:.3g}}'") from None
 
 
 def bulls_eye(
@@ -105,6 +122,8 @@ def bulls_eye(
     ------
     InputError
         There are not 17 values.
+    OptionError
+        There is no such colour map or format, or ``limits`` are no two numbers, the smaller one first.
     MissingDependencyError
         matplotlib is not installed (the extra ``plot``).
 
@@ -112,6 +131,8 @@ def bulls_eye(
     --------
     >>> axes = fp.bulls_eye(range(17), label="segment")
     """
+    if text is not None:
+        _require_format(text)
     numbers = _seventeen(values, mesh)
     try:
         from matplotlib import colormaps
@@ -121,6 +142,11 @@ def bulls_eye(
         from matplotlib.patches import Wedge
     except ImportError as error:
         raise MissingDependencyError("plots need matplotlib; install femprep[plot]") from error
+    if cmap not in colormaps:
+        raise OptionError(
+            f"cmap is {cmap!r}, which is no colour map of matplotlib"
+            + did_you_mean(get_close_matches(cmap, list(colormaps)))
+        )
     if ax is None:
         _, ax = plt.subplots(figsize=(5.0, 4.4))
     scale = ScalarMappable(Normalize(*_limits(numbers, limits)), colormaps[cmap])
@@ -170,12 +196,16 @@ def bulls_eye_svg(
     ------
     InputError
         There are not 17 values.
+    OptionError
+        ``limits`` are no two numbers, the smaller one first, ``width`` is less than one, or there is no such format.
 
     Examples
     --------
     >>> fp.bulls_eye_svg(range(17), label="segment").startswith("<svg")
     True
     """
+    require_number("width", width, 1)
+    _require_format(text)
     numbers = _seventeen(values, mesh)
     low, high = _limits(numbers, limits)
     shapes = []

@@ -46,6 +46,7 @@ from femprep.anatomy.laplace.valves import closed_valves
 from femprep.anatomy.rules import Sites, at_centres, at_points, node_fields, triads
 from femprep.errors import InputError
 from femprep.model import FloatArray, Notice, VolumeMesh, frozen, noted, without_failure
+from femprep.model.arrays import floats
 from femprep.options import FibreOptions, choose, takes
 
 logger = logging.getLogger(__name__)
@@ -179,7 +180,7 @@ def quadrature_fibres(
     nodes = node_fields(fields, chosen.rule)
     out = {}
     for name in fields.space.block_names:
-        at = np.asarray((points or {}).get(name, default_points(name)), dtype=float)
+        at = floats((points or {}).get(name, default_points(name)), f"quadrature points of {name!r}")
         if at.ndim != 2 or at.shape[1] != 3:
             raise InputError(f"quadrature points of {name!r} have shape {at.shape}, expected (q, 3)")
         sites = at_points(fields.space, nodes, name, at)

@@ -25,17 +25,25 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
-from femprep.model.blocks import chosen_rows
+from femprep.model.arrays import floats
+from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.options import PericardiumOptions, choose, takes
 from femprep.volume.pericardium import with_springs
 
 #: The pericardium ends at this apicobasal coordinate, and its stiffness is a cubic of the distance from there.
 _END: Final = 0.82
+#: Coordinates this far beyond apex and base have been rounded.
+_SLACK: Final = 1e-6
 _CUBIC: Final = (1.5266, -0.37, 0.4964, 0.0)
 
 
 def pericardium_scale(apicobasal: npt.ArrayLike) -> FloatArray:
     """Stiffness at an apicobasal coordinate (0 at the apex, 1 at the base) as a share of that at the apex.
+
+    Raises
+    ------
+    InputError
+        A coordinate is no number from 0 to 1.
 
     References
     ----------
@@ -46,7 +54,13 @@ def pericardium_scale(apicobasal: npt.ArrayLike) -> FloatArray:
     >>> fp.pericardium_scale([0.0, 0.41, 0.82, 1.0]).round(2).tolist()
     [1.0, 0.25, 0.0, 0.0]
     """
-    below = np.maximum(_END - np.asarray(apicobasal, dtype=np.float64), 0.0)
+    at = floats(apicobasal, "apicobasal coordinates")
+    if np.any(wrong := ~((at >= -_SLACK) & (at <= 1.0 + _SLACK))):
+        raise InputError(
+            f"an apicobasal coordinate is {at[wrong][0]:g}, but it is 0 at the apex and 1 at the base, as "
+            "add_coordinates makes it"
+        )
+    below = np.maximum(_END - np.maximum(at, 0.0), 0.0)
     return np.asarray(np.polyval(_CUBIC, below))
 
 
@@ -71,7 +85,7 @@ def add_pericardium(mesh: VolumeMesh, options: PericardiumOptions | None = None,
     Raises
     ------
     InputError
-        The mesh has no epicardium or no coordinates.
+        The mesh has no epicardium, or no coordinates from 0 to 1 there.
 
     References
     ----------
@@ -94,4 +108,6 @@ def add_pericardium(mesh: VolumeMesh, options: PericardiumOptions | None = None,
             "the pericardium's stiffness depends on the point data apicobasal, which the mesh does not have; add them "
             "(add_coordinates, or --fibres)"
         )
-    return with_springs(mesh, options.stiffness * pericardium_scale(mesh.point_data["apicobasal"]))
+    stiffness, on = np.zeros(len(mesh.points)), nodes_of(facets)
+    stiffness[on] = options.stiffness * pericardium_scale(np.asarray(mesh.point_data["apicobasal"])[on])
+    return with_springs(mesh, stiffness)

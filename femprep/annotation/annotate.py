@@ -20,6 +20,7 @@ from femprep.annotation.shell import Shell, shell_of
 from femprep.annotation.ventricles import with_anatomy
 from femprep.annotation.ways import READING_WAYS
 from femprep.errors import FemprepError, InputError
+from femprep.export.content import require_elements
 from femprep.mesh.measures.volume_elements import all_volumes, element_volumes
 from femprep.mesh.operations.turned import turned_cells
 from femprep.model import FACET_TAGS, Notice, Plane, Progress, TagArray, VolumeMesh, noted, tag_name, with_failure
@@ -70,8 +71,8 @@ def annotate(
     Raises
     ------
     InputError
-        The boundary is none of a heart's, or two readings are possible; the message holds the line of the
-        configuration that decides.
+        There are no elements, the boundary is none of a heart's, or two readings are possible; the message holds the
+        line of the configuration that decides.
 
     Examples
     --------
@@ -79,6 +80,7 @@ def annotate(
     {'endo': 101, 'epi': 102, 'base': 103}
     """
     options = choose(AnnotateOptions, options, changes)
+    require_elements(mesh)
     stages = Stages(progress)
     with stages("boundary"):
         mesh, unit, scale = _in_millimetres(mesh, options)

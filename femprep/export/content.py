@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from femprep.errors import InputError
 from femprep.export.deck.names import facet_names
 from femprep.model import VolumeMesh, is_blood
 
@@ -32,3 +33,14 @@ def content_of(mesh: VolumeMesh) -> Content:
     """What a mesh has."""
     blood = bool(is_blood(mesh.region).any())
     return Content(tuple(mesh.cells), tuple(facet_names(mesh)), "fiber" in mesh.cell_data, blood)
+
+
+def require_elements(mesh: VolumeMesh) -> None:
+    """Refuse a mesh of no elements.
+
+    Raises
+    ------
+    InputError
+    """
+    if not mesh.n_cells:
+        raise InputError("the mesh has no volume elements; give one of tetrahedra, wedges or hexahedra")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from femprep.errors import InputError, MissingDependencyError
+from femprep.export.content import require_elements
 from femprep.export.deck.data import over_all
 from femprep.export.deck.names import facet_names, region_names
 from femprep.export.vtk.polydata import surface_polydata, wall_polydata
@@ -54,6 +55,7 @@ def to_meshio(noun: Surface | Wall | VolumeMesh) -> Any:
         triangles = [("triangle", noun.triangles)]
         data = {"facet_tag": [noun.facet_tag]}
         return meshio.Mesh(noun.points, triangles, {"template": noun.template}, data, names)
+    require_elements(noun)
     names = {name: np.array([tag, 3]) for name, tag in region_names(noun).items()}
     names |= {name: np.array([tag, 2]) for name, tag in facet_names(noun).items()}
     cells, facets = list(noun.cells.items()), list(noun.facets.items())

@@ -29,9 +29,9 @@ from femprep.export.others.tecplot import read as _tecplot
 from femprep.export.through_meshio import meshio_mesh
 from femprep.export.turned import turned_tetrahedra
 from femprep.export.verdict import verdict_in
-from femprep.mesh.elements import ELEMENTS, FACET_TYPES
 from femprep.mesh.vtk.entities import refuse_entities
 from femprep.model import VolumeMesh
+from femprep.model.arrays import FARTHEST
 from femprep.model.notice import Notice, noted
 from femprep.model.verdict import VERDICT
 
@@ -82,7 +82,6 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         require_hdf5(path)
         mesh = import_module(f"femprep.export.{reader}.read").read(path) if isinstance(reader, str) else reader(path)
         _require_finite(mesh)
-        _require_nodes(mesh)
         require_own_edges(mesh)
         mesh = _with_notice(mesh)
         if path.suffix.lower() in _COMMENTED and (verdict := verdict_in(path)):
@@ -97,19 +96,11 @@ def read_mesh(path: str | Path) -> VolumeMesh:
 
 
 def _require_finite(mesh: VolumeMesh) -> None:
-    wrong = np.flatnonzero(~(np.abs(mesh.points) < _FARTHEST).all(axis=1))
+    wrong = np.flatnonzero(~(np.abs(mesh.points) < FARTHEST).all(axis=1))
     if wrong.size:
         raise InputError(
             f"point {wrong[0]} is {mesh.points[wrong[0]].tolist()} ({wrong.size} such); give finite numbers"
         )
-
-
-def _require_nodes(mesh: VolumeMesh) -> None:
-    """Every element and facet has as many nodes as its type."""
-    for kind, block in [*mesh.cells.items(), *mesh.facets.items()]:
-        count = ELEMENTS[kind].nodes if kind in ELEMENTS else _FACET_NODES[kind]
-        if block.shape[1] != count:
-            raise InputError(f"a {kind} has {block.shape[1]} nodes, expected {count}")
 
 
 def _with_notice(mesh: VolumeMesh) -> VolumeMesh:
@@ -194,11 +185,6 @@ _UNMIXED: Final = re.compile(r"unknown format: (np\.\w+\()?\d+\)?$")
 #: Share of negative tetrahedra of a file of VTK's from which on its writer had no order of nodes: FEniCS' have half.
 _MANY: Final = 0.4
 
-#: Nodes of each facet type.
-_FACET_NODES: Final = {name: count for count, name in FACET_TYPES.items()}
-
-#: Coordinates from here on, 1000 km in micrometres, are no numbers of a heart: their squares may overflow.
-_FARTHEST: Final = 1e12
 
 #: Endings of text files with comments, in which a mesh's verdict stands.
 _COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")

@@ -7,7 +7,7 @@ from typing import Any
 
 from femprep.errors import InputError, cannot_write
 from femprep.export.beside import clear, leftovers
-from femprep.export.content import content_of
+from femprep.export.content import content_of, require_elements
 from femprep.export.files import whole_files
 from femprep.export.table import FORMATS, require_formats
 from femprep.export.target import require_file, target_of
@@ -54,7 +54,7 @@ def write_mesh(
     DiskFullError
         There is no room; nothing of it is left.
     InputError
-        The format cannot hold the mesh.
+        The mesh has no elements, or the format cannot hold it.
 
     Examples
     --------
@@ -64,6 +64,7 @@ def write_mesh(
     target = target_of(path, format)
     kind, folder = target.format, target.folder
     options = choose(ExportOptions, options, changes)
+    require_elements(mesh)
     kind.require(content_of(mesh), options)
     with whole_files(folder.parent if kind.folder else folder) as (partial, moved):
         made = partial / folder.name if kind.folder else partial

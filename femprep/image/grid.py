@@ -8,8 +8,9 @@ from typing import Final, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from femprep.errors import InputError
+from femprep.errors import InputError, quoted
 from femprep.model import FloatArray, readonly
+from femprep.model.arrays import integers
 from femprep.model.products import inverse, product
 
 _Value = TypeVar("_Value", bound=np.generic)
@@ -56,7 +57,7 @@ class Grid:
     stack: int | None = None
 
     def __post_init__(self) -> None:
-        shape = tuple(int(n) for n in self.shape)
+        shape = tuple(np.atleast_1d(integers(self.shape, "grid shape")).tolist())
         if len(shape) != 3 or min(shape) < 1:
             raise InputError(f"grid shape is {self.shape}, expected three positive numbers of voxels")
         object.__setattr__(self, "shape", shape)
@@ -269,3 +270,14 @@ class Grid:
         axis = self.stack_axis
         offsets = None if self.offsets is None else self.offset_at(first[axis] + np.arange(shape[axis]))
         return Grid(shape, self.spacing, origin, self.direction, offsets, self.stack)
+
+
+def require_grid(grid: Grid) -> None:
+    """Refuse what is no grid, where whoever calls the library gave it.
+
+    Raises
+    ------
+    InputError
+    """
+    if not isinstance(grid, Grid):
+        raise InputError(f"the grid is {quoted(grid)}, expected a Grid")

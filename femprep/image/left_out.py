@@ -16,6 +16,7 @@ from femprep.errors import InputError
 from femprep.image.resample import slice_distance
 from femprep.image.segmentation import Segmentation
 from femprep.model import FloatArray, IntArray, Notice, records
+from femprep.model.arrays import integers
 
 
 def leave_out_slices(seg: Segmentation, slices: Iterable[int]) -> Segmentation:
@@ -38,7 +39,7 @@ def leave_out_slices(seg: Segmentation, slices: Iterable[int]) -> Segmentation:
     Raises
     ------
     InputError
-        A slice is none of the stack; fewer than two with labels are left.
+        A number is no whole one, or no slice of the stack; fewer than two with labels are left.
 
     References
     ----------
@@ -50,7 +51,7 @@ def leave_out_slices(seg: Segmentation, slices: Iterable[int]) -> Segmentation:
     >>> len(shorter.slices("lv").index) == len(seg.slices("lv").index) - 1
     True
     """
-    asked, axis = sorted({int(number) for number in slices}), seg.stack_axis
+    asked, axis = np.unique(integers(list(slices), "slices")).tolist(), seg.stack_axis
     stack = np.moveaxis(seg.labels, axis, 0)
     if wrong := [number for number in asked if not 0 <= number < len(stack)]:
         raise InputError(f"slice {wrong[0]} cannot be left out: the slices are 0 to {len(stack) - 1}")

@@ -52,11 +52,16 @@ def long_axis(seg: Segmentation) -> LongAxis:
     Raises
     ------
     InputError
-        The cavity is empty, or closed by myocardium all round.
+        The cavity is empty, shares labels with the myocardium, or closed by myocardium all round.
     """
     cavity, muscle = seg.mask("lv"), seg.mask("myo")
     if not cavity.any():
         raise InputError("the LV cavity is empty, so it has no base; check the label numbers")
+    if both := set(seg.structures["lv"]) & set(seg.structures["myo"]):
+        raise InputError(
+            f"the structures lv and myo share label {min(both)}, so that nothing tells where the cavity ends; give "
+            "each numbers of its own"
+        )
     box = used_box(cavity | muscle)
     cavity, muscle = cavity[box], muscle[box]
     free, inner = ~np.pad(cavity | muscle, 1), np.pad(cavity, 1)

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError
-from femprep.image.grid import Grid
+from femprep.image.grid import Grid, require_grid
 from femprep.image.tips import thin_tips
 from femprep.image.topology import counts_along, euler_characteristic, label_pieces, label_voids, used_box
 from femprep.model import BoolArray, FloatArray, Notice, readonly, records
@@ -57,6 +57,7 @@ class LabelObject:
     frame: FloatArray | None = None
 
     def __post_init__(self) -> None:
+        require_grid(self.grid)
         mask = np.asarray(self.mask)
         if mask.dtype != bool or mask.shape != self.grid.shape:
             raise InputError(

@@ -13,10 +13,11 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.image.canonical_storage import moments
-from femprep.image.grid import Grid
+from femprep.image.grid import Grid, require_grid
 from femprep.image.object import LabelObject, make_object, rotation
 from femprep.image.slices import SliceTable, slice_table
 from femprep.model import BoolArray, FloatArray
+from femprep.model.arrays import integers, mapping
 from femprep.options import ImageOptions, choose, takes
 
 
@@ -53,6 +54,7 @@ class Segmentation:
     frame: FloatArray | None = None
 
     def __post_init__(self) -> None:
+        require_grid(self.grid)
         labels = np.asarray(self.labels)
         if labels.dtype == bool:
             labels = labels.astype(np.uint8)
@@ -64,7 +66,8 @@ class Segmentation:
             labels = labels.copy(order="K")
             labels.setflags(write=False)
         structures = {
-            name: tuple(int(n) for n in np.atleast_1d(np.asarray(numbers))) for name, numbers in self.structures.items()
+            name: tuple(np.atleast_1d(integers(numbers, f"structure {name!r}")).tolist())
+            for name, numbers in mapping(self.structures, "structures").items()
         }
         for name, numbers in structures.items():
             if not numbers:
@@ -73,7 +76,7 @@ class Segmentation:
                 raise InputError(f"structure {name!r} has label {min(numbers)}; labels are positive, 0 is background")
         object.__setattr__(self, "labels", labels)
         object.__setattr__(self, "structures", MappingProxyType(structures))
-        object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
+        object.__setattr__(self, "info", mapping(self.info, "info"))
         object.__setattr__(self, "frame", rotation(self.frame))
         if self.grid.stack is None and len(self.grid.thick_axes) > 1:
             object.__setattr__(self, "grid", replace(self.grid, stack=self._longest(self.grid.thick_axes)))

@@ -17,6 +17,7 @@ from femprep.mesh.least_corner import BlockParts, unpaired
 from femprep.mesh.numbering import row_numbers
 from femprep.model import IntArray, TagArray
 from femprep.model.blocks import block_rows, chosen_rows
+from femprep.model.element_nodes import ELEMENT_NODES, FACET_NODES
 
 
 @dataclass(frozen=True)
@@ -71,12 +72,12 @@ ELEMENTS: Final[Mapping[str, ElementType]] = MappingProxyType(
     {
         element.name: element
         for element in (
-            ElementType("tetra", 4, 4, _TET_EDGES, _TET_FACES),
-            ElementType("tetra10", 4, 10, _TET_EDGES, _TET_FACES),
-            ElementType("wedge", 6, 6, _WEDGE_EDGES, _WEDGE_FACES),
-            ElementType("wedge15", 6, 15, _WEDGE_EDGES, _WEDGE_FACES),
-            ElementType("hexahedron", 8, 8, _HEX_EDGES, _HEX_FACES),
-            ElementType("hexahedron20", 8, 20, _HEX_EDGES, _HEX_FACES),
+            ElementType("tetra", 4, ELEMENT_NODES["tetra"], _TET_EDGES, _TET_FACES),
+            ElementType("tetra10", 4, ELEMENT_NODES["tetra10"], _TET_EDGES, _TET_FACES),
+            ElementType("wedge", 6, ELEMENT_NODES["wedge"], _WEDGE_EDGES, _WEDGE_FACES),
+            ElementType("wedge15", 6, ELEMENT_NODES["wedge15"], _WEDGE_EDGES, _WEDGE_FACES),
+            ElementType("hexahedron", 8, ELEMENT_NODES["hexahedron"], _HEX_EDGES, _HEX_FACES),
+            ElementType("hexahedron20", 8, ELEMENT_NODES["hexahedron20"], _HEX_EDGES, _HEX_FACES),
         )
     }
 )
@@ -86,7 +87,7 @@ QUADRATIC: Final[Mapping[str, str]] = MappingProxyType(
     {"tetra": "tetra10", "wedge": "wedge15", "hexahedron": "hexahedron20"}
 )
 #: Facet type by its number of nodes.
-FACET_TYPES: Final[Mapping[int, str]] = MappingProxyType({3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"})
+FACET_TYPES: Final[Mapping[int, str]] = MappingProxyType({count: name for name, count in FACET_NODES.items()})
 
 #: Number of corner nodes of a facet type.
 FACET_CORNERS: Final[Mapping[str, int]] = MappingProxyType({"triangle": 3, "quad": 4, "triangle6": 3, "quad8": 4})

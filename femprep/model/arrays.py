@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from femprep.errors import InputError
+from femprep.errors import InputError, quoted
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -20,6 +20,8 @@ BoolArray = npt.NDArray[np.bool_]
 _NUMBERS, _PRECISIONS = "biuf", (4, 8)
 #: Fractions from here on are not known to the unit.
 _MOST = 2.0**53
+#: Coordinates from here on, 1000 km in micrometres, are no numbers of a heart: their squares may overflow.
+FARTHEST = 1e12
 
 
 def frozen(array: Any) -> Any:
@@ -44,6 +46,28 @@ def _kept(array: npt.ArrayLike, dtype: npt.DTypeLike | None) -> Any:
     return frozen(np.array(array, dtype=dtype, order="C", copy=True))
 
 
+def array_of(values: Any, what: str) -> Any:
+    """Numbers as an array.
+
+    Raises
+    ------
+    InputError
+        Its rows differ in length, or it holds no real numbers.
+    """
+    try:
+        given = np.asarray(values)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} is no array: its rows differ in length") from None
+    if given.dtype.kind not in _NUMBERS and (given.size or given.dtype.kind == "O"):
+        raise InputError(f"{what} holds no real numbers but {given.dtype}")
+    return given
+
+
+def floats(values: Any, what: str) -> FloatArray:
+    """Real numbers as floating point ones; else refused as by :func:`array_of`."""
+    return np.asarray(array_of(values, what), dtype=np.float64)
+
+
 def readonly(array: npt.ArrayLike, dtype: npt.DTypeLike, shape: tuple[int | None, ...], what: str) -> Any:
     """Contiguous read-only array of the same values, with its shape checked (``None`` is any length).
 
@@ -52,9 +76,7 @@ def readonly(array: npt.ArrayLike, dtype: npt.DTypeLike, shape: tuple[int | None
     InputError
         It has another shape, holds no real numbers, or a fraction where whole ones are asked for.
     """
-    given = np.asarray(array)
-    if given.dtype.kind not in _NUMBERS and given.size:
-        raise InputError(f"{what} holds no real numbers but {given.dtype}")
+    given = array_of(array, what)
     if np.dtype(dtype).kind == "i":
         if given.dtype.kind == "f":
             given = integers(given, what)
@@ -83,9 +105,7 @@ def integers(values: Any, what: str) -> IntArray:
     InputError
         They are no numbers, or one of them is a fraction, infinite, NaN or beyond 64 bits.
     """
-    given = np.asarray(values)
-    if given.dtype.kind not in _NUMBERS:
-        raise InputError(f"{what} holds {given.dtype}, expected whole numbers")
+    given = array_of(values, what)
     if given.dtype.kind == "f":
         given = given.astype(np.float64)
         wrong = np.flatnonzero(~(np.abs(given) < _MOST) | (given != np.round(given)))
@@ -93,7 +113,7 @@ def integers(values: Any, what: str) -> IntArray:
             raise InputError(f"{what} holds {given.flat[wrong[0]]:g}, expected whole numbers")
     else:
         _require_room(given, np.dtype(np.int64), what)
-    return given.astype(np.int64)
+    return np.array(given, dtype=np.int64)
 
 
 def readonly_table(values: Mapping[str, Any], length: int, what: str) -> Mapping[str, Any]:
@@ -102,15 +122,43 @@ def readonly_table(values: Mapping[str, Any], length: int, what: str) -> Mapping
     Raises
     ------
     InputError
-        One has other rows, or holds no real numbers.
+        One has other rows, or holds no real numbers; or they have no names.
     """
     out = {}
-    for name, value in values.items():
-        kind = np.asarray(value).dtype
-        if kind.kind not in _NUMBERS:
-            raise InputError(f"{what} {name!r} holds no real numbers but {kind}")
+    for name, value in mapping(values, what).items():
+        kind = array_of(value, f"{what} {name!r}").dtype
         array = _kept(value, np.float64 if kind.kind == "f" and kind.itemsize not in _PRECISIONS else None)
         if array.ndim == 0 or array.shape[0] != length:
             raise InputError(f"{what} {name!r} has shape {array.shape}, expected {length} rows")
         out[name] = array
     return MappingProxyType(out)
+
+
+def mapping(values: Any, what: str, kind: type = object) -> Mapping[str, Any]:
+    """Things of one kind by name, read-only.
+
+    Raises
+    ------
+    InputError
+        It is no mapping, a name is no string, or one of them is of another kind.
+    """
+    if not isinstance(values, Mapping):
+        raise InputError(f"{what} is {quoted(values)}, expected a mapping by names")
+    for name, value in values.items():
+        if not isinstance(name, str):
+            raise InputError(f"{what} has the name {name!r}, expected a string")
+        if not isinstance(value, kind):
+            raise InputError(f"{what} {name!r} is {quoted(value)}, expected a {kind.__name__}")
+    return MappingProxyType(dict(values))
+
+
+def require_points(numbers: IntArray, count: int, what: str) -> None:
+    """Refuse numbers of points, from 0, that are none of so many points.
+
+    Raises
+    ------
+    InputError
+    """
+    if numbers.size and ((least := numbers.min()) < 0 or numbers.max() >= count):
+        wrong = least if least < 0 else numbers.max()
+        raise InputError(f"{what} name point {wrong}, but there are {count} points, counted from 0")

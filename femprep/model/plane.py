@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError
-from femprep.model.arrays import FloatArray, readonly
+from femprep.model.arrays import FloatArray, floats, readonly
 from femprep.model.notice import Notice, records
 from femprep.model.products import inner, product
 from femprep.model.products import length as length_of
@@ -43,8 +43,11 @@ class Plane:
     notices: tuple[Notice, ...] = ()
 
     def __post_init__(self) -> None:
-        normal = np.asarray(self.normal, dtype=float)
-        length = length_of(normal)
+        normal, point = floats(self.normal, "plane normal"), floats(self.point, "plane point")
+        if not np.isfinite(point).all():
+            raise InputError(f"plane point {point.tolist()} lies nowhere; give finite numbers")
+        with np.errstate(over="ignore"):
+            length = length_of(normal)
         if not np.isfinite(length) or length == 0.0:
             raise InputError(f"plane normal {normal.tolist()} has no direction; give a finite, non-zero vector")
         object.__setattr__(self, "point", readonly(self.point, np.float64, (3,), "plane point"))
@@ -87,7 +90,10 @@ class Plane:
         >>> plane.signed_distance([[0.0, 0.0, 8.0], [9.0, 0.0, 1.0]]).tolist()
         [3.0, -4.0]
         """
-        return product(np.asarray(points, dtype=float) - self.point, self.normal)
+        given = floats(points, "points")
+        if given.shape[-1:] != (3,):
+            raise InputError(f"points have shape {given.shape}, expected (n, 3)")
+        return product(given - self.point, self.normal)
 
     def feet(self, points: FloatArray) -> FloatArray:
         """Points ``(n, 3)`` put onto the plane, straight, mm.

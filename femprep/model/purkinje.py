@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import dijkstra
 
 from femprep.errors import InputError
-from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly
+from femprep.model.arrays import FloatArray, IntArray, TagArray, mapping, readonly, require_points
 from femprep.model.tags import tag_name
 
 
@@ -59,15 +58,16 @@ class PurkinjeNet:
         put(self, "edges", readonly(self.edges, np.int64, (None, 2), "edges of a Purkinje net"))
         put(self, "edge_tag", readonly(self.edge_tag, np.int32, (len(self.edges),), "edge tags of a Purkinje net"))
         put(self, "mesh_point", readonly(self.mesh_point, np.int64, (len(self.points),), "junctions of a Purkinje net"))
+        require_points(self.edges, len(self.points), "edges of a Purkinje net")
         named, first = np.unique(self.edges.ravel(), return_index=True)
         if not np.array_equal(named, np.arange(len(self.points))) or not np.all(np.diff(first) > 0):
             raise InputError(
                 f"the edges of a Purkinje net name {len(named)} points, of which there are {len(self.points)}; number "
                 "them as the edges first name them (PurkinjeNet.numbered)"
             )
-        if not np.isfinite(self.points).all() or not self.speed > 0:
+        if not np.isfinite(self.points).all() or not 0 < self.speed < np.inf:
             raise InputError(f"a Purkinje net has finite points and a positive speed, not {self.speed} m/s")
-        put(self, "info", MappingProxyType(dict(self.info)))
+        put(self, "info", mapping(self.info, "info"))
 
     @classmethod
     def numbered(

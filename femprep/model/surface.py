@@ -4,14 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError
-from femprep.model.arrays import FloatArray, IntArray, readonly, readonly_table
+from femprep.model.arrays import (
+    FARTHEST,
+    FloatArray,
+    IntArray,
+    array_of,
+    mapping,
+    readonly,
+    readonly_table,
+    require_points,
+)
 from femprep.model.convert import Convertible
 
 
@@ -20,6 +28,17 @@ def split_quads(cells: IntArray) -> IntArray:
     if cells.shape[1] == 3:
         return cells
     return np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
+
+
+def require_cells(surface: Surface) -> None:
+    """Refuse a surface without any cell.
+
+    Raises
+    ------
+    InputError
+    """
+    if not len(surface.cells):
+        raise InputError(f"surface {surface.name!r} has no triangles")
 
 
 class SphereMap(Protocol):
@@ -70,17 +89,21 @@ class Surface(Convertible):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", readonly(self.points, np.float64, (None, 3), "points"))
-        corners = np.asarray(self.cells).shape[-1] if np.asarray(self.cells).ndim == 2 else 0
-        if corners not in (3, 4):
+        if len(far := np.flatnonzero((np.abs(self.points) >= FARTHEST).any(axis=1))):
             raise InputError(
-                f"cells of surface {self.name!r} have shape {np.shape(self.cells)}, expected (m, 3) or (m, 4)"
+                f"surface {self.name!r}: vertex {far[0]} is {self.points[far[0]].tolist()}, expected coordinates in mm"
             )
-        object.__setattr__(self, "cells", readonly(self.cells, np.int64, (None, corners), "cells"))
+        what = f"cells of surface {self.name!r}"
+        shape = array_of(self.cells, what).shape
+        if len(shape) != 2 or shape[1] not in (3, 4):
+            raise InputError(f"{what} have shape {shape}, expected (m, 3) or (m, 4)")
+        object.__setattr__(self, "cells", readonly(self.cells, np.int64, shape, what))
+        require_points(self.cells, len(self.points), what)
         if self.directions is not None:
             shape = (len(self.points), 3)
             object.__setattr__(self, "directions", readonly(self.directions, np.float64, shape, "directions"))
         object.__setattr__(self, "point_data", readonly_table(self.point_data, len(self.points), "point data"))
-        object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
+        object.__setattr__(self, "info", mapping(self.info, "info"))
 
     def __repr__(self) -> str:
         kind = "triangles" if self.cells.shape[1] == 3 else "quadrilaterals"

@@ -9,9 +9,18 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from femprep.errors import InputError
-from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly, readonly_table
+from femprep.errors import InputError, quoted
+from femprep.model.arrays import (
+    FloatArray,
+    IntArray,
+    TagArray,
+    mapping,
+    readonly,
+    readonly_table,
+    require_points,
+)
 from femprep.model.convert import Convertible, maker
+from femprep.model.element_nodes import ELEMENT_NODES, FACET_NODES, require_types
 from femprep.model.plane import Plane
 from femprep.model.purkinje import PurkinjeNet
 from femprep.model.tags import FACET_TAGS, REGION_TAGS, names_of
@@ -75,21 +84,21 @@ class VolumeMesh(Convertible):
         for name in ("cells", "facets"):
             blocks = {
                 key: readonly(value, np.int64, (None, None), f"{name} {key!r}")
-                for key, value in getattr(self, name).items()
+                for key, value in mapping(getattr(self, name), name).items()
             }
+            require_types(blocks, *((ELEMENT_NODES, "element") if name == "cells" else (FACET_NODES, "facet")))
             for key, value in blocks.items():
-                if value.size and (value.min() < 0 or value.max() >= len(self.points)):
-                    raise InputError(
-                        f"{name} {key!r} name point {value.max()}, but there are {len(self.points)} points"
-                    )
+                require_points(value, len(self.points), f"{name} {key!r}")
             put(self, name, MappingProxyType(blocks))
         put(self, "region", readonly(self.region, np.int32, (self.n_cells,), "region"))
         put(self, "facet_tag", readonly(self.facet_tag, np.int32, (self.n_facets,), "facet_tag"))
         put(self, "cell_data", readonly_table(self.cell_data, self.n_cells, "cell data"))
         put(self, "point_data", readonly_table(self.point_data, len(self.points), "point data"))
         put(self, "facet_data", readonly_table(self.facet_data, self.n_facets, "facet data"))
-        put(self, "planes", MappingProxyType(dict(self.planes)))
-        put(self, "info", MappingProxyType(dict(self.info)))
+        put(self, "planes", mapping(self.planes, "planes", Plane))
+        put(self, "info", mapping(self.info, "info"))
+        if not isinstance(self.purkinje, PurkinjeNet | None):
+            raise InputError(f"purkinje is {quoted(self.purkinje)}, expected a PurkinjeNet")
         if self.purkinje is not None and self.purkinje.mesh_point.max(initial=-1) >= len(self.points):
             raise InputError(
                 f"the Purkinje net ends in point {self.purkinje.mesh_point.max()}, but there are {len(self.points)}"

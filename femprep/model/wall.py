@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from femprep.model.arrays import FloatArray, IntArray, TagArray, readonly
+from femprep.model.arrays import FloatArray, IntArray, TagArray, mapping, readonly, require_points
 from femprep.model.convert import Convertible
 from femprep.model.plane import Plane
 from femprep.model.tags import tag_name
@@ -52,10 +52,11 @@ class Wall(Convertible):
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", readonly(self.points, np.float64, (None, 3), "points"))
         object.__setattr__(self, "triangles", readonly(self.triangles, np.int64, (None, 3), "triangles"))
+        require_points(self.triangles, len(self.points), "triangles")
         object.__setattr__(self, "facet_tag", readonly(self.facet_tag, np.int32, (len(self.triangles),), "facet_tag"))
         object.__setattr__(self, "template", readonly(self.template, np.int64, (len(self.points),), "template"))
-        object.__setattr__(self, "planes", MappingProxyType(dict(self.planes)))
-        object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
+        object.__setattr__(self, "planes", mapping(self.planes, "planes", Plane))
+        object.__setattr__(self, "info", mapping(self.info, "info"))
 
     def __repr__(self) -> str:
         names = ", ".join(tag_name(int(tag)) for tag in np.unique(self.facet_tag))
@@ -109,10 +110,13 @@ class BloodPools:
         put(self, "outer", readonly(self.outer, np.int64, (None, 3), "outer"))
         put(self, "outer_tag", readonly(self.outer_tag, np.int32, (len(self.outer),), "outer_tag"))
         cavities = {
-            name: readonly(cells, np.int64, (None, 3), f"cavity {name!r}") for name, cells in self.cavities.items()
+            name: readonly(cells, np.int64, (None, 3), f"cavity {name!r}")
+            for name, cells in mapping(self.cavities, "cavities").items()
         }
+        for name, cells in {"outer": self.outer, **cavities}.items():
+            require_points(cells, len(self.points), f"triangles of {name!r}")
         put(self, "cavities", MappingProxyType(cavities))
-        put(self, "caps", MappingProxyType(dict(self.caps)))
+        put(self, "caps", mapping(self.caps, "caps", Plane))
 
     def __repr__(self) -> str:
         return f"BloodPools({len(self.points)} points, {len(self.outer)} outer triangles: {', '.join(self.cavities)})"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from femprep.options.activation import ActivationOptions, PurkinjeOptions
 from femprep.options.annotate import AnnotateOptions
-from femprep.options.base import Policy, StageOptions, choose, takes
+from femprep.options.base import Policy, StageOptions, choose, require_number, takes
 from femprep.options.check import MESHER_LIMITS, PURPOSE_LIMITS, CheckOptions
 from femprep.options.export import ExportOptions
 from femprep.options.fibres import FibreOptions
@@ -43,5 +43,6 @@ __all__ = [
     "VolumeOptions",
     "WallOptions",
     "choose",
+    "require_number",
     "takes",
 ]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from difflib import get_close_matches
 from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from femprep.errors import OptionError, did_you_mean
+from femprep.errors import OptionError, did_you_mean, quoted
 
 #: What is done with input that has to be mended: mend and report, or refuse.
 Policy = Literal["repair", "strict"]
@@ -71,14 +72,32 @@ def choose(kind: type[T], options: T | None, changes: dict[str, Any]) -> T:
     Raises
     ------
     OptionError
-        A name is unknown or a value out of range; one line naming the option, the value and what was expected.
+        A name is unknown or a value out of range; one line naming the option, the value and what was expected. Or
+        what was given are no options of this stage.
     """
+    if options is not None and not isinstance(options, kind):
+        raise OptionError(
+            f"options are {quoted(options)}, expected {kind.__name__}(...); or give each option by its name, without "
+            "'options'"
+        )
     # Those given alone, so that what was left to the defaults can still be told from what was asked for.
     values = {name: getattr(options, name) for name in options.model_fields_set} if options is not None else {}
     try:
         return kind(**{**values, **changes})
     except ValidationError as error:
         raise OptionError(describe(error, kind)) from None
+
+
+def require_number(name: str, value: float, least: float, most: float = math.inf) -> None:
+    """Refuse an argument that no class of options holds, where it lies outside its limits or is no finite number.
+
+    Raises
+    ------
+    OptionError
+    """
+    if not least <= value <= most or math.isinf(value):
+        limits = f"at least {least:g}" if math.isinf(most) else f"from {least:g} to {most:g}"
+        raise OptionError(f"{name} is {quoted(value)}, expected a number {limits}")
 
 
 def describe(error: ValidationError, kind: type[StageOptions] | None = None) -> str:
@@ -91,7 +110,7 @@ def describe(error: ValidationError, kind: type[StageOptions] | None = None) -> 
         elif item["type"] == "value_error" and not name:  # options that do not go together
             parts.append(str(item["ctx"]["error"]))
         else:
-            parts.append(f"option {name!r} is {item['input']!r}: {item['msg'][:1].lower()}{item['msg'][1:]}")
+            parts.append(f"option {name!r} is {quoted(item['input'])}: {item['msg'][:1].lower()}{item['msg'][1:]}")
     return "; ".join(parts)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from femprep.errors import InputError
 from femprep.mesh.elements import FACET_CORNERS
 from femprep.model import VolumeMesh, Wall
 from femprep.model.blocks import block_rows
@@ -24,11 +25,18 @@ def boundary_wall(mesh: VolumeMesh) -> Wall:
         ``template`` is the vertex number on the cup for points of the endocardium and the epicardium, -1 for those of
         rims between them.
 
+    Raises
+    ------
+    InputError
+        The mesh was not swept.
+
     Examples
     --------
     >>> fp.boundary_wall(swept)
     Wall(... points, ... triangles: endo, epi, base)
     """
+    if missing := {"transmural", "template"} - set(mesh.point_data):
+        raise InputError(f"the mesh was not swept: it has no point data {', '.join(sorted(missing))}")
     every = split_facets(mesh.facets)
     tags = [mesh.facet_tag[rows] for kind, _, rows in block_rows(mesh.facets) for _ in range(FACET_CORNERS[kind] - 2)]
     used, number = np.unique(every, return_inverse=True)

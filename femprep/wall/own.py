@@ -13,6 +13,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import is_closed, volume
 from femprep.model import FloatArray, Notice, Plane, Surface, endocardium
 from femprep.model.notice import spot
+from femprep.model.surface import require_cells
 from femprep.model.units import MILLIMETRES, check_size, guess_unit
 from femprep.options import WallOptions, choose, takes
 from femprep.surface.given.beyond import closed_beyond
@@ -134,6 +135,8 @@ def prepare_surfaces(
     chosen = choose(WallOptions, options, dict(changes))
     anatomy = anatomy_of(surfaces)
     ordered = {name: replace(surfaces[name], name=name) for name in (*CAVITIES, OUTER) if name in surfaces}
+    for surface in ordered.values():
+        require_cells(surface)
     unit, scale, notices = _unit(ordered, unit)
     if base is None and chosen.base is not None:
         base = Plane(np.array(chosen.base[:3]), np.array(chosen.base[3:]), "given")
@@ -195,6 +198,8 @@ def _unit(surfaces: Mapping[str, Surface], unit: str) -> tuple[str, float, list[
             f"surface {least!r} measures {size[least]:.4g} from corner to corner of its box and {most!r} "
             f"{size[most]:.4g}; are they in different units? bring both to mm"
         )
+    if unit != "auto" and unit not in MILLIMETRES:
+        raise InputError(f"unit is {unit!r}; expected auto, {', '.join(MILLIMETRES)}")
     if unit != "auto":
         check_size(f"surface {OUTER!r}", size[OUTER], unit)  # layers and columns between grow with the square of it
         return unit, MILLIMETRES[unit], []

@@ -10,9 +10,9 @@ import pytest
 from anatomy_meshes import clipped_ellipsoid, ellipsoid, slab
 from biventricular import biventricular
 
-from femprep.anatomy import add_aha, bulls_eye_svg, wall_thickness
+from femprep.anatomy import add_aha, bulls_eye, bulls_eye_svg, wall_thickness
 from femprep.anatomy.axes.ventricular_axes import VentricularAxes
-from femprep.errors import InputError
+from femprep.errors import InputError, OptionError
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import VolumeMesh
 
@@ -99,3 +99,30 @@ def test_thickness_of_both_ventricles_goes_across_each_wall():
     for part, width in ((lateral, 10.0), (septum, 10.0), (right, 5.0)):
         assert np.count_nonzero(part) > 5
         assert np.median(thick[part]) == pytest.approx(width, abs=0.8)
+
+
+@pytest.mark.parametrize(("given", "line"), [
+    ({"width": 0}, "width is 0, expected a number at least 1"),
+    ({"limits": 5}, "limits is 5, expected the smallest and the largest value"),
+    ({"limits": (2.0, 1.0)}, r"limits is \(2.0, 1.0\), expected"),
+    ({"limits": (0.0, np.nan)}, "limits is"),
+    ({"limits": np.ones((3, 3))}, "limits is"),
+    ({"text": "{:d}"}, r"text is '\{:d\}', expected the format of a number"),
+    ({"text": "{x}"}, "text is"),
+])  # fmt: skip
+def test_a_picture_of_no_size_limits_or_format_is_refused(given, line):
+    with pytest.raises(OptionError, match=line):
+        bulls_eye_svg(np.arange(17.0), **given)
+
+
+def test_words_are_no_values():
+    with pytest.raises(InputError, match="values of a bull's eye holds no real numbers but"):
+        bulls_eye_svg(["a"] * 17)
+
+
+def test_a_map_of_colours_that_is_none_is_refused():
+    pytest.importorskip("matplotlib")
+    with pytest.raises(
+        OptionError, match=r"cmap is 'virids', which is no colour map of matplotlib; did you mean 'viri"
+    ):
+        bulls_eye(np.arange(17.0), cmap="virids")

@@ -93,3 +93,16 @@ def test_a_mirrored_mesh_has_mirrored_springs() -> None:
     twin, wanted = fp.flip(fp.add_pericardium(mesh)), fp.add_pericardium(fp.flip(mesh))
     for name in ("pericardium", "pericardium_area", "pericardium_normal", "basal_ring"):
         np.testing.assert_allclose(twin.point_data[name], wanted.point_data[name], atol=1e-12)
+
+
+@pytest.mark.parametrize("wrong", [-1.0, 1.1, np.nan, np.inf])
+def test_a_coordinate_beyond_apex_and_base_has_no_stiffness(wrong: float) -> None:
+    with pytest.raises(fp.InputError, match=f"an apicobasal coordinate is {wrong:g}, but it is 0 at the apex"):
+        fp.pericardium_scale([0.5, wrong])
+    assert fp.pericardium_scale(-1e-9) == fp.pericardium_scale(0.0)
+    mesh = with_heights("tetra")
+    off = np.delete(np.arange(len(mesh.points)), facet_nodes(mesh, FACET_TAGS["epi"]))
+    heights = np.array(mesh.point_data["apicobasal"])
+    heights[off] = wrong
+    kept = fp.add_pericardium(mesh.with_data(point={"apicobasal": heights}))  # off the epicardium none is asked for
+    np.testing.assert_array_equal(kept.point_data["pericardium"], fp.add_pericardium(mesh).point_data["pericardium"])

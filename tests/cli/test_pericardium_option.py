@@ -9,6 +9,7 @@ from meshes import APEX_HEIGHT, BASE_HEIGHT, truncated_ellipsoid
 
 import femprep as fp
 from femprep.cli import main
+from femprep.pipeline import mesh_segmentation
 
 
 def stored(folder: Path, coordinates: bool) -> Path:
@@ -59,5 +60,5 @@ def test_one_line_and_nothing_written(
 
 def test_a_run_needs_fibres_for_it() -> None:
     with pytest.raises(fp.OptionError, match="add fibres"):
-        fp.mesh_segmentation(None, pericardium={"stiffness": 1.0})  # type: ignore[arg-type]
+        mesh_segmentation(None, pericardium={"stiffness": 1.0})  # type: ignore[arg-type]
     assert fp.Options(fibres={}, pericardium={}).pericardium.stiffness == 1.0

@@ -124,3 +124,11 @@ def test_by_the_command_line(seg: Segmentation, tmp_path, command: str) -> None:
     assert f"Labels of slices {middle} and {last} were left out; {middle} drawn from their neighbours" in methods
     assert main([command, *given, "--leave-out", "90", "-q", "-o", str(tmp_path / "no")]) == 2
     assert not (tmp_path / "no").exists()
+
+
+@pytest.mark.parametrize("wrong", [[1.7], "12", [np.nan], ["a"], [[1], [2, 3]]])
+def test_what_is_no_number_of_a_slice_is_refused(seg: Segmentation, wrong) -> None:
+    """A fraction was cut, and a word was taken letter by letter."""
+    with pytest.raises(InputError, match=r"^slices (holds|is no array)"):
+        leave_out_slices(seg, wrong)
+    assert leave_out_slices(seg, iter([2.0])).info["left_out"]["slices"] == [2]

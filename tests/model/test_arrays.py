@@ -50,7 +50,7 @@ def test_numbers_without_a_sign_do_not_become_negative() -> None:
 
 
 def test_words_are_no_integers() -> None:
-    with pytest.raises(InputError, match="a list holds <U1, expected whole numbers"):
+    with pytest.raises(InputError, match="a list holds no real numbers but <U1"):
         integers(np.array(["a"]), "a list")
 
 
@@ -62,3 +62,12 @@ def test_tags_beyond_their_bits_are_refused(wrong: int) -> None:
     with pytest.raises(InputError, match="beyond whole numbers of 64 bits"):
         VolumeMesh(np.zeros((4, 3)), {"tetra": np.array([[0, 1, 2, 2**63]], dtype=np.uint64)}, [60])
     assert VolumeMesh(np.zeros((4, 3)), {"tetra": [[0, 1, 2, 3]]}, [2**31 - 1]).region.tolist() == [2**31 - 1]
+
+
+def test_rows_of_different_lengths_are_refused() -> None:
+    with pytest.raises(InputError, match="points is no array: its rows differ in length"):
+        VolumeMesh([[0, 0, 0], [1, 1]], MESH.cells, MESH.region)
+    with pytest.raises(InputError, match="cells 'tetra' is no array: its rows differ in length"):
+        VolumeMesh(MESH.points, {"tetra": [[0, 1, 2, 3], [0, 1, 2]]}, [1, 1])
+    with pytest.raises(InputError, match="cell data 'a' is no array: its rows differ in length"):
+        MESH.with_data(cell={"a": [[1], [2, 3]]})

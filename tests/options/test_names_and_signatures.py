@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 
+import numpy as np
 import pytest
 
 import femprep as fp
@@ -66,3 +67,15 @@ def test_all_option_classes_are_public() -> None:
 def test_options_show_what_was_given() -> None:
     assert repr(fp.Options()) == "Options()"
     assert repr(fp.Options(volume={"edge_length": 2.0})) == "Options(volume=VolumeOptions(edge_length=2.0))"
+
+
+@pytest.mark.parametrize("options", [{"minimum_dihedral": 5}, fp.SurfaceOptions(), 0, "abc"])
+def test_options_of_another_kind_are_refused_in_one_line(options: object) -> None:
+    with pytest.raises(fp.OptionError, match=r"^options are .*, expected CheckOptions\(\.\.\.\); or give each option"):
+        choose(fp.CheckOptions, options, {})
+
+
+def test_a_value_of_many_lines_is_quoted_in_one() -> None:
+    with pytest.raises(fp.OptionError, match=r"option 'minimum_dihedral' is array.*\.\.\.: input should be") as refused:
+        choose(fp.CheckOptions, None, {"minimum_dihedral": np.ones((9, 9))})
+    assert "\n" not in str(refused.value)

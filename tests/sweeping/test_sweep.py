@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from meshes import truncated_ellipsoid
 
 from femprep.errors import InputError, OptionError
 from femprep.mesh.elements import FACET_CORNERS, element_faces
@@ -187,3 +188,8 @@ def test_an_inverted_element_is_found_at_any_corner(matched, element, template):
         points = np.array(mesh.points)
         points[cells[0, corner]] += 3.0 * (points[cells[0]].mean(axis=0) - points[cells[0, corner]])
         assert least_corner(points, cells[:1], name)[0] < 0.0
+
+
+def test_what_was_not_swept_has_no_wall_of_columns():
+    with pytest.raises(InputError, match="the mesh was not swept: it has no point data template, transmural"):
+        boundary_wall(truncated_ellipsoid("hexahedron"))

@@ -16,6 +16,7 @@ from femprep.mesh.measures.volume_elements import element_volumes
 from femprep.mesh.topology import edge_table, volume
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
 from femprep.model.facets import facet_triangles
+from femprep.pipeline import mesh_segmentation
 from femprep.volume.blood import Filling, check_cavities, find_facets
 
 HEIGHT = 10.0
@@ -159,9 +160,9 @@ def test_fibres_go_to_the_wall(filled):
 
 def test_the_sweep_and_steps_are_refused():
     with pytest.raises(OptionError, match="mesher 'sweep' fills the wall alone; blood_pool needs --mesher tetwild"):
-        fp.mesh_segmentation(None, blood_pool=True, volume={"mesher": "sweep"})
+        mesh_segmentation(None, blood_pool=True, volume={"mesher": "sweep"})
     with pytest.raises(OptionError, match="step 'inflation' is for a wall alone"):
-        fp.mesh_segmentation(None, blood_pool=True, export={"step": "inflation"})
+        mesh_segmentation(None, blood_pool=True, export={"step": "inflation"})
 
 
 @pytest.mark.slow

@@ -113,3 +113,8 @@ def test_names_that_make_no_wall_are_refused() -> None:
         prepare_surfaces({"endo": surfaces["lv"], "epi": surfaces["epi"]})
     with pytest.raises(InputError, match="surfaces lv make no wall; give one of: lv epi"):
         prepare_surfaces({"lv": surfaces["lv"]})
+
+
+def test_a_unit_that_is_none_is_named():
+    with pytest.raises(InputError, match="unit is 'MM'; expected auto, mm, cm, m, um"):
+        prepare_surfaces(shapes.heart(), base=TOP, unit="MM")

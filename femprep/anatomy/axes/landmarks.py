@@ -58,8 +58,7 @@ def axes_from_labels(seg: Segmentation, *, basal_end: str = "auto") -> Ventricul
     InputError
         A structure is missing or lies in one slice only.
     """
-    if basal_end not in ("auto", "first", "last"):
-        raise InputError(f"basal_end is {basal_end!r}; expected auto, first or last")
+    require_end(basal_end)
     cavity, muscle = seg.mask("lv"), seg.mask("myo")
     stack = is_stack(seg.grid)
     rv = seg.mask("rv") if "rv" in seg.structures and set(seg.structures["rv"]) <= set(seg.present) else None
@@ -82,6 +81,17 @@ def axes_from_labels(seg: Segmentation, *, basal_end: str = "auto") -> Ventricul
     septal, insertions, span = _septum(axes, rv, muscle, seg, line.stack)
     info["septal_span_degrees"] = None if span is None else round(span, 1)
     return VentricularAxes(line.apex, line.base, septal, mirrored, insertions, source="labels", info=info)
+
+
+def require_end(basal_end: str) -> None:
+    """Refuse a word that is no end of a stack.
+
+    Raises
+    ------
+    InputError
+    """
+    if basal_end not in ("auto", "first", "last"):
+        raise InputError(f"basal_end is {basal_end!r}; expected auto, first or last")
 
 
 def _stack_line(seg: Segmentation, cavity: BoolArray, muscle: BoolArray, rv: BoolArray | None, basal_end: str) -> _Line:

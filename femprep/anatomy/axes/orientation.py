@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.anatomy.axes.landmarks import axes_from_labels
+from femprep.anatomy.axes.landmarks import axes_from_labels, require_end
 from femprep.errors import InputError
 from femprep.image import Segmentation
 from femprep.model import Notice, noted
@@ -41,11 +41,17 @@ def orient(seg: Segmentation, *, basal_end: str = "auto") -> Segmentation:
         With ``frame``, which its objects take over; as it was where the axes cannot be told (another structure, one
         slice only). ``info["orientation"]`` says which.
 
+    Raises
+    ------
+    InputError
+        ``basal_end`` is none of these words.
+
     Examples
     --------
     >>> fp.orient(seg).frame.shape
     (3, 3)
     """
+    require_end(basal_end)
     try:
         axes = axes_from_labels(seg, basal_end=basal_end)
     except InputError as error:

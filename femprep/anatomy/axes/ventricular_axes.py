@@ -20,8 +20,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import stdtrit
 
-from femprep.errors import InputError
+from femprep.errors import InputError, quoted
 from femprep.model import FloatArray, Notice, readonly
+from femprep.model.arrays import mapping
 from femprep.model.products import unit_vectors
 
 #: Facets that close the ventricles at the base.
@@ -82,9 +83,12 @@ class VentricularAxes:
             raise InputError(f"axes: the septal direction {self.septal.tolist()} runs along the long axis")
         if abs(np.linalg.norm(self.septal) - 1) > 1e-12 or abs(self.septal @ along) > 1e-12:  # a record stays as it is
             put(self, "septal", readonly(unit_vectors(across), np.float64, (3,), "axes septal"))
-        points = {k: readonly(v, np.float64, (3,), f"axes insertion {k!r}") for k, v in self.insertions.items()}
+        points = {
+            k: readonly(v, np.float64, (3,), f"axes insertion {k!r}")
+            for k, v in mapping(self.insertions, "axes insertions").items()
+        }
         put(self, "insertions", MappingProxyType(points))
-        put(self, "info", MappingProxyType(dict(self.info)))
+        put(self, "info", mapping(self.info, "info"))
 
     def __repr__(self) -> str:
         base, apex = (", ".join(f"{x + 0.0:.4g}" for x in array) for array in (self.base, self.apex))
@@ -211,13 +215,21 @@ class VentricularAxes:
     def from_record(cls, record: Mapping[str, Any]) -> VentricularAxes:
         """The axes of which ``record`` is the record.
 
+        Raises
+        ------
+        InputError
+            It is none.
+
         Examples
         --------
         >>> axes = fp.ventricular_axes(seg)
         >>> bool(fp.VentricularAxes.from_record(axes.record()).length == axes.length)
         True
         """
-        return cls(**record)
+        try:
+            return cls(**record)
+        except TypeError:
+            raise InputError(f"axes: {quoted(record)} is no record of axes; give what record() makes") from None
 
 
 def septum_notices(axes: VentricularAxes) -> list[Notice]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from femprep.errors import InputError
+from femprep.errors import InputError, quoted
 from femprep.export.vtk.file import write_dataset
 
 #: Name of the field array (UTF-8 bytes of JSON) that keeps what VTK has no place for.
@@ -85,7 +85,11 @@ def add_record(dataset: Any, record: Mapping[str, Any]) -> None:
 
 def _plain(value: Any) -> Any:
     """Read-only mappings and numpy values as what JSON knows."""
-    return dict(value) if isinstance(value, Mapping) else value.tolist()
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise InputError(f"info holds {quoted(value)}, which is no JSON; give numbers, strings, lists and mappings of them")
 
 
 def record_of(fields: Mapping[str, np.ndarray]) -> dict[str, Any]:

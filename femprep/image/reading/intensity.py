@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError
-from femprep.image.grid import Grid
+from femprep.image.grid import Grid, require_grid
 from femprep.image.reading.affine import choose_spacing
 from femprep.image.reading.files import format_of
 from femprep.image.reading.itk import read_content, skewed
@@ -47,6 +47,7 @@ class IntensityImage:
     info: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        require_grid(self.grid)
         values = np.asarray(self.values)
         if values.dtype.kind not in "fiub":
             raise InputError(f"the image's values have type {values.dtype}, expected numbers")

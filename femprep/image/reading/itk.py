@@ -196,8 +196,9 @@ def _require_volume(file: Path, size: list[int], components: int, complex_values
         raise InputError(f"{file}: has {max(components, 2)} values per voxel, expected one label")
     if len(size) < 3 or min(size[:3]) < 2:
         raise InputError(f"{file}: is a 2-D image ({shown}), expected a stack of at least two slices")
-    if frame is not None and frame > (size[3] if len(size) > 3 else 1):
-        raise InputError(f"{file}: has no frame {frame}, it holds {size[3] if len(size) > 3 else 1} ({shown})")
+    frames = size[3] if len(size) > 3 else 1
+    if frame is not None and not 1 <= frame <= frames:
+        raise InputError(f"{file}: has no frame {frame}, it holds {frames} ({shown}), counted from 1")
     if any(n > 1 for n in (size[3:] if frame is None else size[4:])):
         raise InputError(
             f"{file}: is a {len(size)}-D image ({shown}), expected 3-D; write one frame to a file of its own, or "

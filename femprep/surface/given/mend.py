@@ -55,7 +55,7 @@ def mended(surface: Surface) -> Surface:
     Raises
     ------
     InputError
-        It is in several pieces, branches, has one side only, crosses itself or has handles: where.
+        It has no area, is in several pieces, branches, has one side only, crosses itself or has handles: where.
     """
     name, points, cells = surface.name, surface.points, surface.triangles
     _finite(name, points)
@@ -68,6 +68,8 @@ def mended(surface: Surface) -> Surface:
         words = f"{merged} corners of surface {name} that lay on others were merged with them"
         notices.append(Notice.of("repaired", words))
     cells, more = _whole(cells)
+    if not areas(points, cells).sum() > 0.0:
+        raise InputError(f"surface {name!r} has no area: its corners lie in one place or on a line")
     cells, twice = _single(cells)
     points, cells, specks = _without_specks(name, points, cells)
     if specks is not None:

@@ -15,6 +15,7 @@ from femprep.mesh.sampling import sample_surface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import BoolArray, FloatArray, Plane, Surface
 from femprep.model.record import Record
+from femprep.options import require_number
 
 #: Samples on each surface: on a heart about one in every 0.4 mm square.
 SAMPLES = 50_000
@@ -78,12 +79,15 @@ def surface_distance(
     ------
     InputError
         A surface has no area, or no point of it lies between the planes.
+    OptionError
+        ``samples`` is less than one.
 
     Examples
     --------
     >>> fp.surface_distance(endo, endo).both.mean < 1e-9
     True
     """
+    require_number("samples", samples, 1)
     there = _one_way(a, b, between, samples)
     back = _one_way(b, a, between, samples)
     pooled = np.concatenate([there.distance, back.distance])

@@ -14,11 +14,14 @@ from femprep.mesh.plane_sections import plane_sections
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import BoolArray, FloatArray, Plane, Surface
 from femprep.model.record import Record
+from femprep.options import require_number
 from femprep.surface.measure.sections import label_contours
 
 #: Distance of neighbouring samples along a contour, mm. Two equal contours measure at most half of it apart. The pairs
 #: depend on it: the finer the samples, the more nearly parallel two contours must be to be each other's nearest.
 STEP = 0.1
+#: Least such distance, mm.
+_LEAST_STEP = 1e-3
 
 
 class InSliceDistance(Record):
@@ -63,6 +66,8 @@ def in_slice_distance(a: Surface, b: Surface, planes: Sequence[Plane], *, step: 
     ------
     InputError
         No plane cuts both surfaces.
+    OptionError
+        ``step`` is less than a thousandth of a millimetre.
 
     References
     ----------
@@ -74,6 +79,7 @@ def in_slice_distance(a: Surface, b: Surface, planes: Sequence[Plane], *, step: 
     >>> fp.in_slice_distance(endo, endo, [fp.Plane(cavity.barycentre, [0.0, 0.0, 1.0])]).mean < 0.05
     True
     """
+    require_number("step", step, _LEAST_STEP)
     return _measure(
         plane_sections(a.points, a.triangles, planes),
         plane_sections(b.points, b.triangles, planes),

@@ -25,6 +25,7 @@ from femprep.mesh.topology import (
 )
 from femprep.model import FloatArray, Surface
 from femprep.model.record import Record
+from femprep.model.surface import require_cells
 
 __all__ = ["Distribution", "SurfaceQuality", "quad_quality", "scaled_jacobian", "surface_quality", "triangle_quality"]
 
@@ -113,6 +114,7 @@ def surface_quality(surface: Surface) -> SurfaceQuality:
     >>> fp.surface_quality(endo).q.mean > 0.9
     True
     """
+    require_cells(surface)
     points, cells, triangles = surface.points, surface.cells, surface.triangles
     quad = cells.shape[1] == 4
     corner = np.degrees(angles(points, cells))

@@ -20,6 +20,7 @@ import numpy as np
 from femprep.mesh.patches import PatchSurface
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import BoolArray, FloatArray, Notice, Plane, Progress, Surface, records
+from femprep.model.surface import require_cells
 from femprep.options import SweepOptions, choose, takes
 from femprep.surface.fitting.patches import patches_of
 from femprep.sweeping.cup.matched import MatchedSurfaces
@@ -88,6 +89,8 @@ def match_surfaces(
     1
     """
     chosen = choose(SweepOptions, options, changes)
+    require_cells(endo)
+    require_cells(epi)
     tell = progress or (lambda stage, fraction: None)
     tell("match", 0.0)
     corners = corners_of(chosen)

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.mesh.measures.triangles import areas
 from femprep.mesh.measures.volume_elements import MEASURES, centroids, element_measures
 from femprep.mesh.topology import pieces
@@ -179,14 +178,6 @@ def _count_statistics(values: IntArray) -> Statistics:
 def _check_input(mesh: VolumeMesh) -> None:
     if mesh.n_cells == 0:
         raise InputError("the mesh has no volume elements; check takes tetrahedra, wedges and hexahedra")
-    for name, block in mesh.cells.items():
-        if name not in ELEMENTS:
-            raise InputError(f"element type {name!r} is not known; known are {', '.join(ELEMENTS)}")
-        if block.shape[1] != ELEMENTS[name].nodes:
-            raise InputError(f"{name} elements have {block.shape[1]} nodes, expected {ELEMENTS[name].nodes}")
-    for name in mesh.facets:
-        if name not in FACET_CORNERS:
-            raise InputError(f"facet type {name!r} is not known; known are {', '.join(FACET_CORNERS)}")
     if not np.isfinite(mesh.points).all():
         row = int(np.argmin(np.isfinite(mesh.points).all(axis=1)))
         raise InputError(f"point {row} of the mesh is {mesh.points[row].tolist()}; every coordinate must be finite")

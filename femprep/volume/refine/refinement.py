@@ -13,6 +13,7 @@ from femprep.errors import InputError, OptionError
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.measures.sample_points import family
 from femprep.model import FloatArray, IntArray, Notice, Progress, VolumeMesh, Wall, noted
+from femprep.options import require_number
 from femprep.volume.optimise import POOR
 from femprep.volume.refine.amount import check_levels
 from femprep.volume.refine.boundary import untagged_faces
@@ -246,7 +247,7 @@ def refine(
     InputError
         An element is collapsed or inverted, or a facet is the face of none.
     OptionError
-        ``levels`` is out of range.
+        ``levels`` or ``poor`` is out of range.
     ResourceError
         So many elements do not fit into the memory of the machine.
 
@@ -259,6 +260,7 @@ def refine(
     >>> fp.refine(mesh).n_cells == 8 * mesh.n_cells
     True
     """
+    require_number("poor", poor, 0, 1)
     return _refined(mesh, levels, wall, optimised, poor, progress)[-1].fine
 
 

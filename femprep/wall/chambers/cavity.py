@@ -6,7 +6,7 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.mesh.topology import border_edges, border_loops, closed_by_fans
-from femprep.model import FloatArray, IntArray, Plane, Surface, VolumeMesh
+from femprep.model import FACET_TAGS, FloatArray, IntArray, Plane, Surface, VolumeMesh
 from femprep.model.facets import facet_triangles
 from femprep.model.products import product
 from femprep.wall.joining.solid import plane_frame, triangulate_rings
@@ -40,7 +40,7 @@ def cavity_surface(mesh: VolumeMesh, name: str = "lv", *, centre: bool = False) 
     Parameters
     ----------
     mesh : VolumeMesh
-        With facets ``endo_<name>``, or ``endo`` where it has one cavity.
+        With facets ``endo_<name>``, or ``endo`` where it is a left ventricle, or another chamber alone.
     name : str
         Which cavity: ``"lv"``, ``"rv"``, ``"la"``, ``"ra"``.
     centre : bool
@@ -67,7 +67,8 @@ def cavity_surface(mesh: VolumeMesh, name: str = "lv", *, centre: bool = False) 
     wall = facet_triangles(mesh, tag) if tag in mesh.facet_names else np.empty((0, 3), dtype=np.int64)
     if not len(wall):
         have = ", ".join(mesh.facet_names) or "none"
-        raise InputError(f"the mesh has no facets tagged 'endo_{name}' or 'endo'; its facets: {have}")
+        wanted = f"'endo_{name}' or 'endo'" if tag == "endo" else repr(tag)
+        raise InputError(f"the mesh has no facets tagged {wanted}, so no cavity {name!r}; its facets: {have}")
     if f"cap_{name}" not in mesh.facet_names and not _in_rings(wall):
         raise InputError(f"the rim of the cavity {name!r} touches itself at a node, so that no cap closes it")
     points, wall = mesh.points, wall[:, ::-1]  # they look into the cavity
@@ -88,7 +89,11 @@ def cavity_surface(mesh: VolumeMesh, name: str = "lv", *, centre: bool = False) 
 
 
 def _endocardium(mesh: VolumeMesh, name: str) -> str:
-    return f"endo_{name}" if f"endo_{name}" in mesh.facet_names else "endo"
+    """Facets of a cavity. Those plainly called ``endo`` are the LV's, or where there is no LV the one chamber's."""
+    own = f"endo_{name}"
+    chambers = {f"endo_{region}" for region in mesh.region_names} & FACET_TAGS.keys()
+    alone = own == "endo_lv" or (own in FACET_TAGS and chambers <= {own})
+    return "endo" if alone and own not in mesh.facet_names else own
 
 
 def _cap(points: FloatArray, loop: IntArray) -> IntArray:

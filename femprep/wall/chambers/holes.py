@@ -11,7 +11,7 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.model import FACET_TAGS, FloatArray, Notice, Plane, Wall, noted
+from femprep.model import FACET_TAGS, FloatArray, Notice, Plane, Wall, noted, tag_name
 from femprep.model.functions import sine_cosine
 from femprep.model.notice import spot
 from femprep.wall.chambers.openings import INNER, REACH, STEP, Opening
@@ -48,7 +48,7 @@ def open_wall(wall: Wall, openings: list[Opening]) -> Wall:
     Raises
     ------
     InputError
-        An opening that was given by hand cannot be cut.
+        The wall is not a whole heart's, or an opening that was given by hand cannot be cut.
 
     Examples
     --------
@@ -58,6 +58,9 @@ def open_wall(wall: Wall, openings: list[Opening]) -> Wall:
     finders = {}
     for name in ("endo_lv", "endo_rv", "endo_la", "endo_ra", "epi"):
         triangles = wall.triangles[wall.facet_tag == FACET_TAGS[name]]
+        if not len(triangles):
+            have = ", ".join(tag_name(int(tag)) for tag in np.unique(wall.facet_tag)) or "none"
+            raise InputError(f"openings are cut into the wall of a whole heart; this wall has no {name}, but {have}")
         # All are turned outward: on endocardia the wall's triangles look into the cavity.
         finders[name] = ClosestFinder(wall.points, triangles if name == "epi" else triangles[:, ::-1])
     holes, records = [], []

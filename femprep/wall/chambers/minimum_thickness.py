@@ -17,6 +17,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, Notice, Surface, noted
 from femprep.model.notice import spot
 from femprep.model.products import unit_vectors
+from femprep.options import require_number
 from femprep.wall.clipping.thickness import PUSHING
 
 logger = logging.getLogger(__name__)
@@ -53,6 +54,8 @@ def keep_apart(
     ------
     InputError
         Two cavities overlap by more than ``most``.
+    OptionError
+        ``least`` or ``most`` is negative.
 
     Examples
     --------
@@ -60,6 +63,8 @@ def keep_apart(
     >>> repaired
     []
     """
+    require_number("least", least, 0)
+    require_number("most", most, 0)
     names = list(cavities)
     result, repaired = dict(cavities), []
     for later, name in enumerate(names):

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from femprep.errors import InputError
 from femprep.model import FloatArray, Notice
 from femprep.options import WallOptions, choose, takes
 from femprep.wall.planes.base_slice import base_slice
@@ -50,7 +51,7 @@ def phase_base_offsets(
     Raises
     ------
     InputError
-        As :func:`~femprep.wall.find_base`.
+        There are no phases; else as :func:`~femprep.wall.find_base`.
 
     Examples
     --------
@@ -58,6 +59,8 @@ def phase_base_offsets(
     [0.0, 0.0]
     """
     chosen = choose(WallOptions, options, changes)
+    if not len(phases):
+        raise InputError("there are no phases; give the label map of each")
     profiles = [_profile(seg, chosen) for seg in phases]
     share = max(float(np.interp(chosen.base_offset, *profile)) for profile in profiles)
     offsets = [max(float(np.interp(share, beyond, depth)), chosen.base_offset) for depth, beyond in profiles]

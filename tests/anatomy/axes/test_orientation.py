@@ -110,3 +110,10 @@ def test_the_pipeline_turns_templates():
     direct = fp.fit_surface(orient(seg).object("lv"), vertices=100)
     np.testing.assert_array_equal(fitted.surfaces["lv"].points, direct.points)
     assert fitted.segmentation.info["orientation"]["source"] == "labels"
+
+
+def test_a_word_that_is_no_end_is_refused():
+    """It was taken for labels that do not tell the axes."""
+    seg = biventricular().segmentation(spacing=(3.0, 3.0, 10.0))
+    with pytest.raises(InputError, match="basal_end is 'frist'; expected auto, first or last"):
+        orient(seg, basal_end="frist")

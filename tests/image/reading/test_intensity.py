@@ -37,3 +37,14 @@ def test_what_is_no_image_is_refused(tmp_path: Path) -> None:
         fp.IntensityImage(np.full(GRID.shape, np.nan), GRID)
     with pytest.raises(InputError, match="expected numbers"):
         fp.IntensityImage(np.full(GRID.shape, "a"), GRID)
+
+
+@pytest.mark.parametrize("frame", [-1, 0, 3])
+def test_a_frame_that_is_not_there_is_refused(tmp_path: Path, frame: int) -> None:
+    """Frames before the first were taken for it, or for the last."""
+    image = sitk.JoinSeries([sitk.GetImageFromArray(np.full(GRID.shape, k, dtype=np.float32).T) for k in (1, 2)])
+    for name, shown in (("t1.nii.gz", image), ("one.nii.gz", image[..., 0])):
+        sitk.WriteImage(shown, str(tmp_path / name))
+        with pytest.raises(InputError, match=f"has no frame {frame}, it holds . .*, counted from 1"):
+            fp.read_image(tmp_path / name, frame=frame)
+    assert np.all(fp.read_image(tmp_path / "t1.nii.gz", frame=2).values == 2)

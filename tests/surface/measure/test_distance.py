@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from surface_shapes import box, moved, sphere
 
-from femprep.errors import InputError
+from femprep.errors import InputError, OptionError
 from femprep.mesh.sampling import sample_surface
 from femprep.model import Plane, Surface
 from femprep.surface.measure.distance import surface_distance
@@ -102,3 +102,10 @@ def test_samples_share_the_surface_by_area_and_repeat_exactly():
     assert inside.all()
     with pytest.raises(InputError, match="no area"):
         sample_surface(np.zeros((3, 3)), [[0, 1, 2]], 10)
+
+
+@pytest.mark.parametrize("samples", [0, -5])
+def test_fewer_samples_than_one_are_refused(samples):
+    """The planes were said to leave none."""
+    with pytest.raises(OptionError, match=f"samples is {samples}, expected a number at least 1"):
+        surface_distance(sphere(20.0), sphere(21.0), samples=samples)

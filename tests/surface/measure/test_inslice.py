@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from surface_shapes import ball_object, box, moved, sphere
 
-from femprep.errors import InputError
+from femprep.errors import InputError, OptionError
 from femprep.model import Plane, Surface
 from femprep.surface.measure.inslice import in_slice_distance, label_distance, missed_distance, nearest_distances
 from femprep.surface.measure.sections import slice_planes
@@ -113,3 +113,11 @@ def test_slices_of_an_object_cut_its_surface_everywhere():
     obj, _ = ball_object()
     found = in_slice_distance(marching_cubes(obj), marching_cubes(obj), slice_planes(obj))
     assert found.slices == len(slice_planes(obj))
+
+
+@pytest.mark.parametrize("step", [-0.1, 0.0, 1e-4, np.nan, np.inf])
+def test_a_step_that_is_no_distance_is_refused(step):
+    """A negative one took the ends of each contour alone."""
+    ball = sphere(20.0)
+    with pytest.raises(OptionError, match=rf"^step is {step}, expected a number at least 0\.001$"):
+        in_slice_distance(ball, ball, [Plane([0, 0, 0], [0, 0, 1])], step=step)

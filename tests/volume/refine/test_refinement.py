@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from dataclasses import replace
 
 import numpy as np
@@ -245,6 +246,12 @@ def test_progress_ends_at_one() -> None:
     assert told[1][1] == 1.0
 
 
+@pytest.mark.parametrize("poor", [-0.1, 1.1, np.nan])
+def test_a_quality_that_none_has_is_refused(poor: float) -> None:
+    with pytest.raises(OptionError, match=f"poor is {poor}, expected a number from 0 to 1"):
+        refine(truncated_ellipsoid("tetra"), 1, poor=poor)
+
+
 @pytest.mark.parametrize("levels", [0, -1, 7, 1.5])
 def test_levels_out_of_range_are_refused(levels: float) -> None:
     with pytest.raises(OptionError, match="levels is"):
@@ -272,5 +279,5 @@ def test_meshes_that_cannot_be_refined_are_refused() -> None:
 
 
 def test_public_names() -> None:
-    assert fp.refine is refine
+    assert inspect.unwrap(fp.refine) is refine
     assert fp.Refinement is Refinement

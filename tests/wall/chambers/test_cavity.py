@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from biventricular import LV_ENDO, biventricular
+from meshes import truncated_ellipsoid
 
 from femprep.errors import InputError
 from femprep.mesh.topology import is_closed, is_consistently_wound
+from femprep.model import REGION_TAGS
 from femprep.model.facets import facet_triangles
 from femprep.report.volumes import cavity_volume
 from femprep.wall import cavity_surface
@@ -42,5 +46,20 @@ def test_its_points_are_those_of_the_mesh_and_caps_lie_in_the_base(mesh):
 
 
 def test_a_cavity_that_is_not_there_is_named(mesh):
-    with pytest.raises(InputError, match="no facets tagged 'endo_la' or 'endo'"):
+    with pytest.raises(InputError, match="no facets tagged 'endo_la', so no cavity 'la'"):
         cavity_surface(mesh, "la")
+
+
+def test_a_plain_endocardium_is_that_of_the_chamber_the_mesh_is_of():
+    """Whatever was asked for, the left ventricle was given by that name."""
+    left = truncated_ellipsoid("tetra")
+    assert cavity_surface(left, "lv").name == "lv cavity"
+    for name in ("rv", "la", "left"):
+        with pytest.raises(
+            InputError, match=f"no facets tagged 'endo_{name}', so no cavity '{name}'; its facets: endo"
+        ):
+            cavity_surface(left, name)
+    atrium = replace(left, region=np.full(left.n_cells, REGION_TAGS["la"]))
+    assert cavity_surface(atrium, "la").volume == cavity_surface(left, "lv").volume
+    with pytest.raises(InputError, match="no cavity 'ra'"):
+        cavity_surface(atrium, "ra")

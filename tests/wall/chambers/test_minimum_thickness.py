@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from wall_shapes import Ellipsoid, template_surface
 
-from femprep.errors import InputError
+from femprep.errors import InputError, OptionError
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.search.intersection import self_intersections
 from femprep.wall import keep_apart
@@ -47,3 +47,13 @@ def test_too_much_overlap_is_refused_with_its_place():
         InputError, match=r"the cavities 'lv' and 'rv' are -1\d\.\d+ mm apart near \(.*maximum_push = 4"
     ):
         keep_apart({"lv": ball(0.0, "lv"), "rv": ball(28.0, "rv")}, least=1.0, most=4.0)
+
+
+@pytest.mark.parametrize(("least", "most", "line"), [
+    (-1.0, 8.0, "least is -1.0, expected a number at least 0"),
+    (1.0, np.nan, "most is nan, expected a number at least 0"),
+    (1.0, np.inf, "most is inf, expected a number at least 0"),
+])  # fmt: skip
+def test_limits_that_are_no_lengths_are_refused(least, most, line):
+    with pytest.raises(OptionError, match=line):
+        keep_apart({"lv": ball(0.0, "lv")}, least=least, most=most)

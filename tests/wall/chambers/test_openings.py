@@ -141,3 +141,9 @@ def test_given_openings_are_checked():
         given_openings({"veins": (1.0, 2.0, 3.0, 0.0, 0.0, 1.0, 8.0)})
     with pytest.raises(InputError, match="expected centre x, y, z, normal x, y, z, and radius"):
         given_openings({"mitral": (1.0, 2.0, 3.0)})
+
+
+def test_openings_are_those_of_a_whole_heart(heart):
+    tags = np.where(heart.facet_tag == FACET_TAGS["endo_ra"], FACET_TAGS["epi"], heart.facet_tag)
+    with pytest.raises(InputError, match="whole heart; this wall has no endo_ra, but epi, endo_lv, endo_rv, endo_la"):
+        open_wall(replace(heart, facet_tag=tags), [])

@@ -123,3 +123,13 @@ def test_a_heart_of_ct_is_cut_below_its_valves(data):
     assert left.signed_distance(both.point) == pytest.approx(-10.0, abs=1e-6)
     right = seg.grid.to_world(np.argwhere(seg.mask("ra")))
     assert (both.signed_distance(right) > 0.0).mean() > 0.9
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_label_of_both_cavity_and_muscle_is_named():
+    """No voxel closed the cavity off, and the axes were not a number."""
+    labels = np.zeros((5, 5, 5), dtype=np.uint8)
+    labels[1:4, 1:4, 1:4] = 1
+    seg = Segmentation(labels, Grid(labels.shape, (1, 1, 1), (0, 0, 0), np.eye(3)), {"lv": 1, "myo": 1})
+    with pytest.raises(fp.InputError, match="the structures lv and myo share label 1, so that nothing tells"):
+        long_axis(seg)

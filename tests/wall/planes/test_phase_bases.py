@@ -56,3 +56,8 @@ def test_an_offset_asked_for_is_the_least():
 
 def test_one_phase_is_cut_at_its_own_base():
     assert phase_base_offsets([heart(REST, 1)], basal_end="last") == [0.0]
+
+
+def test_no_phases_have_no_offsets() -> None:
+    with pytest.raises(fp.InputError, match="there are no phases"):
+        phase_base_offsets([])
