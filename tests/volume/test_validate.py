@@ -76,16 +76,6 @@ def test_point_that_is_not_finite(wall):
     )
 
 
-@pytest.mark.parametrize("index", [-1, 10_000])
-def test_index_out_of_range(wall, index):
-    triangles = wall.triangles.copy()
-    triangles[5, 2] = index
-    assert re.search(
-        rf"triangle 5 of the wall names points \[.*{index}\], but there are",
-        refusal(replace(wall, triangles=triangles)),
-    )
-
-
 def test_open_wall(wall):
     assert re.search(
         r"is open at 3 edges, .* close it",
