@@ -92,7 +92,7 @@ def mesh_segmentation(
     with stages("quality") as report:
         quality = check(mesh, options=options.check)
         report("quality", 0.6)
-        volumes = volumes_beside_labels(filled, fitted.objects, wall.planes)
+        volumes = volumes_beside_labels(filled, seg, fitted.objects, wall.planes)
         fidelity = mesh_fidelity(mesh, fitted.outlines, seg.grid, quality.options.maximum_label_distance)
         judged = judge_wall_volume(with_shape_help(quality, options), wall_difference(volumes))
         judged = with_fidelity(judged, fidelity, what_helps(seg, fidelity, fitted, options))

@@ -35,8 +35,6 @@ from femprep.volume.validate import ROUGH, check_roughly, check_sizing
 from femprep.wall.anatomies import Layout
 from femprep.wall.planes.landmarks import find_base
 
-#: Beyond an empty slice so much of the left ventricle is no speck that may be left out, but half a heart.
-_PIECE: Final = 0.1
 #: Voxels at which a sizing field is asked, at most.
 _MOST_VOXELS: Final = 20_000
 
@@ -140,15 +138,13 @@ def check_labels(seg: Segmentation, layout: Layout, options: Options) -> Ventric
     Raises
     ------
     InputError
-        A slice in the middle of the left ventricle is empty, a plane misses the heart, fibres find no axes, the
-        openings shown are not those that fibres or a format need.
+        A plane misses the heart, fibres find no axes, the openings shown are not those that fibres or a format need.
     OptionError, ResourceError
         The edge length is far longer than the wall is thick, or needs more memory than the limit.
     FileError
         The sizing field cannot be read.
     """
     _check_content(options, [opening.name for opening in layout.openings])
-    _check_gaps(seg)
     for obj in layout.objects.values():
         check_fit(obj, options.surface)
     _check_planes(seg, layout, options)
@@ -195,25 +191,6 @@ def _forecast(options: Options, openings: list[str]) -> Content:
     }[options.anatomy]
     kind = QUADRATIC[element] if order == 2 else element
     return Content((kind,), facets, options.fibres is not None, options.blood_pool)
-
-
-def _check_gaps(seg: Segmentation) -> None:
-    """Where slices in the middle hold nothing of the left ventricle, half of it would be left out as a piece."""
-    for names in (("lv",), ("lv", "myo")):
-        if not set(names) <= set(seg.structures):
-            continue
-        table = seg.slices(*names)
-        for row in np.flatnonzero(np.diff(table.index) > 1):
-            parts = int(table.voxels[: row + 1].sum()), int(table.voxels[row + 1 :].sum())
-            if min(parts) < _PIECE * sum(parts):
-                continue
-            low, high = int(table.index[row]) + 1, int(table.index[row + 1]) - 1
-            empty = f"slice {low} holds" if low == high else f"slices {low} to {high} hold"
-            raise InputError(
-                f"{'+'.join(names)!r} is in 2 pieces of {parts[0]} and {parts[1]} voxels: {empty} nothing of it, "
-                f"between slices that do (axis {'ijk'[table.axis]}, {table.index[0]} to {table.index[-1]}); "
-                "label what is missing, or take the labels of one piece away"
-            )
 
 
 def _check_planes(seg: Segmentation, layout: Layout, options: Options) -> None:

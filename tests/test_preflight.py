@@ -291,12 +291,13 @@ def test_a_speck_beyond_an_empty_slice_is_left_out(ventricle, monkeypatch) -> No
 
 
 def displaced_rings(end: str) -> fp.Segmentation:
-    """Ten slices whose two closed rings lie beside the others at an end, so that no base of labels cuts the rest."""
+    """Ten slices whose two closed rings, specks, lie beside the others at an end: no base of labels cuts the rest."""
     radius = np.hypot(*(np.mgrid[:60, :60] - 20.0))
     sector = np.arctan2(*(np.mgrid[:60, :60] - 20.0)) < -2.0
     ring = np.where(radius < 8, 3, np.where(radius < 13, 2, 0))
     slices = [np.where(sector & (ring == 2), 0, ring)] * 8
-    slices[:0] = [np.roll(ring, (28, 28), (0, 1))] * 2
+    speck = np.where(radius < 3, 3, np.where(radius < 5, 2, 0))
+    slices[:0] = [np.roll(speck, (28, 28), (0, 1))] * 2
     labels = np.stack(slices if end == "first" else slices[::-1], axis=2).astype(np.uint8)
     grid = fp.Grid(labels.shape, np.array([2.0, 2.0, 8.0]), np.zeros(3), np.eye(3))
     return fp.Segmentation(labels, grid, {"lv": (3,), "myo": (2,)})

@@ -95,9 +95,9 @@ REASONS: Final[tuple[Reason, ...]] = (
         ("InputError image.object", "InputError image", "InputError surface.fit", "InputError surface.harmonic"),
     ),
     Reason(
-        *("slice-missing", "refused", "A slice in the middle of the left ventricle holds nothing of it."),
+        *("slice-missing", "refused", "A slice in the middle of a structure holds nothing of it."),
         "Label the slice, or take the labels beyond it away.",
-        ("InputError preflight:_check_gaps",),
+        ("InputError image.pieces:_require_slices",),
     ),
     Reason(
         *("rings-open", "refused", "Too few slices have a closed ring of myocardium, so that no base can be found."),

@@ -72,7 +72,8 @@ def test_every_reason_can_be_come_to(sites: list[tuple[str, str, str]]) -> None:
 
 
 @pytest.mark.parametrize(("kind", "place", "code"), [
-    (InputError, ("preflight", "_check_gaps"), "slice-missing"),
+    (InputError, ("image.pieces", "_require_slices"), "slice-missing"),
+    (InputError, ("image.pieces", "require_one_body"), "labels-broken"),
     (InputError, ("preflight", "_check_planes"), "planes-miss"),
     (InputError, ("wall.planes.landmarks", "_rings"), "rings-open"),
     (InputError, ("wall.planes.stack", "read_stack"), "labels-missing"),
