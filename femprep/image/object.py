@@ -204,7 +204,7 @@ def make_object(
         some = "a tip one pixel wide was" if number == 1 else f"{number} tips one pixel wide were"
         notices.append(_changed("left out", f"object {name}: {some} left out, {{amount}}", tips, grid, first))
         solid &= ~tips
-        log.warning("object %r: left out %d tips one pixel wide, %d voxels", name, number, tip_voxels)
+        log.warning("%s", notices[-1].what)
     del tips
 
     pieces, sizes = label_pieces(solid)
@@ -239,7 +239,7 @@ def make_object(
         words = f"object {name}: {found_voids} filled, {{amount}}"
         notices.append(_changed("repaired", words, voids > 0, grid, first))
         solid |= voids > 0
-        log.warning("object %r: filled %d voids, %d voxels", name, len(void_sizes), int(void_sizes.sum()))
+        log.warning("%s", notices[-1].what)
     del voids
 
     kept = int(np.count_nonzero(solid))
@@ -314,7 +314,7 @@ def _cut_off(mask: BoolArray, grid: Grid, name: str) -> list[Notice]:
             found.append(
                 Notice.of(
                     "assumed",
-                    f"object {name} reaches the border of the image near {{place}}, where {{amount}} of it lie: its "
+                    f"object {name} reaches the border of the image near {{place}}, with {{amount}} there: its "
                     "surface was closed there, as if it ended",
                     amount=np.count_nonzero(side),
                     unit="voxels",
