@@ -6,7 +6,7 @@ The checks are those of the stages themselves, asked of what the labels say the 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from importlib.util import find_spec
 from typing import Final
@@ -32,7 +32,7 @@ from femprep.sweeping.matching.resolution import check_columns, corners_of
 from femprep.volume.refine.plan import levels_for
 from femprep.volume.sizing import lengths_at
 from femprep.volume.validate import ROUGH, check_roughly, check_sizing
-from femprep.wall.anatomies import Layout
+from femprep.wall.anatomies import CHAMBERS, Layout
 from femprep.wall.planes.landmarks import find_base
 
 #: Voxels at which a sizing field is asked, at most.
@@ -46,7 +46,7 @@ def check_options(options: Options) -> None:
     ------
     OptionError
         A format is unknown or cannot hold what will be made, fibres have nothing to begin from, the sweep's template
-        does not fit.
+        does not fit, structures share a label.
     MissingDependencyError
         The mesher, or the solver, is not installed.
     """
@@ -63,6 +63,24 @@ def check_options(options: Options) -> None:
         require_calculix()
     if options.wall.openings != "labels":
         _check_content(options, [name.partition("_")[0] for name in options.wall.valves])
+    check_apart(options.labels)
+
+
+def check_apart(structures: Mapping[str, Sequence[int | str]]) -> None:
+    """Refuse structures of a heart that share a label, as a voxel is part of one of them.
+
+    Raises
+    ------
+    OptionError
+    """
+    owners: dict[int | str, str] = {}
+    for name in (part for parts in CHAMBERS.values() for part in parts):
+        for number in structures.get(name, ()):
+            if (other := owners.setdefault(number, name)) != name:
+                raise OptionError(
+                    f"structures {other!r} and {name!r} both have label {number}, and a voxel is part of one of them; "
+                    "give each its own, as in --structure lv=3 --structure myo=2"
+                )
 
 
 def check_second_images(

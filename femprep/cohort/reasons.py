@@ -85,9 +85,16 @@ REASONS: Final[tuple[Reason, ...]] = (
         ),
     ),
     Reason(
-        *("labels-missing", "refused", "A structure that is needed has no label, or no voxel in this map."),
+        *(
+            "labels-missing",
+            "refused",
+            "A structure that is needed has no label, no voxel in this map, or another's label.",
+        ),
         "Check the label numbers: `--preset`, `--structure`.",
-        ("InputError image.segmentation", "InputError image.object:bounding_box", "InputError wall.planes.stack"),
+        (
+            *("InputError image.segmentation", "InputError image.object:bounding_box", "InputError wall.planes.stack"),
+            "InputError wall.misnamed:numbers_told",
+        ),
     ),
     Reason(
         *("labels-broken", "refused", "A structure is in pieces, hollow, too small or no ball, and may not be mended."),
