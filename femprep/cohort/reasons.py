@@ -70,7 +70,7 @@ REASONS: Final[tuple[Reason, ...]] = (
     Reason(
         *("image-unreadable", "refused", "The file is missing, damaged, or no label map in a known format."),
         "Export it again; femprep reads NIfTI, NRRD and MetaImage.",
-        ("FileError image", "InputError image.reader", "InputError image.itk", "InputError image.masks"),
+        ("FileError image", "InputError image.reading"),
     ),
     Reason(
         *("image-geometry", "refused", "Voxel sizes or axes cannot be those of a heart, or are not told."),
@@ -79,7 +79,6 @@ REASONS: Final[tuple[Reason, ...]] = (
             "InputError preflight:check_second_images",
             "InputError image.size",
             "InputError image.grid",
-            "InputError image.affine",
             "InputError image.slices",
             "InputError image.underlay",
         ),
