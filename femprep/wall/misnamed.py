@@ -61,7 +61,7 @@ def _swapped(seg: Segmentation, own: Mapping[str, tuple[int, ...]]) -> str:
             given = " ".join(f"--structure {name}={_listed(numbers)}" for name, numbers in names.items())
             return (
                 f"{cavity!r} lies in a ring of {wall!r} in {rings} of {slices} slices, and 'lv' in one of 'myo' in "
-                f"none: their numbers, or files, seem to be swapped; of numbers give {given}"
+                f"none: their numbers, segments or files seem to be swapped; of numbers give {given}"
             )
     return ""
 
@@ -73,9 +73,12 @@ def _left_out(seg: Segmentation, own: Mapping[str, tuple[int, ...]]) -> str:
         wall = (*own["myo"], number)
         rings, slices = _rings(seg, own["lv"], wall)
         if rings > _MOST * slices:
+            name = seg.info.get("segments", {}).get(str(number))
+            label = f"label {number}" if name is None else f"segment {name!r}"
             return (
-                f"'myo' closes around 'lv' in no slice; with label {number}, which no structure names, it does in "
-                f"{rings} of {slices}: if that is myocardium, as scar is, give --structure myo={_listed(wall)}"
+                f"'myo' closes around 'lv' in no slice; with {label}, which no structure names, it does in {rings} of "
+                f"{slices}: if that is myocardium, as scar is, add it to myo (of numbers: --structure "
+                f"myo={_listed(wall)})"
             )
     return ""
 
