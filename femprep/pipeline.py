@@ -17,7 +17,7 @@ from femprep.image.size import require_heart_size
 from femprep.model import Progress
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
-from femprep.preflight import check_labels, check_options, check_second_images
+from femprep.preflight import check_apart, check_labels, check_options, check_second_images
 from femprep.report.beside import volumes_beside_labels, wall_difference
 from femprep.report.run import Run, Surfaces
 from femprep.stages.fill import fill
@@ -29,6 +29,7 @@ from femprep.volume.quality.advice import advised, what_helps, with_shape_help
 from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.volume.quality.limits import judge_wall_volume
 from femprep.wall.anatomies import ANATOMIES, Layout, lay_out, structures_of
+from femprep.wall.misnamed import numbers_told
 from femprep.wall.outlines import Outline
 
 _log = logging.getLogger(__name__)
@@ -92,7 +93,7 @@ def mesh_segmentation(
     with stages("quality") as report:
         quality = check(mesh, options=options.check)
         report("quality", 0.6)
-        volumes = volumes_beside_labels(filled, fitted.objects, wall.planes)
+        volumes = volumes_beside_labels(filled, seg, fitted.objects, wall.planes)
         fidelity = mesh_fidelity(mesh, fitted.outlines, seg.grid, quality.options.maximum_label_distance)
         judged = judge_wall_volume(with_shape_help(quality, options), wall_difference(volumes))
         judged = with_fidelity(judged, fidelity, what_helps(seg, fidelity, fitted, options))
@@ -104,11 +105,13 @@ def mesh_segmentation(
 def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmentation, Layout, VentricularAxes | None]:
     """All that labels and options tell, and every refusal that follows from it, before anything takes long."""
     check_options(options)
+    check_apart(seg.structures)
     require_heart_size(seg, structures_of(seg, options.anatomy).values())
-    seg = _prepared(flip(seg) if options.flip else seg, options, stages)
-    layout = lay_out(seg, options, stages)
-    with stages("preflight"):
-        return seg, layout, check_labels(seg, layout, options)
+    with numbers_told(seg):
+        seg = _prepared(flip(seg) if options.flip else seg, options, stages)
+        layout = lay_out(seg, options, stages)
+        with stages("preflight"):
+            return seg, layout, check_labels(seg, layout, options)
 
 
 def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:

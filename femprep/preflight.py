@@ -5,7 +5,7 @@ The checks are those of the stages themselves, asked of what the labels say the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from typing import Final
 
@@ -30,10 +30,8 @@ from femprep.sweeping.matching.resolution import check_columns, corners_of
 from femprep.volume.refine.plan import levels_for
 from femprep.volume.sizing import lengths_at
 from femprep.volume.validate import ROUGH, check_roughly, check_sizing
-from femprep.wall.anatomies import Layout
+from femprep.wall.anatomies import CHAMBERS, Layout
 
-#: Beyond an empty slice so much of the left ventricle is no speck that may be left out, but half a heart.
-_PIECE: Final = 0.1
 #: Voxels at which a sizing field is asked, at most.
 _MOST_VOXELS: Final = 20_000
 
@@ -45,7 +43,7 @@ def check_options(options: Options) -> None:
     ------
     OptionError
         A format is unknown or cannot hold what will be made, fibres have nothing to begin from, the sweep's template
-        does not fit.
+        does not fit, structures share a label.
     MissingDependencyError
         The mesher, or the solver, is not installed.
     """
@@ -62,6 +60,24 @@ def check_options(options: Options) -> None:
         require_calculix()
     if options.wall.openings != "labels":
         _check_content(options, [name.partition("_")[0] for name in options.wall.valves])
+    check_apart(options.labels)
+
+
+def check_apart(structures: Mapping[str, Sequence[int | str]]) -> None:
+    """Refuse structures of a heart that share a label, as a voxel is part of one of them.
+
+    Raises
+    ------
+    OptionError
+    """
+    owners: dict[int | str, str] = {}
+    for name in (part for parts in CHAMBERS.values() for part in parts):
+        for number in structures.get(name, ()):
+            if (other := owners.setdefault(number, name)) != name:
+                raise OptionError(
+                    f"structures {other!r} and {name!r} both have label {number}, and a voxel is part of one of them; "
+                    "give each its own, as in --structure lv=3 --structure myo=2"
+                )
 
 
 def check_second_images(
@@ -137,15 +153,13 @@ def check_labels(seg: Segmentation, layout: Layout, options: Options) -> Ventric
     Raises
     ------
     InputError
-        A slice in the middle of the left ventricle is empty, a plane misses the heart, fibres find no axes, the
-        openings shown are not those that fibres or a format need.
+        A plane misses the heart, fibres find no axes, the openings shown are not those that fibres or a format need.
     OptionError, ResourceError
         The edge length is far longer than the wall is thick, or needs more memory than the limit.
     FileError
         The sizing field cannot be read.
     """
     _check_content(options, [opening.name for opening in layout.openings])
-    _check_gaps(seg)
     for obj in layout.objects.values():
         check_fit(obj, options.surface)
     _check_planes(seg, layout, options)
@@ -192,25 +206,6 @@ def _forecast(options: Options, openings: list[str]) -> Content:
     }[options.anatomy]
     kind = QUADRATIC[element] if order == 2 else element
     return Content((kind,), facets, options.fibres is not None, options.blood_pool)
-
-
-def _check_gaps(seg: Segmentation) -> None:
-    """Where slices in the middle hold nothing of the left ventricle, half of it would be left out as a piece."""
-    for names in (("lv",), ("lv", "myo")):
-        if not set(names) <= set(seg.structures):
-            continue
-        table = seg.slices(*names)
-        for row in np.flatnonzero(np.diff(table.index) > 1):
-            parts = int(table.voxels[: row + 1].sum()), int(table.voxels[row + 1 :].sum())
-            if min(parts) < _PIECE * sum(parts):
-                continue
-            low, high = int(table.index[row]) + 1, int(table.index[row + 1]) - 1
-            empty = f"slice {low} holds" if low == high else f"slices {low} to {high} hold"
-            raise InputError(
-                f"{'+'.join(names)!r} is in 2 pieces of {parts[0]} and {parts[1]} voxels: {empty} nothing of it, "
-                f"between slices that do (axis {'ijk'[table.axis]}, {table.index[0]} to {table.index[-1]}); "
-                "label what is missing, or take the labels of one piece away"
-            )
 
 
 def _check_planes(seg: Segmentation, layout: Layout, options: Options) -> None:

@@ -70,7 +70,7 @@ REASONS: Final[tuple[Reason, ...]] = (
     Reason(
         *("image-unreadable", "refused", "The file is missing, damaged, or no label map in a known format."),
         "Export it again; femprep reads NIfTI, NRRD and MetaImage.",
-        ("FileError image", "InputError image.reader", "InputError image.itk", "InputError image.masks"),
+        ("FileError image", "InputError image.reading"),
     ),
     Reason(
         *("image-geometry", "refused", "Voxel sizes or axes cannot be those of a heart, or are not told."),
@@ -79,15 +79,21 @@ REASONS: Final[tuple[Reason, ...]] = (
             "InputError preflight:check_second_images",
             "InputError image.size",
             "InputError image.grid",
-            "InputError image.affine",
             "InputError image.slices",
             "InputError image.underlay",
         ),
     ),
     Reason(
-        *("labels-missing", "refused", "A structure that is needed has no label, or no voxel in this map."),
+        *(
+            "labels-missing",
+            "refused",
+            "A structure that is needed has no label, no voxel in this map, or another's label.",
+        ),
         "Check the label numbers: `--preset`, `--structure`.",
-        ("InputError image.segmentation", "InputError image.object:bounding_box", "InputError wall.planes.stack"),
+        (
+            *("InputError image.segmentation", "InputError image.object:bounding_box", "InputError wall.planes.stack"),
+            "InputError wall.misnamed:numbers_told",
+        ),
     ),
     Reason(
         *("labels-broken", "refused", "A structure is in pieces, hollow, too small or no ball, and may not be mended."),
@@ -95,9 +101,9 @@ REASONS: Final[tuple[Reason, ...]] = (
         ("InputError image.object", "InputError image", "InputError surface.fit", "InputError surface.harmonic"),
     ),
     Reason(
-        *("slice-missing", "refused", "A slice in the middle of the left ventricle holds nothing of it."),
+        *("slice-missing", "refused", "A slice in the middle of a structure holds nothing of it."),
         "Label the slice, or take the labels beyond it away.",
-        ("InputError preflight:_check_gaps",),
+        ("InputError image.pieces:_require_slices",),
     ),
     Reason(
         *(

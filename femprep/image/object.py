@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.image.grid import Grid, require_grid
+from femprep.image.pieces import listed, middle, require_one_body
 from femprep.image.tips import thin_tips
 from femprep.image.topology import counts_along, euler_characteristic, label_pieces, label_voids, used_box
 from femprep.model import BoolArray, FloatArray, Notice, readonly, records
@@ -184,8 +185,8 @@ def make_object(
     Raises
     ------
     InputError
-        There are too few voxels or they lie in one slice; or, with ``policy="strict"``, there is more than one piece,
-        a void or a tunnel.
+        There are too few voxels or they lie in one slice; a tenth or more of them is in smaller pieces; or, with
+        ``policy="strict"``, there is more than one piece, a void or a tunnel.
     """
     chosen = choose(ImageOptions, options, changes)
     strict = chosen.policy == "strict"
@@ -204,16 +205,17 @@ def make_object(
         some = "a tip one pixel wide was" if number == 1 else f"{number} tips one pixel wide were"
         notices.append(_changed("left out", f"object {name}: {some} left out, {{amount}}", tips, grid, first))
         solid &= ~tips
-        log.warning("object %r: left out %d tips one pixel wide, %d voxels", name, number, tip_voxels)
+        log.warning("%s", notices[-1].what)
     del tips
 
     pieces, sizes = label_pieces(solid)
     if strict and len(sizes) > 1:
         raise InputError(
-            f"object {name!r} is in {len(sizes)} pieces of {_list(sizes)} voxels; "
+            f"object {name!r} is in {len(sizes)} pieces of {listed(sizes)} voxels; "
             "mend the labels or use policy 'repair', which keeps the largest"
         )
     if len(sizes) > 1:
+        require_one_body(pieces, sizes, grid, np.array(first) - PADDING, name)
         largest = pieces == 1
         left = "a smaller piece was" if len(sizes) == 2 else f"{len(sizes) - 1} smaller pieces were"
         words = f"object {name}: {left} left out, {{amount}}"
@@ -227,7 +229,7 @@ def make_object(
     if len(void_sizes):
         if strict:
             raise InputError(
-                f"object {name!r} has {len(void_sizes)} voids of {_list(void_sizes)} voxels; "
+                f"object {name!r} has {len(void_sizes)} voids of {listed(void_sizes)} voxels; "
                 "mend the labels or use policy 'repair', which fills them"
             )
         if labels is not None:
@@ -238,21 +240,21 @@ def make_object(
         words = f"object {name}: {found_voids} filled, {{amount}}"
         notices.append(_changed("repaired", words, voids > 0, grid, first))
         solid |= voids > 0
-        log.warning("object %r: filled %d voids, %d voxels", name, len(void_sizes), int(void_sizes.sum()))
+        log.warning("%s", notices[-1].what)
     del voids
 
     kept = int(np.count_nonzero(solid))
     solid, first = _tight(solid, first, name)
     _require_size(solid, name, kept, chosen.minimum_voxels)
     tunnels = 1 - euler_characteristic(solid)
+    holes = "a tunnel" if tunnels == 1 else f"{tunnels} tunnels"
     if strict and tunnels:
         raise InputError(
-            f"object {name!r} has {tunnels} tunnels, so that it is not a ball; mend the labels or use policy 'repair', "
+            f"object {name!r} has {holes}, so that it is not a ball; mend the labels or use policy 'repair', "
             "which fits a surface across them"
         )
     if tunnels:
-        log.warning("object %r has %d tunnels: it is not a ball, its surface will bridge them", name, tunnels)
-        holes = "a tunnel" if tunnels == 1 else f"{tunnels} tunnels"
+        log.warning("object %r has %s: it is not a ball, its surface will bridge over", name, holes)
         notices.append(Notice.of("repaired", f"object {name} has {holes}; its surface, a mapped sphere, has none"))
     report = {
         "policy": chosen.policy,
@@ -313,7 +315,7 @@ def _cut_off(mask: BoolArray, grid: Grid, name: str) -> list[Notice]:
             found.append(
                 Notice.of(
                     "assumed",
-                    f"object {name} reaches the border of the image near {{place}}, where {{amount}} of it lie: its "
+                    f"object {name} reaches the border of the image near {{place}}, with {{amount}} there: its "
                     "surface was closed there, as if it ended",
                     amount=np.count_nonzero(side),
                     unit="voxels",
@@ -325,12 +327,5 @@ def _cut_off(mask: BoolArray, grid: Grid, name: str) -> list[Notice]:
 
 def _changed(kind: Kind, words: str, mask: BoolArray, grid: Grid, first: tuple[int, int, int]) -> Notice:
     """What was done to the voxels of a padded mask, at the one in the middle of all of them."""
-    index = np.argwhere(mask)
-    nearest = index[np.argmin(((index - index.mean(axis=0)) ** 2).sum(axis=1))]
-    place = grid.to_world((nearest + np.array(first) - PADDING).astype(np.float64))
-    return Notice.of(kind, words, amount=len(index), unit="voxels", place=place)
-
-
-def _list(sizes: npt.NDArray[np.int64], most: int = 5) -> str:
-    """Sizes in a message, the first few only."""
-    return ", ".join(str(int(n)) for n in sizes[:most]) + (", ..." if len(sizes) > most else "")
+    place = middle(mask, grid, np.array(first) - PADDING)
+    return Notice.of(kind, words, amount=np.count_nonzero(mask), unit="voxels", place=place)

@@ -72,7 +72,8 @@ def _in_words(amount: SupportsFloat | None, unit: Unit | None) -> str:
     # Half a tenth of a millimetre is something, "0.0 mm" is not.
     value = float(amount)
     digits += digits > 0 and 0.0 < abs(value) < 0.5 * 10.0**-digits
-    return f"{value:.{digits}f}" + (f" {unit}" if unit else "")
+    one = digits == 0 and round(value) == 1 and unit is not None
+    return f"{value:.{digits}f}" + (f" {unit.removesuffix('s') if one else unit}" if unit else "")
 
 
 def records(*notices: Notice) -> list[dict[str, Any]]:

@@ -6,26 +6,29 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from femprep.image import LabelObject
+from femprep.image import LabelObject, Segmentation
 from femprep.mesh.measures.volume_elements import all_volumes
 from femprep.model import FloatArray, Plane, VolumeMesh, Wall, is_blood
 from femprep.report.manifest import VolumeRecord
-from femprep.report.volumes import cavity_volume, volume_below, voxel_extent, voxel_volume
+from femprep.report.volumes import cavity_volume, labelled_volume, volume_below, voxel_extent
 from femprep.wall.own import OUTER, OwnSurfaces, facets_of
 
 
 def volumes_beside_labels(
-    mesh: VolumeMesh, objects: Mapping[str, LabelObject], planes: Mapping[str, Plane]
+    mesh: VolumeMesh, seg: Segmentation, objects: Mapping[str, LabelObject], planes: Mapping[str, Plane]
 ) -> list[VolumeRecord]:
-    """Volumes of the cavities and walls of a mesh, and of the voxels they were made from, between the same planes.
+    """Volumes of the cavities and walls of a mesh, and of the voxels labelled as these, between the same planes.
 
-    A wall that the labels do not have is beside none. That of the left ventricle is told apart by the end of the labels
+    Voxels count as they were labelled, so that pieces and tips that were left out, and voids that were filled, show. A
+    wall that the labels do not have is beside none. That of the left ventricle is told apart by the end of the labels
     at the apex: what lies beyond it was extrapolated, and no voxel can be beside it.
 
     Parameters
     ----------
     mesh : VolumeMesh
         With regions and facets.
+    seg : Segmentation
+        The label map it was made from.
     objects : mapping of str to LabelObject
         What its surfaces were fitted to: cavities by their names, and bodies, ``epi`` or ``lv_epi``...
     planes : mapping of str to Plane
@@ -36,24 +39,22 @@ def volumes_beside_labels(
     list of VolumeRecord
     """
     cut = list(planes.values())
-    voxels = {name: voxel_volume(obj, cut) for name, obj in objects.items()}
     found = []
     for facets in mesh.facet_names:
         if facets.startswith("endo"):
             name = facets.removeprefix("endo").removeprefix("_")
-            found.append(beside_voxels(f"{name} cavity".strip(), cavity_volume(mesh, facets), voxels[name or "lv"]))
+            labelled = labelled_volume(seg, name or "lv", cut)
+            found.append(beside_voxels(f"{name} cavity".strip(), cavity_volume(mesh, facets), labelled))
     end = _end(objects, planes)
     walls, beyond = _regions(mesh, None), {} if end is None else _regions(mesh, end)
-    if set(walls) == {"lv"}:
-        return [*found, beside_voxels("wall", walls["lv"], voxels["epi"] - voxels["lv"], beyond.get("lv", 0.0))]
     tissue, extra = (sum(table.get(part, 0.0) for part in ("lv", "septum")) for table in (walls, beyond))
-    left = [beside_voxels("lv wall and septum", tissue, voxels["lv_epi"] - voxels["lv"], extra)]
-    for name in walls:
-        if name in ("lv", "septum"):
-            continue
-        body = voxels.get(f"{name}_epi")
-        left.append(beside_voxels(f"{name} wall", walls[name], 0.0 if body is None else body - voxels[name]))
-    return [*found, *left]
+    left = "wall" if set(walls) == {"lv"} else "lv wall and septum"
+    found.append(beside_voxels(left, tissue, labelled_volume(seg, "myo", cut), extra))
+    others = [name for name in walls if name not in ("lv", "septum")]
+    return [
+        *found,
+        *(beside_voxels(f"{name} wall", walls[name], labelled_volume(seg, f"{name}_wall", cut)) for name in others),
+    ]
 
 
 def volumes_beside_given(mesh: VolumeMesh, wall: Wall, own: OwnSurfaces) -> list[VolumeRecord]:

@@ -76,7 +76,9 @@ class VolumeRecord(Record):
 
     name: str = Field(description="What is measured.")
     mesh_ml: float = Field(description="Volume enclosed by the mesh, mL.")
-    segmentation_ml: float | None = Field(None, description="Volume of its voxels between the same planes, mL.")
+    segmentation_ml: float | None = Field(
+        None, description="Volume of the voxels labelled so, before any repair, between the same planes, mL."
+    )
     given_ml: float | None = Field(
         None, description="Volume of the surfaces that were given, between the same planes, mL."
     )

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from femprep.image import LabelObject
+from femprep.image import LabelObject, Segmentation
 from femprep.mesh.topology import enclosed_volume, volume
-from femprep.model import Plane, Surface, VolumeMesh
+from femprep.model import BoolArray, Plane, Surface, VolumeMesh
 from femprep.model.facets import facet_triangles
 from femprep.surface.given.beyond import closed_beyond
 
@@ -23,17 +23,26 @@ def voxel_volume(obj: LabelObject, planes: Iterable[Plane]) -> float:
 
     A voxel that a plane cuts counts with the part below it: exact where the plane lies along the voxel's faces.
     """
-    index = np.argwhere(obj.mask)
-    centre = obj.grid.to_world(index.astype(float))
+    return _below(obj.mask, obj, planes)
+
+
+def labelled_volume(seg: Segmentation, structure: str, planes: Iterable[Plane]) -> float:
+    """Volume of a structure's voxels as labelled, before any repair, like :func:`voxel_volume`; 0 without a name."""
+    return _below(seg.mask(structure), seg, planes) if structure in seg.structures else 0.0
+
+
+def _below(mask: BoolArray, source: LabelObject | Segmentation, planes: Iterable[Plane]) -> float:
+    index = np.argwhere(mask)
+    centre = source.grid.to_world(index.astype(float))
     part = np.ones(len(index))
     for plane in planes:
-        part *= np.clip(0.5 - plane.signed_distance(centre) / voxel_extent(obj, plane), 0.0, 1.0)
-    return float(part.sum() * np.prod(obj.grid.spacing))
+        part *= np.clip(0.5 - plane.signed_distance(centre) / voxel_extent(source, plane), 0.0, 1.0)
+    return float(part.sum() * np.prod(source.grid.spacing))
 
 
-def voxel_extent(obj: LabelObject, plane: Plane) -> float:
-    """How far a voxel of an object extends along the normal of a plane, mm."""
-    return float(np.abs(plane.normal @ np.asarray(obj.grid.direction)) @ np.asarray(obj.grid.spacing))
+def voxel_extent(source: LabelObject | Segmentation, plane: Plane) -> float:
+    """How far a voxel extends along the normal of a plane, mm."""
+    return float(np.abs(plane.normal @ np.asarray(source.grid.direction)) @ np.asarray(source.grid.spacing))
 
 
 def volume_below(surface: Surface, base: Plane | None) -> float:

@@ -66,9 +66,8 @@ def check_fillable(wall: Wall) -> None:
     Raises
     ------
     InputError
-        The wall is empty, not finite, names points that are not there, has triangles without area, is open, branches,
-        is inconsistently wound or wound the wrong way round, crosses itself, or has triangles without a tag or off the
-        plane they are named after.
+        The wall is empty, not finite, has triangles without area, is open, branches, is inconsistently wound or wound
+        the wrong way round, crosses itself, or has triangles without a tag or off the plane they are named after.
     """
     points, triangles = wall.points, wall.triangles
     if len(triangles) == 0:
@@ -76,11 +75,6 @@ def check_fillable(wall: Wall) -> None:
     if not np.isfinite(points).all():
         row = int(np.argmin(np.isfinite(points).all(axis=1)))
         raise InputError(f"point {row} of the wall is {points[row].tolist()}; every coordinate must be finite")
-    if triangles.min() < 0 or triangles.max() >= len(points):
-        bad = int(np.argmax(((triangles < 0) | (triangles >= len(points))).any(axis=1)))
-        raise InputError(
-            f"triangle {bad} of the wall names points {triangles[bad].tolist()}, but there are {len(points)} points"
-        )
     longest = edge_lengths(points, triangles).max(axis=1)
     thin = areas(points, triangles) <= 1e-9 * longest**2
     if thin.any():

@@ -72,11 +72,14 @@ def test_every_reason_can_be_come_to(sites: list[tuple[str, str, str]]) -> None:
 
 
 @pytest.mark.parametrize(("kind", "place", "code"), [
-    (InputError, ("preflight", "_check_gaps"), "slice-missing"),
+    (InputError, ("image.pieces", "_require_slices"), "slice-missing"),
+    (InputError, ("image.pieces", "require_one_body"), "labels-broken"),
     (InputError, ("preflight", "_check_planes"), "planes-miss"),
     (InputError, ("wall.planes.base_slice", "closed_rings"), "rings-open"),
     (InputError, ("wall.planes.stack", "read_stack"), "labels-missing"),
     (InputError, ("image.object", "_require_size"), "labels-broken"),
+    (InputError, ("image.reading.itk", "_require_volume"), "image-unreadable"),
+    (InputError, ("wall.misnamed", "numbers_told"), "labels-missing"),
     (InputError, ("wall.joining.build", "_thicken"), "wall-too-thin"),
     (StageError, ("volume.tetwild.guard", "_wait"), "mesher-limit"),
     (StageError, ("stages.fill", "_tetrahedra"), "mesher-failed"),

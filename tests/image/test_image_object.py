@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from femprep.errors import InputError, OptionError
 from femprep.image import Grid, LabelObject, Segmentation, boundary_points, make_object
+from femprep.image.topology import label_pieces
 
 SPACING = (1.5, 1.25, 8.0)
 
@@ -58,6 +59,25 @@ def test_repair_keeps_the_largest_piece_and_says_so():
         seg.object("lv", policy="strict")
 
 
+def two_hearts(gap: int) -> np.ndarray:
+    """The heart and its half beside it along the stack, slices between them empty."""
+    labels = heart()
+    return np.concatenate([labels, np.zeros_like(labels[:, :, :gap]), labels[:, :, :4]], axis=2)
+
+
+def test_a_piece_that_is_no_speck_is_refused_with_where_it_lies():
+    labels = heart()
+    labels[8, :, :] = np.where(labels[8] == 3, 2, labels[8])
+    with pytest.raises(InputError, match=r"'lv' is in 2 pieces of \d+, \d+ voxels, near \(.*\) and \(.*\) mm, .*joins"):
+        segmentation(labels).object("lv")
+
+
+def test_slices_without_a_label_between_pieces_are_named():
+    seg = segmentation(two_hearts(1))
+    with pytest.raises(InputError, match=r"pieces of \d+, \d+ voxels: slices? \d.* nothing of it, between slices"):
+        seg.object("lv")
+
+
 def test_repair_fills_voids_and_says_what_was_in_them():
     labels = heart()
     labels[8, 8, 2] = 0
@@ -76,7 +96,7 @@ def test_tunnels_are_counted_and_refused_where_strict():
     seg = segmentation(heart())
     assert seg.object("myo").report["tunnels"] == 1
     assert seg.object("lv").report["tunnels"] == 0
-    with pytest.raises(InputError, match="1 tunnels"):
+    with pytest.raises(InputError, match="has a tunnel,"):
         seg.object("myo", policy="strict")
     assert seg.object("lv", policy="strict").report["policy"] == "strict"
 
@@ -199,6 +219,7 @@ def test_boundary_points_lie_half_a_voxel_out_of_their_voxel():
 def test_boundary_faces_close_around_the_object(mask, seed):
     """Divergence theorem: the face areas' normals sum to zero, and the flux of x/3 through them is the volume."""
     mask[1:4, 1:4, 1:3] = True
+    mask = label_pieces(mask)[0] == 1
     direction = Rotation.random(random_state=seed).as_matrix()
     obj = make_object(mask, Grid(mask.shape, SPACING, (5.0, 6.0, 7.0), direction), "any")
     found = boundary_points(obj)

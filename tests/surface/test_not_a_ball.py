@@ -39,7 +39,7 @@ def test_a_tunnel_is_closed_over_and_said(caplog: pytest.LogCaptureFixture) -> N
 
 def test_of_several_pieces_the_largest_is_kept_and_said(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING):
-        obj = labelled(ball((-12.0, 0.0, 0.0), 20.0) | ball((30.0, 0.0, 0.0), 10.0))
+        obj = labelled(ball((-12.0, 0.0, 0.0), 20.0) | ball((30.0, 0.0, 0.0), 8.0))
     assert obj.report["pieces"] == 2
     assert "largest of 2 pieces" in caplog.text
     surface = fit_surface(obj, vertices=600)

@@ -17,6 +17,8 @@ from femprep.model import FloatArray
 
 #: Relative difference from which two voxel sizes disagree (headers hold single precision, some are rounded).
 TOLERANCE = 1e-2
+#: What is said of an affine that no option can stand in for.
+FLAT = "the axes of its affine span no volume, as one is 0 or lies along the others; mend the header"
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import BinaryIO
 
 from femprep.errors import FileError, ResourceError
+from femprep.image.reading.affine import FLAT
 from femprep.image.reading.native import memory
-from femprep.image.reading.nifti_header import LONGEST_HEADER, has_finite_affine, nifti_bytes
+from femprep.image.reading.nifti_header import LONGEST_HEADER, has_finite_affine, has_flat_axes, nifti_bytes
 from femprep.image.reading.text_header import REMEDY, Voxels, meta_voxels, nrrd_voxels
 
 #: ITK's reader by file name ending.
@@ -116,6 +117,8 @@ def _require_whole_nifti(path: Path) -> None:
         raise FileError(f"{path}: not a NIfTI file, or its header is damaged")
     if not has_finite_affine(head):
         raise FileError(f"{path}: its affine holds numbers that are not finite; mend the header")
+    if has_flat_axes(head):
+        raise FileError(f"{path}: {FLAT}")
     if length < expected:
         raise FileError(f"{path}: cut short, {length} of {expected} bytes; {REMEDY}")
 

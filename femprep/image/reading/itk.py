@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from femprep.errors import DiskFullError, FileError, InputError, cannot_write
 from femprep.image.grid import Grid
-from femprep.image.reading.affine import sform
+from femprep.image.reading.affine import FLAT, sform
 from femprep.image.reading.files import format_of, require_whole
 from femprep.image.reading.native import captured_stderr, require_memory
 from femprep.image.reading.rectangular import is_sheared, sharpest_angle
@@ -115,7 +115,11 @@ def _read(file: Path, frame: int | None) -> ImageContent:
             slicer = format_of(file) == "NrrdImageIO" and any(key.endswith("_LabelValue") for key in keys)
             components = 1 if slicer else reader.GetNumberOfComponents()
             _require_volume(
-                file, size, components, reader.GetPixelID() in (sitk.sitkComplexFloat32, sitk.sitkComplexFloat64), frame
+                file,
+                reader,
+                components,
+                reader.GetPixelID() in (sitk.sitkComplexFloat32, sitk.sitkComplexFloat64),
+                frame,
             )
             require_memory(file, size[:3])
             if len(size) > 3:
@@ -131,6 +135,8 @@ def _read(file: Path, frame: int | None) -> ImageContent:
     except RuntimeError as error:
         if "orthonormal" in str(error):
             raise skewed(file) from None
+        if "determinant is 0" in str(error):
+            raise FileError(f"{file}: {FLAT}") from None
         raise FileError(f"{file}: damaged or not readable ({_reason(error, said)})") from None
     array = sitk.GetArrayFromImage(image)
     # Layers of segments come as components, the last axis; all others are turned round, to i, j, k.
@@ -189,8 +195,9 @@ def skewed(file: Path) -> InputError:
     )
 
 
-def _require_volume(file: Path, size: list[int], components: int, complex_values: bool, frame: int | None) -> None:
+def _require_volume(file: Path, reader: Any, components: int, complex_values: bool, frame: int | None) -> None:
     """Refuse what is no single 3-D image of scalars."""
+    size = list(reader.GetSize())
     shown = " x ".join(map(str, size))
     if components > 1 or complex_values:
         raise InputError(f"{file}: has {max(components, 2)} values per voxel, expected one label")
@@ -202,8 +209,24 @@ def _require_volume(file: Path, size: list[int], components: int, complex_values
     if any(n > 1 for n in (size[3:] if frame is None else size[4:])):
         raise InputError(
             f"{file}: is a {len(size)}-D image ({shown}), expected 3-D; write one frame to a file of its own, or "
-            "choose one by frame (--frame N, of --image FILE:N, counted from 1)"
+            f"choose one by frame (--frame N, of --image FILE:N, counted from 1){_masks(file, reader)}"
         )
+
+
+def _masks(file: Path, reader: Any) -> str:
+    """What else to do where the first of several frames is a mask, as of a map with a channel for each structure."""
+    import SimpleITK as sitk
+
+    size = list(reader.GetSize())
+    require_memory(file, size[:3])
+    reader.SetExtractSize(size[:3] + [0] * (len(size) - 3))
+    first = sitk.GetArrayFromImage(reader.Execute())
+    if (first.min(), first.max()) != (0, 1):
+        return ""
+    return (
+        "; or, as its first frame holds 0 and 1 alone, write each frame that is the mask of a structure to a file of "
+        "its own, for --mask lv=FILE --mask myo=FILE"
+    )
 
 
 @contextmanager

@@ -49,7 +49,7 @@ def require_finite(path: Path, voxels: int, frame: int | None = None) -> None:
             wrong += int(np.count_nonzero(~np.isfinite(np.frombuffer(block, dtype))))
             left -= _BLOCK
     if wrong:
+        some = "1 voxel is no number" if wrong == 1 else f"{wrong} voxels are no numbers"
         raise InputError(
-            f"{path}: {wrong} voxels are no numbers (NaN or infinite), so that it is no label map; "
-            "write 0 where there is no label"
+            f"{path}: {some} (NaN or infinite), so that it is no label map; write 0 where there is no label"
         )

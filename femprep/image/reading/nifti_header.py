@@ -6,6 +6,8 @@ import math
 import struct
 from typing import Final
 
+import numpy as np
+
 #: Bytes of the longest header, that of NIfTI-2.
 LONGEST_HEADER: Final = 540
 #: By the number that a header begins with, its own length: formats and places of the axes' lengths, the type and the
@@ -14,6 +16,8 @@ _FIELDS: Final = {
     348: (("8h", 40), ("2h", 70), ("f", 108), ("2h", 252), ("6f", 256), ("12f", 280)),
     540: (("8q", 16), ("2h", 12), ("q", 168), ("2i", 344), ("6d", 352), ("12d", 400)),
 }
+#: Volume that axes span, over the product of their lengths, from which they are no axes: single precision leaves 1e-7.
+_FLAT: Final = 1e-5
 #: Types of voxels that can hold what is no number.
 _FLOATS: Final = {16: "f4", 64: "f8"}
 
@@ -38,6 +42,15 @@ def has_finite_affine(head: bytes) -> bool:
     (qform, sform), quaternion, rows = found[3:]
     asked = (*(rows if sform else ()), *(quaternion if qform else ()))
     return all(map(math.isfinite, asked))
+
+
+def has_flat_axes(head: bytes) -> bool:
+    """Whether the only affine of the header is an sform whose axes span no volume: one is 0, or two are parallel."""
+    found, _ = _read(head)
+    if not found or found[3][0] > 0 or found[3][1] <= 0:
+        return False
+    axes = np.array(found[5]).reshape(3, 4)[:, :3]
+    return bool(np.abs(np.linalg.det(axes)) <= _FLAT * np.linalg.norm(axes, axis=0).prod())
 
 
 def float_voxels(head: bytes) -> tuple[str, int] | None:

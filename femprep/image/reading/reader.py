@@ -271,8 +271,9 @@ def _labels(array: npt.NDArray[Any], file: Path) -> npt.NDArray[np.integer[Any]]
         if not whole.all():
             value = float(array[~whole][0])
             wrong = int(array.size - np.count_nonzero(whole))
+            some = "1 voxel is no integer" if wrong == 1 else f"{wrong} voxels are no integers"
             raise InputError(
-                f"{file}: {wrong} voxels are no integers (the first is {value:.6g}), so that it is no label map; "
+                f"{file}: {some} (the first is {value:.6g}), so that it is no label map; "
                 "threshold it, or resample with nearest neighbour"
             )
     low, high = array.min(), array.max()

@@ -190,7 +190,8 @@ def merged_masks(
     for i, name in enumerate(by_size):
         shared = {other: int(np.count_nonzero(masks[name] & masks[other])) for other in by_size[:i]}
         said += [
-            f"{count} voxels are both {other} and {name}: taken as {name}, which is the smaller one"
+            ("1 voxel is" if count == 1 else f"{count} voxels are")
+            + f" both {other} and {name}: taken as {name}, which is the smaller one"
             for other, count in shared.items()
             if count
         ]

@@ -169,6 +169,27 @@ def test_sheared_affine_is_refused(tmp_path, nifti):
         read_segmentation(path, preset="acdc")
 
 
+@pytest.mark.parametrize("axes", [(0.0,) * 9, (2.0, 2.0, 0.0, 2.0, 2.0, 0.0, 0.0, 0.0, 8.0)])
+@pytest.mark.parametrize("ending", ["nii", "nhdr"])
+@pytest.mark.parametrize("resample", [False, True])
+def test_axes_that_span_no_volume_are_refused_and_not_resampled(tmp_path, nifti, axes, ending, resample):
+    struct.pack_into("<h", nifti, 252, 0)
+    for row in range(3):
+        struct.pack_into("<3f", nifti, 280 + 16 * row, *axes[3 * row : 3 * row + 3])
+    path = tmp_path / f"flat.{ending}"
+    path.write_bytes(nifti)
+    if ending == "nhdr":
+        (tmp_path / "flat.raw").write_bytes(bytes(nifti[352:]))
+        steps = " ".join(f"({axes[n]},{axes[n + 3]},{axes[n + 6]})" for n in range(3))
+        path.write_text(
+            "NRRD0004\ntype: uchar\ndimension: 3\nspace: LPS\nsizes: 30 40 12\n"
+            f"space directions: {steps if any(axes) else '(1,0,0) (1,0,0) (0,0,1)'}\n"
+            "kinds: domain domain domain\nencoding: raw\ndata file: flat.raw\n"
+        )
+    with pytest.raises(FileError, match="span no volume"):
+        read_segmentation(path, preset="acdc", resample=resample)
+
+
 @pytest.mark.parametrize("place", [256, 268, 280, 320])
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 def test_an_affine_that_is_not_finite_is_refused(tmp_path, nifti, place, value):
@@ -208,11 +229,11 @@ def test_nan_voxels_are_refused(tmp_path):
     array[5, 5, 5] = np.nan
     path = tmp_path / "nan.nrrd"
     SimpleITK.WriteImage(image(array), str(path))
-    with pytest.raises(InputError, match=r"1 voxels are no integers .*nan"):
+    with pytest.raises(InputError, match=r"1 voxel is no integer .*nan"):
         read_segmentation(path, preset="acdc")
     array.view(np.uint32)[5, 5, 5] = 0x7F800001  # NaN of the kind that signals: numpy warns of it
     SimpleITK.WriteImage(image(array), str(path))
-    with warnings.catch_warnings(), pytest.raises(InputError, match=r"1 voxels are no integers .*nan"):
+    with warnings.catch_warnings(), pytest.raises(InputError, match=r"1 voxel is no integer .*nan"):
         warnings.simplefilter("error")
         read_segmentation(path, preset="acdc")
 
@@ -253,7 +274,7 @@ def test_voxels_that_are_no_numbers_are_found_in_the_other_byte_order(tmp_path, 
     np.testing.assert_array_equal(read_segmentation(path, preset="acdc").labels, heart().labels)
     voxels[3, 2, 1] = np.nan
     path.write_bytes(bytes(nifti[:352]) + voxels.tobytes())
-    with pytest.raises(InputError, match="1 voxels are no numbers"):
+    with pytest.raises(InputError, match="1 voxel is no number"):
         read_segmentation(path, preset="acdc")
 
 
@@ -262,7 +283,11 @@ def test_several_frames_are_refused_and_a_single_one_is_taken(tmp_path, ending):
     path = tmp_path / f"frames.{ending}"
     one = image(heart().labels.T.copy())
     SimpleITK.WriteImage(SimpleITK.JoinSeries([one, one]), str(path))
-    with pytest.raises(InputError, match=r"4-D image \(30 x 40 x 12 x 2\).*one frame"):
+    with pytest.raises(InputError, match=r"4-D image \(30 x 40 x 12 x 2\).*one frame(?!.*--mask)"):
+        read_segmentation(path, preset="acdc")
+    masks = [image((label == heart().labels.T).astype(np.uint8)) for label in (0, 2, 3)]
+    SimpleITK.WriteImage(SimpleITK.JoinSeries(masks), str(path))
+    with pytest.raises(InputError, match=r"4-D image .*0 and 1 alone.*--mask lv=FILE"):
         read_segmentation(path, preset="acdc")
     SimpleITK.WriteImage(SimpleITK.JoinSeries([one]), str(path))
     np.testing.assert_array_equal(read_segmentation(path, preset="acdc").labels, heart().labels)
