@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from fuzz.common import Case
+from fuzz.stands import little_of_the_labels
 
 #: Processor seconds a command may take, of a child and its children: where it meshes, and where it only reads.
 LIMITS = {True: 200.0, False: 40.0}
@@ -191,6 +192,8 @@ def _fault(
         return "something half made"
     if left or any((folder / "tmp").iterdir()):
         return f"left behind: {', '.join([*left, *(p.name for p in (folder / 'tmp').iterdir())])}"
+    if status == 0 and case.kind in ("labels", "real labels"):
+        return little_of_the_labels(case.arguments, folder / case.out)
     return ""
 
 

@@ -122,6 +122,39 @@ def _opened(random: Random, labels: Labels) -> Labels:
     return np.where(sector[:, :, None] & (labels == number), 0, labels).astype(labels.dtype)
 
 
+def _slice_in_the_middle(random: Random, labels: Labels) -> int:
+    held = np.flatnonzero(labels.any(axis=(0, 1)))
+    return int(random.choice(held[len(held) // 4 : max(3 * len(held) // 4, len(held) // 4 + 1)]))
+
+
+def _pinned(random: Random, labels: Labels) -> Labels:
+    """One voxel of a slice in the middle has another label, in the heart or beside it."""
+    out, k = labels.copy(), _slice_in_the_middle(random, labels)
+    near = np.argwhere(ndimage.binary_dilation(labels[:, :, k] > 0, iterations=3))
+    out[(*random.choice(near), k)] = int(random.integers(4))
+    return out
+
+
+def _one_slice(random: Random, labels: Labels) -> Labels:
+    """One slice in the middle is damaged by some other way."""
+    out, k = labels.copy(), _slice_in_the_middle(random, labels)
+    ways = (_swapped, _thinned, _grown, _hollow, _opened, _speckled, _offset)
+    way = ways[int(random.integers(len(ways)))]
+    if len(np.unique(labels[:, :, k])) > 1:
+        out[:, :, k] = way(random, labels[:, :, k : k + 1])[:, :, 0]
+    return out
+
+
+def _parted(random: Random, labels: Labels) -> Labels:
+    """A label runs through the heart as a band, in all slices."""
+    middle = np.argwhere(labels).mean(axis=0)
+    i, j = np.mgrid[: labels.shape[0], : labels.shape[1]]
+    angle = random.uniform(0.0, np.pi)
+    away = np.abs((i - middle[0]) * np.cos(angle) + (j - middle[1]) * np.sin(angle) - random.uniform(-3.0, 3.0))
+    band = (away < float(choose(random, (0.5, 1.0, 2.0))))[:, :, None]  # type: ignore[arg-type]
+    return np.where(band & (labels > 0), int(random.integers(4)), labels).astype(labels.dtype)
+
+
 def _reordered(random: Random, labels: Labels) -> Labels:
     order = random.permutation(labels.shape[2]) if random.random() < 0.5 else np.roll(np.arange(labels.shape[2]), 3)
     return labels[:, :, order]
@@ -163,6 +196,9 @@ LABELS: dict[str, Callable[[Random, Labels], Labels]] = {
     "rotated": _rotated,
     "holed": _holed,
     "opened": _opened,
+    "one voxel": _pinned,
+    "one slice": _one_slice,
+    "parted": _parted,
     "slices reordered": _reordered,
     "slices repeated": _repeated,
     "padded": _padded,

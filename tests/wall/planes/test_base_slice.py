@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -106,3 +107,17 @@ def test_of_thin_slices_one_that_is_open_ends_the_run_which_is_told_without_its_
     with pytest.raises(InputError, match=r"closes? around it near .*give --basal-end") as caught:
         fp.find_base(replace(whole, labels=labels), basal_end="first")
     assert "slice 14" not in str(caught.value)
+
+
+def test_one_voxel_without_a_label_moves_no_base_of_a_patient(data: Path) -> None:
+    """It took more than a quarter of the heart away in 24 of 25 where it was near the base."""
+    for number in range(1, 101, 20):
+        (path,) = data.glob(f"acdc/training/patient{number:03d}/*frame01_gt.nii.gz")
+        seg = fp.read_segmentation(path, preset="acdc")
+        base, slices = fp.find_base(seg), seg.slices("lv").index
+        for slice_ in slices[1:-1]:
+            labels = np.array(seg.labels)
+            inside = np.argwhere(labels[:, :, slice_] == CAVITY)
+            labels[(*inside[len(inside) // 2], slice_)] = 0
+            found = fp.find_base(replace(seg, labels=labels))
+            assert found.point == pytest.approx(base.point, abs=1e-9), (path.name, slice_)
