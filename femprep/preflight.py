@@ -162,7 +162,7 @@ def check_labels(seg: Segmentation, layout: Layout, options: Options) -> Ventric
     _check_content(options, [opening.name for opening in layout.openings])
     for obj in layout.objects.values():
         check_fit(obj, options.surface)
-    _check_planes(seg, layout, options)
+    _check_planes(layout)
     if options.volume.mesher == "tetwild":
         _check_amount(seg, layout, options)
     if options.fibres is None:
@@ -208,7 +208,7 @@ def _forecast(options: Options, openings: list[str]) -> Content:
     return Content((kind,), facets, options.fibres is not None, options.blood_pool)
 
 
-def _check_planes(seg: Segmentation, layout: Layout, options: Options) -> None:
+def _check_planes(layout: Layout) -> None:
     """Base and apex plane cut the heart, and leave some of the cavity between them."""
     planes = {name: plane for name, plane in (("base", layout.base), ("apex", layout.apex)) if plane is not None}
     if not planes:

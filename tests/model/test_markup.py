@@ -25,4 +25,5 @@ def test_words_come_back_from_text_and_attribute(words: str, shown: str) -> None
 
 
 def test_a_label_of_any_characters_makes_a_picture_that_is_read() -> None:
-    fromstring(fp.bulls_eye_svg(range(17), label="a\x01b <c> \udcff").encode())
+    picture = fromstring(fp.bulls_eye_svg(range(17), label="a\x01b <c> \udcff").encode())
+    assert "a\\x01b <c> \\udcff" in "".join(picture.itertext())
