@@ -14,6 +14,7 @@ from typer.main import get_command
 from femprep import __version__
 from femprep.cli._apart import WORDS
 from femprep.cli._logging import logging_options
+from femprep.cli._values import PlainCommand
 from femprep.errors import FileError, OptionError, did_you_mean
 
 #: First line of each command's help; the command is the function of that name in the file of that name.
@@ -80,7 +81,7 @@ def load(name: str) -> Any:
     single = typer.Typer(add_completion=False, **_STYLE)
     # Lines of a docstring are those of its file; a terminal has its own.
     paragraphs = (" ".join(part.split()) for part in (function.__doc__ or "").split("\n\n"))
-    single.command(name, help="\n\n".join(paragraphs).strip())(function)
+    single.command(name, cls=PlainCommand, help="\n\n".join(paragraphs).strip())(function)
     command = get_command(single)
     command.params.extend(logging_options())
     return command
@@ -98,7 +99,8 @@ def _version(value: bool) -> None:
 @app.callback()
 def _root(
     version: Annotated[
-        bool, typer.Option("--version", help="Print the version and stop.", callback=_version, is_eager=True)
+        bool,
+        typer.Option("--version", metavar="", help="Print the version and stop.", callback=_version, is_eager=True),
     ] = False,
 ) -> None:
     """From a segmented cardiac image to a finite element mesh a solver accepts."""

@@ -103,6 +103,7 @@ def _options(
             "--verbose",
             "-v",
             count=True,
+            metavar="",
             help="Show what is done; twice for more.",
             show_default=False,
             callback=_verbose,
@@ -115,6 +116,7 @@ def _options(
         Path | None,
         typer.Option(
             help="Write all messages, with times, to this file.",
+            metavar="PATH",
             callback=_file,
             expose_value=False,
             is_eager=True,

@@ -190,7 +190,7 @@ def mesh(
     segmentation: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="[SEG]...",
+            metavar="SEG",
             help="Label map: .nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .mhd or DICOM SEG; several: see --sequence.",
         ),
     ] = None,

@@ -28,6 +28,8 @@ def test_no_help_is_cut_off_at_80_columns(
     text = capsys.readouterr().out
     assert "…" not in text
     assert not re.search(r" \.\s", text), "words in brackets were taken for markup"
+    assert not re.search(r"<(bool|int|str|float|list\[str\])>", text), "a type of Python is no word for a modeller"
+    assert "]...]..." not in text
     assert max(map(len, text.splitlines())) <= 80
     for option in load(command).params:
         for name in (*option.opts, *option.secondary_opts):
