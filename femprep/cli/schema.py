@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -12,6 +13,8 @@ from femprep.errors import FileError, cannot_write
 
 #: What a schema is known by, whatever folder it lies in.
 _NAME = "urn:femprep:schema:"
+#: Bytes at the beginning of a schema in which that stands.
+_HEAD = 200
 
 
 def schema_folder() -> Path:
@@ -74,10 +77,23 @@ def schema(
         typer.echo(schema_folder())
         return
     folder = folder or Path("schemas")
+    texts = schema_texts()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, text in schema_texts().items():
+        _require_no_others(folder, texts)
+        for name, text in texts.items():
             (folder / name).write_text(text, encoding="utf-8")
             typer.echo(folder / name)
     except OSError as error:
         raise cannot_write(f"folder {str(folder)!r}", error, "choose another") from None
+
+
+def _require_no_others(folder: Path, names: Iterable[str]) -> None:
+    """Refuse where a file that is no schema of ours would be replaced: the records of a run have the same names."""
+    there = (folder / name for name in sorted(names) if (folder / name).exists())
+    others = [path.name for path in there if _NAME.encode() not in path.read_bytes()[:_HEAD]]
+    if others:
+        raise FileError(
+            f"folder {str(folder)!r} holds {', '.join(map(repr, others))}, no schema of femprep's: it would be "
+            "replaced; write the schemas into a folder of their own"
+        )

@@ -89,7 +89,7 @@ class Surface(Convertible):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", readonly(self.points, np.float64, (None, 3), "points"))
-        if len(far := np.flatnonzero((np.abs(self.points) >= FARTHEST).any(axis=1))):
+        if len(far := np.flatnonzero(~(np.abs(self.points) < FARTHEST).all(axis=1))):
             raise InputError(
                 f"surface {self.name!r}: vertex {far[0]} is {self.points[far[0]].tolist()}, expected coordinates in mm"
             )

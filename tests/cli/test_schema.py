@@ -38,3 +38,13 @@ def test_the_wheel_takes_the_schemas_along() -> None:
     settings = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
     wheel = settings["tool"]["hatch"]["build"]["targets"]["wheel"]
     assert wheel["force-include"] == {"schemas": "femprep/schemas"}
+
+
+def test_records_of_a_run_are_not_replaced_by_their_schemas(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "run.json").write_text('{"femprep": "0.1.0"}')
+    assert main(["schema", str(tmp_path)]) == 2
+    assert "holds 'run.json', no schema of femprep's" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["run.json"]
+    (tmp_path / "run.json").unlink()
+    for _ in range(2):  # its own are
+        assert main(["schema", str(tmp_path)]) == 0

@@ -103,7 +103,7 @@ def test_distances_from_a_plane_are_those_of_points(points: Any, line: str) -> N
         fp.Plane([0, 0, 0], [0, 0, 1]).signed_distance(points)
 
 
-@pytest.mark.parametrize("far", [1e300, 1e12, np.inf, -np.inf])
+@pytest.mark.parametrize("far", [1e300, 1e12, np.inf, -np.inf, np.nan])
 def test_a_surface_lies_near_enough_for_its_lengths_to_be_numbers(far: float) -> None:
     with pytest.raises(fp.InputError, match=r"surface 'lv': vertex 1 is \[.*\], expected coordinates in mm"):
         fp.Surface([POINTS[0], [far, 0, 0], *POINTS[2:]], CLOSED, name="lv")

@@ -58,7 +58,6 @@ def mended(surface: Surface) -> Surface:
         It has no area, is in several pieces, branches, has one side only, crosses itself or has handles: where.
     """
     name, points, cells = surface.name, surface.points, surface.triangles
-    _finite(name, points)
     notices: list[Notice] = []
     cells, dropped = _whole(cells)
     if not len(cells):
@@ -116,12 +115,6 @@ def mended(surface: Surface) -> Surface:
     return replace(
         surface, points=points[used], cells=cells.reshape(-1, 3), directions=None, shape=None, point_data={}, info=info
     )
-
-
-def _finite(name: str, points: FloatArray) -> None:
-    odd = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if len(odd):
-        raise InputError(f"surface {name!r}: vertex {odd[0]} is {points[odd[0]].tolist()}, expected finite coordinates")
 
 
 def _whole(cells: IntArray) -> tuple[IntArray, int]:

@@ -31,9 +31,6 @@ def check_surface(surface: Surface) -> None:
     what = f"surface {surface.name!r}"
     if surface.cells.shape[1] != 3:
         raise InputError(f"{what} has quadrilaterals; a wall is built from triangles")
-    if not np.isfinite(surface.points).all():
-        vertex = int(np.argmin(np.isfinite(surface.points).all(axis=1)))
-        raise InputError(f"{what}: vertex {vertex} is {surface.points[vertex].tolist()}, expected finite coordinates")
     table = edge_table(surface.cells)
     odd = np.flatnonzero(table.count != 2)
     if len(odd):
