@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from femprep.export.format import Format
 from femprep.export.reading import read_mesh
-from femprep.export.table import FORMATS, Format, require_formats
+from femprep.export.table import FORMATS, require_formats
 from femprep.export.writing import write_facets, write_format, write_mesh, write_purkinje, write_surface, write_wall
 
 __all__ = [

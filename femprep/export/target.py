@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 from femprep.errors import FileError, OptionError
 from femprep.export.files import require_folder
+from femprep.export.format import Format
 from femprep.export.reading import ENDINGS
-from femprep.export.table import FORMATS, Format, format_of, require_formats
+from femprep.export.table import FORMATS, format_of, require_formats
 
 
 class Target(NamedTuple):
