@@ -59,13 +59,6 @@ def faults_of_placing(lengths, waves, bend, turn, connectivity) -> list[str]:
 
 
 @pytest.mark.slow
-@settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
-@given(**BODIES)
-def test_bodies_are_covered_soundly(lengths, waves, bend, turn, connectivity):
-    assert faults_of_placing(lengths, waves, bend, turn, connectivity) == []
-
-
-@pytest.mark.slow
 @settings(max_examples=300, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(**BODIES)
 def test_many_bodies_are_covered_soundly(lengths, waves, bend, turn, connectivity):

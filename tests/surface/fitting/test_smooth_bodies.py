@@ -62,13 +62,6 @@ CHECKS = list(HealthCheck)
 
 
 @pytest.mark.slow
-@settings(max_examples=6, deadline=None, derandomize=True, suppress_health_check=CHECKS)
-@given(**BODIES)
-def test_the_surface_of_a_body_is_sound(lengths, waves, bend, pixel, slices, seed):
-    assert faults_of_surface(lengths, waves, bend, pixel, slices, seed) == []
-
-
-@pytest.mark.slow
 @settings(max_examples=100, deadline=None, derandomize=True, suppress_health_check=CHECKS)
 @given(**BODIES)
 def test_the_surfaces_of_many_bodies_are_sound(lengths, waves, bend, pixel, slices, seed):

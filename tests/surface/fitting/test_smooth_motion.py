@@ -94,13 +94,6 @@ CHECKS = list(HealthCheck)
 
 
 @pytest.mark.slow
-@settings(max_examples=2, deadline=None, derandomize=True, suppress_health_check=CHECKS)
-@given(**BODIES, storage=STORAGES)
-def test_a_surface_is_carried_along_with_its_image(lengths, waves, bend, pixel, slices, seed, storage):
-    assert faults_of_motion(lengths, waves, bend, pixel, slices, seed, storage) == []
-
-
-@pytest.mark.slow
 @settings(max_examples=8, deadline=None, derandomize=True, suppress_health_check=CHECKS)
 @given(**BODIES, storage=STORAGES)
 def test_many_surfaces_are_carried_along_with_their_images(lengths, waves, bend, pixel, slices, seed, storage):
