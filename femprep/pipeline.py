@@ -29,8 +29,8 @@ from femprep.volume.quality.advice import advised, what_helps, with_shape_help
 from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.volume.quality.limits import judge_wall_volume
 from femprep.wall.anatomies import ANATOMIES, Layout, lay_out, structures_of
-from femprep.wall.misnamed import numbers_told
 from femprep.wall.outlines import Outline
+from femprep.wall.planes.misnamed import numbers_told
 
 _log = logging.getLogger(__name__)
 

@@ -9,7 +9,7 @@ import femprep as fp
 from femprep.errors import InputError, OptionError
 from femprep.phantoms import biventricular
 from femprep.preflight import check_apart, check_options
-from femprep.wall.misnamed import numbers_told
+from femprep.wall.planes.misnamed import numbers_told
 
 
 @pytest.fixture(scope="module")
@@ -30,6 +30,11 @@ def test_exchanged_numbers_are_told_with_the_right_ones(both: fp.Segmentation, w
     for name, own in zip(("lv", "myo", "rv"), wrong):
         given = f"--structure {name}={both.structures[name][0]}"
         assert (given in str(caught.value)) == (name != own), given
+
+
+def test_a_base_is_not_looked_for_under_exchanged_numbers(both: fp.Segmentation) -> None:
+    with pytest.raises(InputError, match="seem to be swapped"):
+        fp.find_base(named(both, "myo", "lv", "rv"))
 
 
 def test_right_numbers_and_other_errors_pass(both: fp.Segmentation) -> None:
