@@ -72,6 +72,19 @@ def test_one_voxel_size_of_another_unit() -> None:
         fp.fit_surfaces(seg, {"lv": ("lv",)})
 
 
+@pytest.mark.parametrize("axis", range(3))
+def test_a_heart_ten_times_as_long_as_it_is_wide_is_told_with_the_size_that_is_off(axis: int) -> None:
+    """Slices 80 mm apart for 8: 880 mm of heart took 200 s to be swept, or not to be."""
+    seg = lv_ellipsoid().segmentation((4.0, 4.0, 8.0))
+    factor = tuple(10.0 if number == axis else 1.0 for number in range(3))
+    with pytest.raises(
+        fp.InputError, match=r"'lv\+myo' fills a box of .*, which is no heart's.*would make it"
+    ) as caught:
+        fp.mesh_segmentation(scaled(seg, factor))
+    told = str(caught.value).partition("--spacing ")[2].split()[:3]
+    assert [float(size) for size in told] == pytest.approx(seg.grid.spacing)
+
+
 @pytest.mark.parametrize(("spacing", "millilitres"), [((0.1, 0.1, 0.2), 0.04), ((8.0, 8.0, 10.0), 4000.0)])
 def test_hearts_of_a_mouse_and_of_an_elephant_pass(spacing: tuple[float, ...], millilitres: float) -> None:
     from femprep.image.size import require_heart_size
