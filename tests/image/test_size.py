@@ -13,6 +13,7 @@ import pytest
 import femprep as fp
 from femprep.cli import main
 from femprep.image.resample import isotropic
+from femprep.image.topology import used_box
 from femprep.phantoms import biventricular, four_chambers, lv_ellipsoid
 
 HEARTS: dict[str, tuple[Callable[[], object], str]] = {
@@ -83,6 +84,21 @@ def test_a_heart_ten_times_as_long_as_it_is_wide_is_told_with_the_size_that_is_o
         fp.mesh_segmentation(scaled(seg, factor))
     told = str(caught.value).partition("--spacing ")[2].split()[:3]
     assert [float(size) for size in told] == pytest.approx(seg.grid.spacing)
+
+
+@pytest.mark.slow
+@pytest.mark.data
+def test_no_heart_comes_near_to_being_too_long(data: Path) -> None:
+    """What ``THINNEST`` says of ACDC's maps: cavity and wall together, and cavities alone, which are not asked."""
+    longest = {"lv": 0.0, "lv+myo": 0.0, "lv+myo+rv": 0.0}
+    for path in sorted((data / "acdc" / "training").glob("*/*_gt.nii.gz")):
+        seg = fp.read_segmentation(path, preset="acdc")
+        for names in longest:
+            box = used_box(seg.mask(*names.split("+")))
+            sides = np.sort([part.stop - part.start for part in box] * seg.grid.spacing)
+            longest[names] = max(longest[names], sides[2] / sides[1])
+    assert longest["lv"] == pytest.approx(2.64, abs=0.01)
+    assert max(longest["lv+myo"], longest["lv+myo+rv"]) == pytest.approx(1.50, abs=0.01)
 
 
 @pytest.mark.parametrize(("spacing", "millilitres"), [((0.1, 0.1, 0.2), 0.04), ((8.0, 8.0, 10.0), 4000.0)])
