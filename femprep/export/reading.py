@@ -26,6 +26,7 @@ from femprep.export.others.netgen import read as _netgen
 from femprep.export.others.permas import read as _permas
 from femprep.export.others.su2 import read as _su2
 from femprep.export.others.tecplot import read as _tecplot
+from femprep.export.others.tetgen import read as _tetgen
 from femprep.export.through_meshio import meshio_mesh
 from femprep.export.turned import turned_tetrahedra
 from femprep.export.verdict import verdict_in
@@ -222,6 +223,8 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".gz": _netgen,
     ".dat": _tecplot,
     ".tec": _tecplot,
+    ".node": _tetgen,
+    ".ele": _tetgen,
     ".e": "exodus",
     ".exo": "exodus",
     ".ex2": "exodus",

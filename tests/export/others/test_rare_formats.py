@@ -1,4 +1,4 @@
-"""FLAC3D, NASTRAN, Netgen, PERMAS and Kratos: numbers beyond all, given twice, and what meshio mistakes."""
+"""FLAC3D, NASTRAN, Netgen, PERMAS, TetGen and Kratos: numbers beyond all, given twice, and what meshio mistakes."""
 
 from __future__ import annotations
 
@@ -179,3 +179,32 @@ def test_kratos_and_cgns_are_refused(tmp_path: Path) -> None:
         fp.read_mesh(written(tmp_path / "a.mdpa", "Begin Nodes\nEnd Nodes\n"))
     with pytest.raises(FileError, match="CGNS is not read"):
         fp.read_mesh(written(tmp_path / "a.cgns", "CGNS"))
+
+
+NODES = "# nodes\n4 3 0 0\n1 0 0 0\n2 9 0 0\n3 0 9 0\n4 0 0 9\n"
+
+
+@pytest.mark.parametrize("named", [".node", ".ele"])
+def test_a_mesh_of_tetgen_by_either_of_its_files(tmp_path: Path, named: str) -> None:
+    written(tmp_path / "a.node", NODES)
+    written(tmp_path / "a.ele", "1 4 1\n1 1 2 3 4 7\n")
+    assert fp.read_mesh(tmp_path / f"a{named}").region.tolist() == [7]
+
+
+@pytest.mark.parametrize(
+    ("nodes", "elements", "words"),
+    [
+        (NODES, "0 4 648650\n", "lists no tetrahedra"),
+        ("0 3 2000000000 0\n", "1 4 0\n1 1 2 3 4\n", "lists no nodes"),
+        (NODES, "1 4 2000000000\n1 1 2 3 4\n", "1 tetrahedra of 2000000004 numbers, in 25 bytes"),
+        (NODES, "1 10 0\n1 1 2 3 4 5 6 7 8 9 10\n", "ten nodes, which are not read; run TetGen without -o2"),
+        (NODES, "1 4\n1 1 2 3 4\n", "damaged"),
+        (NODES, None, r"a\.ele' is missing"),
+    ],
+)
+def test_tetgen_files_that_are_not_what_they_say(tmp_path: Path, nodes: str, elements: str | None, words: str) -> None:
+    path = written(tmp_path / "a.node", nodes)
+    if elements is not None:
+        written(tmp_path / "a.ele", elements)
+    with pytest.raises(FileError, match=words):
+        fp.read_mesh(path)

@@ -1,0 +1,48 @@
+"""A TetGen mesh in, its mesh out, where its two files are as long as their first lines say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from femprep.errors import FileError
+from femprep.export.foreign import from_meshio
+from femprep.export.through_meshio import meshio_mesh
+from femprep.model import VolumeMesh
+
+#: What the rows of a file are, by its ending.
+_ROWS: Final = {".node": "nodes", ".ele": "tetrahedra"}
+
+
+def read(path: Path) -> VolumeMesh:
+    """Read a ``.node`` and the ``.ele`` of the same name, whichever is named.
+
+    Raises
+    ------
+    FileError
+        A file is damaged, or its first line counts more than it can hold: meshio asks for memory for it, and makes an
+        array of every attribute, also of no rows. Or its tetrahedra have ten nodes.
+    """
+    for ending in _ROWS:
+        _require_room(path.with_suffix(ending))
+    return from_meshio(meshio_mesh(path))
+
+
+def _require_room(file: Path) -> None:
+    """Check a file's first line against its size; one that does not count is meshio's to tell."""
+    if not file.is_file():
+        raise FileError(
+            f"{str(file)!r} is missing; TetGen's nodes are in a .node, its elements in an .ele of that name"
+        )
+    with file.open(encoding="latin-1") as lines:
+        head = next((line.split() for line in lines if line.strip() and not line.startswith("#")), [])
+    if not head or not all(word.isdigit() for word in head):
+        return
+    rows, *columns = map(int, head)
+    what, size = _ROWS[file.suffix], file.stat().st_size
+    if file.suffix == ".ele" and columns[:1] == [10]:
+        raise FileError(f"{str(file)!r} has tetrahedra of ten nodes, which are not read; run TetGen without -o2")
+    if not rows:
+        raise FileError(f"{str(file)!r} lists no {what}")
+    if 2 * rows * (1 + sum(columns)) > size + 1:  # a digit and a blank
+        raise FileError(f"{str(file)!r} says it has {rows} {what} of {sum(columns)} numbers, in {size} bytes")
