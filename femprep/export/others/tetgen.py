@@ -34,15 +34,16 @@ def _require_room(file: Path) -> None:
         raise FileError(
             f"{str(file)!r} is missing; TetGen's nodes are in a .node, its elements in an .ele of that name"
         )
-    with file.open(encoding="latin-1") as lines:
-        head = next((line.split() for line in lines if line.strip() and not line.startswith("#")), [])
-    if not head or not all(word.isdigit() for word in head):
+    with file.open(encoding="utf-8", errors="replace") as lines:
+        head = next((words for words in map(str.split, lines) if words and not words[0].startswith("#")), [])
+    try:
+        rows, *columns = map(int, head)
+    except ValueError:
         return
-    rows, *columns = map(int, head)
     what, size = _ROWS[file.suffix], file.stat().st_size
     if file.suffix == ".ele" and columns[:1] == [10]:
         raise FileError(f"{str(file)!r} has tetrahedra of ten nodes, which are not read; run TetGen without -o2")
-    if not rows:
-        raise FileError(f"{str(file)!r} lists no {what}")
+    if rows < 1 or min(columns, default=0) < 0:
+        raise FileError(f"{str(file)!r} lists no {what}, by its first line: {' '.join(head)[:80]}")
     if 2 * rows * (1 + sum(columns)) > size + 1:  # a digit and a blank
         raise FileError(f"{str(file)!r} says it has {rows} {what} of {sum(columns)} numbers, in {size} bytes")

@@ -194,7 +194,10 @@ def test_a_mesh_of_tetgen_by_either_of_its_files(tmp_path: Path, named: str) -> 
 @pytest.mark.parametrize(
     ("nodes", "elements", "words"),
     [
-        (NODES, "0 4 648650\n", "lists no tetrahedra"),
+        *(
+            (NODES, f"{head}\n", "lists no tetrahedra")
+            for head in ("0 4 648650", "-0 4 648650", "-1 4 2147483648", "1 4 -1")
+        ),
         ("0 3 2000000000 0\n", "1 4 0\n1 1 2 3 4\n", "lists no nodes"),
         (NODES, "1 4 2000000000\n1 1 2 3 4\n", "1 tetrahedra of 2000000004 numbers, in 25 bytes"),
         (NODES, "1 10 0\n1 1 2 3 4 5 6 7 8 9 10\n", "ten nodes, which are not read; run TetGen without -o2"),
