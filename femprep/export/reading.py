@@ -30,6 +30,7 @@ from femprep.export.others.tetgen import read as _tetgen
 from femprep.export.through_meshio import meshio_mesh
 from femprep.export.turned import turned_tetrahedra
 from femprep.export.verdict import verdict_in
+from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.vtk.entities import refuse_entities
 from femprep.model import VolumeMesh
 from femprep.model.arrays import FARTHEST
@@ -82,6 +83,8 @@ def read_mesh(path: str | Path) -> VolumeMesh:
                 refuse_entities(path)
         require_hdf5(path)
         mesh = import_module(f"femprep.export.{reader}.read").read(path) if isinstance(reader, str) else reader(path)
+        if not mesh.n_cells:
+            raise InputError(f"holds no volume elements; give a mesh of {', '.join(ELEMENTS)}")
         _require_finite(mesh)
         require_own_edges(mesh)
         mesh = _with_notice(mesh)

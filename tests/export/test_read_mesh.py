@@ -132,6 +132,14 @@ def test_surface_mesh_is_refused_with_what_it_holds(tmp_path: Path) -> None:
         read_mesh(tmp_path / "sphere.vtu")
 
 
+@pytest.mark.parametrize("ending", [".msh", ".mesh", ".xdmf", ".h5m"])
+def test_a_mesh_whose_elements_are_none_is_refused(ending: str, tmp_path: Path) -> None:
+    path = tmp_path / f"none{ending}"
+    meshio.write(path, meshio.Mesh(np.eye(4, 3), [("tetra", np.empty((0, 4), dtype=int))]))
+    with pytest.raises(FileError, match="holds no volume elements; give a mesh of tetra"):
+        read_mesh(path)
+
+
 @pytest.mark.parametrize("ending", [".node", ".ele"])
 def test_tetgen_of_comments_alone(ending: str, tmp_path: Path) -> None:
     path, mesh = tmp_path / "mesh.node", truncated_ellipsoid(heights=2, around=6, layers=1)
