@@ -115,8 +115,8 @@ def inside_facets(mesh: VolumeMesh, tag: str) -> np.ndarray:
 def test_curved_meshes_converge_to_the_ellipsoids():
     """Order 1 with the square of the edge length, order 2 with its third power at least.
 
-    Order 2 by distances of facets: errors of its volumes are of both signs, and a single edge made straight, rare as
-    it is in fTetWild's meshes, cancels much of the others.
+    Order 2 by distances of facets: edges made straight, rare as they are in fTetWild's meshes, cost a volume what is of
+    the other sign on the endocardium, and a few of them cancel much of the error of the others.
     """
     sizes, linear, curved, off = [7.0, 4.8, 3.3], [], [], []
     for size, rings in zip(sizes, (9, 13, 19)):
