@@ -31,7 +31,7 @@ pytestmark = [
 
 
 #: How many cohorts have their workers killed at random times; 20 before a release.
-SEEDS = int(os.environ.get("FEMPREP_FAULT_SEEDS", "3"))
+SEEDS = int(os.environ.get("FEMPREP_FAULT_SEEDS", "2"))
 
 
 @contextmanager
