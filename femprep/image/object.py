@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -13,20 +12,11 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.image.grid import Grid, require_grid
-from femprep.image.pieces import listed, middle, require_one_body
-from femprep.image.tips import thin_tips
-from femprep.image.topology import counts_along, euler_characteristic, label_pieces, label_voids, used_box
-from femprep.model import BoolArray, FloatArray, Notice, readonly, records
-from femprep.model.notice import Kind
+from femprep.image.solid import PADDING, Where, cut_off, filled, largest_piece, tunnels_of, without_tips
+from femprep.image.topology import counts_along, used_box
+from femprep.model import BoolArray, FloatArray, readonly, records
 from femprep.model.products import product, weighted
 from femprep.options import ImageOptions, choose, takes
-
-log = logging.getLogger(__name__)
-
-#: Empty voxels on each side of an object's mask.
-PADDING = 2
-#: Voxels this many times as long as the shortest ones are those of thick slices.
-_THICK = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,86 +181,28 @@ def make_object(
     chosen = choose(ImageOptions, options, changes)
     strict = chosen.policy == "strict"
     first, last = bounding_box(mask, name)
-    touches = min(first) == 0 or any(b == n - 1 for b, n in zip(last, mask.shape))
     box = tuple(slice(a, b + 1) for a, b in zip(first, last))
     solid = np.pad(mask[box], PADDING)
     found = int(np.count_nonzero(solid))
-    notices = _cut_off(mask, grid, name)
-
-    tips, number = np.zeros_like(solid), 0
-    if not strict and grid.spacing[grid.stack_axis] >= _THICK * grid.spacing.min():
-        tips, number = thin_tips(solid, grid.stack_axis)
-    tip_voxels = int(np.count_nonzero(tips))
-    if number:
-        some = "a tip one pixel wide was" if number == 1 else f"{number} tips one pixel wide were"
-        notices.append(_changed("left out", f"object {name}: {some} left out, {{amount}}", tips, grid, first))
-        solid &= ~tips
-        log.warning("%s", notices[-1].what)
-    del tips
-
-    pieces, sizes = label_pieces(solid)
-    if strict and len(sizes) > 1:
-        raise InputError(
-            f"object {name!r} is in {len(sizes)} pieces of {listed(sizes)} voxels; "
-            "mend the labels or use policy 'repair', which keeps the largest"
-        )
-    if len(sizes) > 1:
-        require_one_body(pieces, sizes, grid, np.array(first) - PADDING, name)
-        largest = pieces == 1
-        left = "a smaller piece was" if len(sizes) == 2 else f"{len(sizes) - 1} smaller pieces were"
-        words = f"object {name}: {left} left out, {{amount}}"
-        notices.append(_changed("left out", words, solid & ~largest, grid, first))
-        solid = largest
-        log.warning("object %r: kept the largest of %d pieces, %d of %d voxels", name, len(sizes), sizes[0], found)
-    del pieces
-
-    voids, void_sizes = label_voids(solid)
-    filled: dict[str, int] = {}
-    if len(void_sizes):
-        if strict:
-            raise InputError(
-                f"object {name!r} has {len(void_sizes)} voids of {listed(void_sizes)} voxels; "
-                "mend the labels or use policy 'repair', which fills them"
-            )
-        if labels is not None:
-            inner = tuple(slice(PADDING, n - PADDING) for n in solid.shape)
-            numbers, counts = np.unique(labels[box][voids[inner] > 0], return_counts=True)
-            filled = {str(int(n)): int(c) for n, c in zip(numbers, counts)}
-        found_voids = "a void was" if len(void_sizes) == 1 else f"{len(void_sizes)} voids were"
-        words = f"object {name}: {found_voids} filled, {{amount}}"
-        notices.append(_changed("repaired", words, voids > 0, grid, first))
-        solid |= voids > 0
-        log.warning("%s", notices[-1].what)
-    del voids
-
+    where = Where(name, grid, first)
+    solid, tips, tip_notices = without_tips(solid, where, strict)
+    solid, pieces, piece_notices = largest_piece(solid, where, strict)
+    solid, voids, void_notices = filled(solid, where, strict, None if labels is None else labels[box])
     kept = int(np.count_nonzero(solid))
     solid, first = _tight(solid, first, name)
     _require_size(solid, name, kept, chosen.minimum_voxels)
-    tunnels = 1 - euler_characteristic(solid)
-    holes = "a tunnel" if tunnels == 1 else f"{tunnels} tunnels"
-    if strict and tunnels:
-        raise InputError(
-            f"object {name!r} has {holes}, so that it is not a ball; mend the labels or use policy 'repair', "
-            "which fits a surface across them"
-        )
-    if tunnels:
-        log.warning("object %r has %s: it is not a ball, its surface will bridge over", name, holes)
-        notices.append(Notice.of("repaired", f"object {name} has {holes}; its surface, a mapped sphere, has none"))
+    tunnels, tunnel_notices = tunnels_of(solid, name, strict)
     report = {
         "policy": chosen.policy,
         "voxels_labelled": found,
         "voxels": kept,
-        "tips": number,
-        "tip_voxels": tip_voxels,
-        "pieces": len(sizes),
-        "piece_voxels": [int(n) for n in sizes],
-        "removed_voxels": found - int(sizes[0]),
-        "voids": len(void_sizes),
-        "filled_voxels": int(void_sizes.sum()),
-        "filled_labels": filled,
+        **tips,
+        **pieces,
+        "removed_voxels": found - pieces["piece_voxels"][0],
+        **voids,
         "tunnels": tunnels,
-        "touches_border": touches,
-        "notices": records(*notices),
+        "touches_border": min(where.first) == 0 or any(b == n - 1 for b, n in zip(last, mask.shape)),
+        "notices": records(*cut_off(mask, grid, name), *tip_notices, *piece_notices, *void_notices, *tunnel_notices),
     }
     solid.setflags(write=False)
     start = (first[0] - PADDING, first[1] - PADDING, first[2] - PADDING)
@@ -296,36 +228,3 @@ def _require_size(solid: BoolArray, name: str, voxels: int, minimum: int) -> Non
             raise InputError(
                 f"object {name!r} lies in one slice only (axis {'ijk'[axis]}); a closed surface needs two or more"
             )
-
-
-def _cut_off(mask: BoolArray, grid: Grid, name: str) -> list[Notice]:
-    """Whether an object ends at the border of its image: there its surface is closed, and the object may go on.
-
-    Across thick slices nothing is said: there it is closed at the last one in any case, or cut by a plane.
-    """
-    found = []
-    for axis in range(3):
-        if grid.spacing[axis] >= _THICK * grid.spacing.min():
-            continue
-        for end in (0, mask.shape[axis] - 1):
-            side = np.moveaxis(mask, axis, 0)[end]
-            if not side.any():
-                continue
-            index = np.insert(np.argwhere(side).mean(axis=0), axis, end)
-            found.append(
-                Notice.of(
-                    "assumed",
-                    f"object {name} reaches the border of the image near {{place}}, with {{amount}} there: its "
-                    "surface was closed there, as if it ended",
-                    amount=np.count_nonzero(side),
-                    unit="voxels",
-                    place=grid.to_world(index),
-                )
-            )
-    return found
-
-
-def _changed(kind: Kind, words: str, mask: BoolArray, grid: Grid, first: tuple[int, int, int]) -> Notice:
-    """What was done to the voxels of a padded mask, at the one in the middle of all of them."""
-    place = middle(mask, grid, np.array(first) - PADDING)
-    return Notice.of(kind, words, amount=np.count_nonzero(mask), unit="voxels", place=place)

@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from femprep.errors import OptionError, ResourceError
 from femprep.image.grid import Grid
-from femprep.image.object import PADDING, LabelObject, bounding_box
+from femprep.image.object import LabelObject, bounding_box
+from femprep.image.solid import PADDING
 from femprep.image.topology import label_pieces
 from femprep.model import BoolArray, FloatArray
 

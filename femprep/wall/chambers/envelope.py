@@ -15,7 +15,8 @@ import numpy as np
 
 from femprep.errors import StageError
 from femprep.image.grid import Grid
-from femprep.image.object import PADDING, LabelObject, make_object
+from femprep.image.object import LabelObject, make_object
+from femprep.image.solid import PADDING
 from femprep.mesh.measures.triangles import normals, vertex_normals
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.search.intersection import self_intersections
