@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any, Final
 
 import numpy as np
@@ -37,8 +38,6 @@ TAG_ARRAYS: Final = (
 )
 #: From so many elements on an array with a number of its own for each of them counts elements: no tags.
 _FEW: Final = 100
-#: What is said of an array that would tell regions, did it hold tags.
-_UNFIT: Final = "regions are left out: {} is not of whole numbers of 32 bits"
 #: Arrays that say nothing about the mesh, only about the file.
 _BOOKKEEPING: Final = ("gmsh:geometrical", "gmsh:dim_tags")
 
@@ -73,9 +72,7 @@ def from_meshio(mesh: Any) -> VolumeMesh:
     InputError
         It holds no volume element that femprep knows.
     """
-    numbers = Numbers()
-    tables = _names_by_dimension(mesh.field_data), getattr(mesh, "names", {})
-    own_names = {dimension: {**tables[0].get(dimension, {}), **tables[1].get(dimension, {})} for dimension in range(4)}
+    numbers, names = Numbers(), _names_by_dimension(mesh)
     kept: dict[str, list[int]] = {}
     for i, block in enumerate(mesh.cells):
         kept.setdefault(block.type, []).append(i)
@@ -87,25 +84,19 @@ def from_meshio(mesh: Any) -> VolumeMesh:
         raise InputError(f"holds no volume elements (found {types}); give a mesh of {', '.join(ELEMENTS)}")
     if left_out:
         log.warning("elements of types %s are left out", ", ".join(left_out))
-    region, region_from = _tags(mesh, volume, numbers, own_names[3], facet=False)
-    facet_tag, facet_from = _tags(mesh, surface, numbers, own_names[2], facet=True)
+    region, region_from = _tags(mesh, volume, numbers, names[3], facet=False)
+    facet_tag, facet_from = _tags(mesh, surface, numbers, names[2], facet=True)
     taken = {region_from, facet_from, *_BOOKKEEPING}
-    at_points = {
-        name: np.asarray(values) for name, values in mesh.point_data.items() if name not in (*TAG_ARRAYS, *_BOOKKEEPING)
-    }
-    words = "{} is left out: it does not have numbers of one shape for all {}"
-    uneven = {(name, "elements") for blocks in (volume, surface) for name in _uneven(mesh.cell_data, blocks, taken)}
-    uneven |= {(name, "points") for name, values in at_points.items() if not _alike([values])}
-    told = {name for name, _ in uneven}
-    unfit = [
-        name
-        for name in TAG_ARRAYS
-        if region_from == "none" and name in set(mesh.cell_data) - told and not _are_tags(_values(mesh, name, volume))
-    ]
-    record = record_of(mesh.field_data)
     points = np.asarray(mesh.points)
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
+    uneven = _uneven(mesh, (volume, surface), taken)
+    unfit = _unfit(mesh, volume, {name for name, _ in uneven}) if region_from == "none" else []
+    words = [
+        *(f"{name} is left out: it does not have numbers of one shape for all {where}" for name, where in uneven),
+        *(f"regions are left out: {name} is not of whole numbers of 32 bits" for name in unfit),
+    ]
+    record = record_of(mesh.field_data)
     found = VolumeMesh(
         points=points,
         cells=_gather(mesh, kept, ELEMENTS),
@@ -113,15 +104,11 @@ def from_meshio(mesh: Any) -> VolumeMesh:
         facets=_gather(mesh, kept, FACET_CORNERS),
         facet_tag=facet_tag,
         cell_data=_data(mesh.cell_data, volume, taken),
-        point_data={name: values for name, values in at_points.items() if _alike([values])},
+        point_data={name: values for name, values in _at_points(mesh).items() if _alike([values])},
         facet_data=_data(mesh.cell_data, surface, taken) if surface else {},
         info={
             "source": {"region": region_from, "facet_tag": facet_from, "left_out": left_out},
-            **noted(
-                numbers.info,
-                *(Notice.of("left out", words.format(*one)) for one in sorted(uneven)),
-                *(Notice.of("left out", _UNFIT.format(name)) for name in unfit),
-            ),
+            **noted(numbers.info, *(Notice.of("left out", one) for one in words)),
             **({VERDICT: record[VERDICT]} if VERDICT in record else {}),
         },
     )
@@ -132,19 +119,27 @@ def from_meshio(mesh: Any) -> VolumeMesh:
     return with_unread(found, "field data", others)
 
 
+def _at_points(mesh: Any) -> dict[str, np.ndarray]:
+    """Arrays at points that are no tags."""
+    tags = (*TAG_ARRAYS, *_BOOKKEEPING)
+    return {name: np.asarray(values) for name, values in mesh.point_data.items() if name not in tags}
+
+
 def _gather(mesh: Any, kept: Mapping[str, list[int]], kinds: Any) -> dict[str, np.ndarray]:
     return {
         kind: np.concatenate([np.asarray(mesh.cells[i].data) for i in kept[kind]]) for kind in kept if kind in kinds
     }
 
 
-def _names_by_dimension(field_data: Mapping[str, Any]) -> dict[int, dict[int, str]]:
+def _names_by_dimension(mesh: Any) -> dict[int, dict[int, str]]:
     """Names that a file gives to tags, by the dimension of what they name."""
-    found: dict[int, dict[int, str]] = {}
-    for name, value in field_data.items():
+    found: dict[int, dict[int, str]] = {dimension: {} for dimension in range(4)}
+    for name, value in mesh.field_data.items():
         if _names(value):
-            entry = np.asarray(value).ravel()
-            found.setdefault(int(entry[1]), {})[int(entry[0])] = name
+            number, dimension = (int(one) for one in np.asarray(value).ravel())
+            found.setdefault(dimension, {})[number] = name
+    for dimension, names in getattr(mesh, "names", {}).items():
+        found.setdefault(dimension, {}).update(names)
     return found
 
 
@@ -202,15 +197,20 @@ def _are_tags(parts: list[np.ndarray]) -> bool:
     return True
 
 
-def _uneven(cell_data: Mapping[str, list[Any]], blocks: list[int], taken: set[str]) -> list[str]:
-    """Cell arrays that are there for some blocks and no numbers of one shape for all of them."""
-    return [
-        name
-        for name, arrays in cell_data.items()
-        if name not in taken
-        and any(arrays[i] is not None for i in blocks)  # MED's fields are of some types
-        and not _alike([np.asarray(arrays[i]) for i in blocks])
-    ]
+def _uneven(mesh: Any, groups: Iterable[list[int]], taken: set[str]) -> list[tuple[str, str]]:
+    """Arrays of elements that are there for some blocks and no numbers of one shape for all of them; of points."""
+    found = {(name, "points") for name, values in _at_points(mesh).items() if not _alike([values])}
+    for name, blocks in product(set(mesh.cell_data) - taken, groups):
+        parts = [mesh.cell_data[name][i] for i in blocks]
+        if any(part is not None for part in parts) and not _alike([np.asarray(part) for part in parts]):
+            found.add((name, "elements"))  # MED's fields are of some types
+    return sorted(found)
+
+
+def _unfit(mesh: Any, volume: list[int], told: set[str]) -> list[str]:
+    """Arrays that would tell regions, did they hold tags, and of which nothing else is told."""
+    there = [name for name in TAG_ARRAYS if name in mesh.cell_data and name not in told]
+    return [name for name in there if not _are_tags(_values(mesh, name, volume))]
 
 
 def _alike(parts: list[np.ndarray]) -> bool:
