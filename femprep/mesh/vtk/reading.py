@@ -19,6 +19,8 @@ from femprep.mesh.vtk.trial import holds_text, may_end_the_process, reader_of, r
 
 #: Where the cells of the two kinds of data sets are.
 _CELLS: Final = {"vtkPolyData": ("GetVerts", "GetLines", "GetPolys", "GetStrips"), "vtkUnstructuredGrid": ("GetCells",)}
+#: What VTK says, beside an address in memory, of a legacy file whose kind of data set it does not find.
+_NO_KIND: Final = "did not create output"
 
 
 def load(path: Path) -> Any:
@@ -56,7 +58,12 @@ def load(path: Path) -> Any:
     finally:
         vtkLogger.SetStderrVerbosity(verbosity)
         vtkOutputWindow.SetInstance(before)
-    if (reason := _damage(window.GetOutput())) or dataset is None:
+    reason = _damage(window.GetOutput())
+    if reason and _NO_KIND in reason:
+        raise FileError(
+            f"{str(path)!r} holds no data set that VTK knows: its DATASET line is missing or of another kind"
+        )
+    if reason or dataset is None:
         raise FileError(f"{str(path)!r} is damaged: {reason or 'unreadable'}")
     _require_cells(dataset, path)
     return dataset

@@ -69,6 +69,14 @@ def test_file_cut_off_in_its_last_array(ball: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("kind", ["", "DATASET HEART"])
+def test_a_legacy_file_without_its_kind_is_told_so(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "mesh.vtk"
+    path.write_text(f"# vtk DataFile Version 3.0\nheart\nASCII\n{kind}\nPOINTS 1 float\n0 0 0\n")
+    with pytest.raises(fp.FileError, match=r"mesh.vtk' holds no data set that VTK knows: its DATASET line"):
+        load(path)
+
+
 @pytest.mark.parametrize(("ending", "damage"), [(".vtp", b"</Points>"), (".vtp", b"eNo"), (".vtk", b"POLYGONS")])
 def test_nothing_of_vtk_is_on_the_screen(tmp_path: Path, ending: str, damage: bytes) -> None:
     path = tmp_path / f"ball{ending}"
