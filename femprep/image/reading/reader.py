@@ -20,7 +20,7 @@ from femprep.image.reading.files import format_of
 from femprep.image.reading.itk import ImageContent, count_frames, read_content, skewed, write_image
 from femprep.image.reading.nifti_floats import require_finite
 from femprep.image.reading.rectangular import is_sheared, rectangular_labels
-from femprep.image.reading.segments import chosen_segments, merged_layers, require_layers, segments_of
+from femprep.image.reading.segments import Segment, chosen_segments, merged_layers, require_layers, segments_of
 from femprep.image.segmentation import Segmentation, count_labels
 from femprep.model import FloatArray, Notice, noted, records
 from femprep.options import PRESETS, ImageOptions, choose, takes
@@ -90,16 +90,9 @@ def read_segmentation(
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
     names = _names(structures, preset, by_name=bool(segments))
+    named: dict[str, str] = {}
     if segments:
-        wanted = {name: (own,) if isinstance(own, int | str) else own for name, own in names.items()}
-        own = chosen_segments(segments, wanted, known=preset == "slicer" or not names)
-        layers = array if array.ndim == 4 else array[None]
-        others = [
-            one
-            for one in segments
-            if not any(one in parts for parts in own.values()) and np.any(layers[one.layer] == one.label)
-        ]
-        array, names, said = merged_layers(layers, own, others)
+        array, names, named, said = _of_segments(array, segments, names, known=preset == "slicer" or not names)
         notes += said
     labels = _labels(array, file)
     spacing, source, found, doubts = _spacing(spacing, header, labels.shape, chosen.spacing)
@@ -118,7 +111,6 @@ def read_segmentation(
     count = count_labels(labels)
     if set(count) <= {0}:
         raise NoLabelError(f"{file}: holds no label, all {labels.size} voxels are 0; is it a label map?")
-    named = {str(k + 1): one for k, one in enumerate([*own, *(one.name for one in others)])} if segments else {}
     info = {
         **({"segments": named} if named else {}),
         "file": str(file),
@@ -241,6 +233,23 @@ def _names(
             )
         names[name] = tuple(n if isinstance(n, str) else int(n) for n in own)
     return names
+
+
+def _of_segments(
+    array: npt.NDArray[Any], segments: Sequence[Segment], names: Mapping[str, Any], *, known: bool
+) -> tuple[npt.NDArray[np.uint16], dict[str, tuple[int, ...]], dict[str, str], list[str]]:
+    """One label map of segments; its labels by structure; what each label is of; what overlapped.
+
+    Segments that no structure names have labels of their own behind those of the structures.
+    """
+    wanted = {name: (own,) if isinstance(own, int | str) else own for name, own in names.items()}
+    chosen = chosen_segments(segments, wanted, known=known)
+    layers = array if array.ndim == 4 else array[None]
+    taken = [one for parts in chosen.values() for one in parts]
+    others = [one for one in segments if one not in taken and np.any(layers[one.layer] == one.label)]
+    labels, numbers, said = merged_layers(layers, chosen, others)
+    named = {str(number): name for number, name in enumerate([*chosen, *(one.name for one in others)], 1)}
+    return labels, numbers, named, said
 
 
 def _spacing(
