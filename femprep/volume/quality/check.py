@@ -43,6 +43,8 @@ _RANGES = {
 _BINS = 20
 #: A range no wider is of no width: what a bin would be of it is no number.
 _LEAST = 1e-300
+#: Ratios of no less are those of flat elements: their squares are no numbers.
+_MOST = 1e150
 
 
 @takes(CheckOptions)
@@ -139,7 +141,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
 
 def _summary(measures: dict[str, FloatArray]) -> dict[str, Statistics]:
     """Distribution of each measure over the elements on which it is finite: ratios of flat elements are not."""
-    sound = {key: np.isfinite(values) for key, values in measures.items()}
+    sound = {key: np.abs(values) < _MOST for key, values in measures.items()}
     finite = {key: values if sound[key].all() else values[sound[key]] for key, values in measures.items()}
     return {key: statistics(value, MEASURES[key], _RANGES.get(key)) for key, value in finite.items() if len(value)}
 

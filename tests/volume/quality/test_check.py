@@ -300,6 +300,15 @@ def test_flat_elements_do_not_break_the_report():
     assert not report.passed
 
 
+def test_a_ratio_near_the_largest_number_is_that_of_a_flat_element():
+    """Found by fuzzing: an aspect ratio of 1.5e308, about which no histogram has bins."""
+    points = np.array([[0, 0, 0], [28.2, 0, 0], [0, -4.7, 11.3], [3.75e-308, 7.5e-308, 3.75e-308]])
+    report = check(VolumeMesh(points, {"tetra": np.array([[0, 1, 2, 3]])}, np.ones(1, dtype=np.int32)))
+    assert "aspect_ratio" not in report.measures
+    assert not report.passed
+    json.loads(report.model_dump_json())
+
+
 def test_time_step_is_the_least_height_by_the_speed_of_sound():
     """Unit cubes: volume by face is 1 mm; at 2000 m/s that is half a microsecond."""
     report = check(slab(2, 2, 2), wave_speed=2000.0)
