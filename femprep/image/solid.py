@@ -62,7 +62,7 @@ def largest_piece(solid: BoolArray, where: Where, strict: bool) -> Step:
     """The largest piece is kept; refused where others are large, or where there are any and the policy is strict."""
     pieces, sizes = label_pieces(solid)
     report = {"pieces": len(sizes), "piece_voxels": [int(n) for n in sizes]}
-    if len(sizes) == 1:
+    if len(sizes) < 2:
         return solid, report, []
     if strict:
         raise InputError(

@@ -44,7 +44,7 @@ class KeywordDeck:
     #: Whether it has its ``*END``.
     ended: bool = False
     #: Speed along Purkinje fibres, m/s, where a comment of ours tells it.
-    speed: float | None = None
+    speed: str | None = None
 
     @property
     def names(self) -> dict[int, str]:
@@ -70,7 +70,7 @@ def parse(path: Path) -> KeywordDeck:
         raise FileError(f"{str(path)!r} is no LS-DYNA keyword file: it has no *KEYWORD")
     deck = KeywordDeck(ended=re.search(r"^\*END\s*$", text, re.MULTILINE | re.IGNORECASE) is not None)
     if told := re.search(r"Purkinje fibres; conduction (\S+) m/s", text):
-        deck.speed = float(told[1])
+        deck.speed = told[1]
     for keyword, cards in card_sections(text):
         if any("," in card for card in cards[:1]) and keyword.startswith(("*NODE", "*ELEMENT", "*SET")):
             raise FileError(f"{str(path)!r}: cards with commas ({keyword}) are not read; write them in columns")

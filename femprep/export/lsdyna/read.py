@@ -61,7 +61,7 @@ def read(path: Path) -> VolumeMesh:
     labels, edges = np.unique(np.array([beam[2:4] for beam in fibres], dtype=np.int64), return_inverse=True)
     points = np.array([at[label] for label in labels.tolist()]) / scale
     ends = np.array([place[label] if label in wall else -1 for label in labels.tolist()], dtype=np.int64)
-    speed = {} if deck.speed is None else {"speed": deck.speed}
+    speed = {} if deck.speed is None else {"speed": float(deck.speed)}
     return replace(mesh, purkinje=PurkinjeNet.numbered(points, edges.reshape(-1, 2), tag, ends, **speed))
 
 
