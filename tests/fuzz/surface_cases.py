@@ -9,9 +9,7 @@ import numpy as np
 from fuzz.common import SWEEP, Made, one_of
 from fuzz.damage import Random, choose, file_of
 from fuzz.sources import Sources
-from fuzz.surface_damage import SURFACES
-
-from femprep.model import Surface
+from fuzz.surface_damage import SURFACES, Shape
 
 #: Names that surfaces are given by: most often the right ones.
 _NAMES = (*(("lv", "epi"),) * 8, ("epi", "lv"), ("lv",), ("epi",), ("lv", "epi", "rv"), ("la", "epi"), ("lv", "none"))
@@ -32,7 +30,8 @@ def own_surfaces(random: Random, sources: Sources, folder: Path) -> Made:
     both = bool(random.random() < 0.2)
     hurt = int(random.integers(len(names)))
     for number, name in enumerate(names):
-        surface = sources.walls["epi" if name == "epi" else "lv"]
+        wall = sources.walls["epi" if name == "epi" else "lv"]
+        surface = Shape(np.array(wall.points), np.array(wall.triangles))
         path = folder / f"{number}{one_of(random, ('.stl', '.ply', '.obj', '.off', '.vtp', '.vtk'))}"
         kinds = [one_of(random, SURFACES) for _ in range(int(random.integers(0, 3)))] if both or number == hurt else []
         for kind in kinds:
@@ -50,12 +49,12 @@ def own_surfaces(random: Random, sources: Sources, folder: Path) -> Made:
     return Made(f"{'; '.join(done)} {more}".strip(), arguments, "out", True)
 
 
-def write(surface: Surface, path: Path) -> None:
+def write(surface: Shape, path: Path) -> None:
     """Write the triangles of a surface as other programs do."""
     import pyvista
     import trimesh
 
     if path.suffix in (".vtp", ".vtk"):
-        pyvista.PolyData.from_regular_faces(np.array(surface.points), np.array(surface.triangles)).save(path)
+        pyvista.PolyData.from_regular_faces(surface.points, surface.triangles).save(path)
     else:
         trimesh.Trimesh(surface.points, surface.triangles, process=False).export(path)
