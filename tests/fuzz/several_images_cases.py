@@ -10,6 +10,7 @@ import numpy as np
 import SimpleITK as sitk
 from fuzz.common import MESHED, SWEEP, Made, damaged_labels, map_for_options, mesh, one_of, scaled, without_base, write
 from fuzz.damage import NUMBERS, Random, bytes_of, choose, file_of, header_of, text_of
+from fuzz.label_damage import LABELS
 from fuzz.sources import Sources
 
 _ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha")
@@ -55,6 +56,7 @@ def masks(random: Random, sources: Sources, folder: Path) -> Made:
         else:
             write(path, array, seg.grid.spacing)
         given += ["--mask", f"{name}={path}"]
+    whole = whole or any(way in done for way in LABELS)  # half of the image made myocardium has a base again
     return Made(f"{name} of {' '.join(names)}, {done}", ["mesh", "-o", "out", *given, *SWEEP], "out", whole)
 
 
