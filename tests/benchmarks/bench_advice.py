@@ -122,7 +122,8 @@ def of_cohort(table: Path, options: Options) -> Iterator[tuple[str, Path, Option
         for row in csv.DictReader(stream, delimiter="\t"):
             if row["exit_status"] not in ("0", ""):
                 first = row["reason"], row["message"], int(row["exit_status"])
-                yield row["subject"], maps[row["subject"]], options, first
+                subject = row["subject"].removesuffix("_gt")  # as a cohort over a folder names it
+                yield subject, maps[subject], options, first
 
 
 def of_fuzz(records: Path, folder: Path) -> Iterator[tuple[str, Path, Options, None]]:
