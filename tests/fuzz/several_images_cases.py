@@ -10,7 +10,6 @@ import numpy as np
 import SimpleITK as sitk
 from fuzz.common import MESHED, SWEEP, Made, damaged_labels, map_for_options, mesh, one_of, scaled, without_base, write
 from fuzz.damage import NUMBERS, Random, bytes_of, choose, file_of, header_of, text_of
-from fuzz.label_damage import LABELS
 from fuzz.sources import Sources
 
 _ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha")
@@ -20,11 +19,12 @@ _FRAMES = ("1", "2", "3", "4", "0", "-1", "1000000", "1.5", "nan", "")
 _NAMES = ("LV blood pool", "Myocardium", "RV", "lv", "", "=", "@@", "a" * 3000, "Myocardium", "../x", "<b>")
 
 
-def _image(random: Random, array: np.ndarray, spacing: np.ndarray, path: Path) -> str:
-    """Write an image, damaged in its labels, its header, its bytes or not at all; what was done."""
+def _image(random: Random, array: np.ndarray, spacing: np.ndarray, path: Path) -> tuple[str, bool]:
+    """Write an image, damaged in its labels, its header, its bytes or not at all; what was done, whether to labels."""
     way = int(random.integers(6))
     names: list[str] = []
-    if way < 2 and len(np.unique(array)) > 1:
+    of_labels = way < 2 and len(np.unique(array)) > 1
+    if of_labels:
         array, names = damaged_labels(random, array, 1)
         spacing = scaled(random, spacing, names)
     write(path, array, spacing)
@@ -38,7 +38,7 @@ def _image(random: Random, array: np.ndarray, spacing: np.ndarray, path: Path) -
         data, done = bytes_of(random, path.read_bytes(), 0, 400)
         path.write_bytes(data)
         names = [done]
-    return f"{path.suffix}: {', '.join(names) or 'as it is'}"
+    return f"{path.suffix}: {', '.join(names) or 'as it is'}", of_labels
 
 
 def masks(random: Random, sources: Sources, folder: Path) -> Made:
@@ -47,17 +47,17 @@ def masks(random: Random, sources: Sources, folder: Path) -> Made:
     whole = bool(random.random() < MESHED)
     labels = np.asarray(seg.labels) if whole else without_base(seg)
     names: Any = choose(random, (("lv", "myo"), ("lv", "myo"), ("lv", "lv", "myo"), ("myo",), ("lv", "myo", "none")))
-    hurt, given, done = int(random.integers(len(names))), [], ""
+    hurt, given, done, of_labels = int(random.integers(len(names))), [], "", False
     for number, name in enumerate(names):
         path = folder / f"{number}{one_of(random, _ENDINGS)}"
         array = np.isin(labels, seg.structures.get(name, (77,))).astype(np.uint8)
         if number == hurt:
-            done = _image(random, array, np.array(seg.grid.spacing), path)
+            done, of_labels = _image(random, array, np.array(seg.grid.spacing), path)
         else:
             write(path, array, seg.grid.spacing)
         given += ["--mask", f"{name}={path}"]
-    whole = whole or any(way in done for way in LABELS)  # half of the image made myocardium has a base again
-    return Made(f"{name} of {' '.join(names)}, {done}", ["mesh", "-o", "out", *given, *SWEEP], "out", whole)
+    meshes = whole or of_labels  # half of the image made myocardium has a base again
+    return Made(f"{name} of {' '.join(names)}, {done}", ["mesh", "-o", "out", *given, *SWEEP], "out", meshes)
 
 
 def segments(random: Random, sources: Sources, folder: Path) -> Made:
@@ -119,7 +119,7 @@ def frames(random: Random, sources: Sources, folder: Path) -> Made:
     if random.random() < 0.3:
         paths = [folder / f"phase{number}{one_of(random, _ENDINGS)}" for number in range(2)]
         write(paths[0], np.asarray(seg.labels), seg.grid.spacing)
-        done = _image(random, labels, np.array(seg.grid.spacing), paths[1])
+        done, _ = _image(random, labels, np.array(seg.grid.spacing), paths[1])
         return Made(f"phases, {done}", [*mesh(paths[0], "lv", *SWEEP, "--sequence"), str(paths[1])], "out", True)
     image = sitk.JoinSeries([sitk.GetImageFromArray(np.ascontiguousarray(labels.T)) for _ in range(3)])
     image.SetSpacing([*map(float, seg.grid.spacing), 1.0])
@@ -150,12 +150,12 @@ def second_images(random: Random, sources: Sources, folder: Path) -> Made:
             (("scar=1", "border=2"), ("scar=1",), ("scar=9",), ("scar=-1",), ("lv=1",), ("healthy=1", "scar=2"), ()),
         )
         given = ["--regions", str(other), *tissues]
-        done = f"{' '.join(tissues)}, {_image(random, array, np.array(seg.grid.spacing), other)}"
+        done = f"{' '.join(tissues)}, {_image(random, array, np.array(seg.grid.spacing), other)[0]}"
     else:
         values = (array * random.normal(1000.0, 100.0, array.shape)).astype(np.float32)
         if random.random() < 0.3:
             values[random.random(values.shape) < 0.5] = float(one_of(random, ("nan", "inf", "1e38", "-1e38")))
         name = one_of(random, ("t1=", "", "scar=", "../x=", "fiber=", "region=", "=", "1="))
         given = ["--sample", f"{name}{other}"]
-        done = f"{name} {_image(random, values, np.array(seg.grid.spacing), other)}"
+        done = f"{name} {_image(random, values, np.array(seg.grid.spacing), other)[0]}"
     return Made(done, [*mesh(path, "lv", *SWEEP, "--fibres"), *given], "out", whole)
