@@ -103,11 +103,11 @@ def mesh_surfaces(
         quality = check(mesh, options=options.check)
         given = {facets_of(name, own.anatomy): surface for name, surface in own.surfaces.items()}
         judged = with_given_fidelity(quality, given_fidelity(mesh, given))
-    mesh, judged, solution = concluded(mesh, quality, judged, options, stages)
+    mesh, judged, solved = concluded(mesh, quality, judged, options, stages)
     more: dict[str, Any] = {
         "volumes": tuple(volumes_beside_given(mesh, wall, own)),
         "seconds": stages.seconds,
-        "solution": solution,
+        **solved,
     }
     return Run(None, options, {}, fitted.surfaces, wall, mesh, judged, **more, given=own)
 

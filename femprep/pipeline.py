@@ -97,9 +97,9 @@ def mesh_segmentation(
         fidelity = mesh_fidelity(mesh, fitted.outlines, seg.grid, quality.options.maximum_label_distance)
         judged = judge_wall_volume(with_shape_help(quality, options), wall_difference(volumes))
         judged = with_fidelity(judged, fidelity, what_helps(seg, fidelity, fitted, options))
-    mesh, judged, solution = concluded(mesh, quality, judged, options, stages)
-    made = (fitted.objects, fitted.surfaces, wall, mesh, judged, fidelity, tuple(volumes), stages.seconds, solution)
-    return Run(seg, options, *made)
+    mesh, judged, solved = concluded(mesh, quality, judged, options, stages)
+    made = (fitted.objects, fitted.surfaces, wall, mesh, judged, fidelity, tuple(volumes), stages.seconds)
+    return Run(seg, options, *made, **solved)
 
 
 def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmentation, Layout, VentricularAxes | None]:

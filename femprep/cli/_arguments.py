@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import typer
 
 from femprep.cli._fields import option
+from femprep.errors import OptionError
 from femprep.export.table import FORMATS
 from femprep.options import CheckOptions, ExportOptions, FibreOptions, ImageOptions, Options, SurfaceOptions
 
@@ -15,6 +17,7 @@ INPUT: Final = "Input"
 SURFACES: Final = "Surfaces"
 FIBRES: Final = "Fibres"
 OUTPUT: Final = "Output"
+DECK: Final = "Deck"
 
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to make.", rich_help_panel=OUTPUT)]
 Preset = Annotated[str | None, option(Options, "preset", panel=INPUT)]
@@ -53,5 +56,24 @@ Formats = Annotated[
     list[str] | None,
     typer.Option("--format", help=f"Further format, repeatable: {', '.join(FORMATS)}.", rich_help_panel=OUTPUT),
 ]
-LengthUnit = Annotated[str | None, option(ExportOptions, "length_unit", panel=OUTPUT)]
+LengthUnit = Annotated[str | None, option(ExportOptions, "length_unit", panel=DECK)]
+Step = Annotated[str | None, option(ExportOptions, "step", panel=DECK)]
+Material = Annotated[str | None, option(ExportOptions, "material", panel=DECK)]
+YoungModulus = Annotated[float | None, option(ExportOptions, "young_modulus", panel=DECK)]
+PoissonRatio = Annotated[float | None, option(ExportOptions, "poisson_ratio", panel=DECK)]
+FibreStiffness = Annotated[float | None, option(ExportOptions, "fibre_stiffness", panel=DECK)]
+Pressure = Annotated[list[str] | None, option(ExportOptions, "pressure", panel=DECK, metavar="[CAVITY=]KPA")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.", rich_help_panel=OUTPUT)]
+
+
+def require_step(given: Mapping[str, Any], written: bool, also: str = "") -> None:
+    """Refuse options of a step where none is written; ``also`` are other options that would write one.
+
+    Raises
+    ------
+    OptionError
+    """
+    for name in ("material", "young_modulus", "poisson_ratio", "fibre_stiffness", "pressure"):
+        if given.get(name) is not None and not written:
+            option = name.replace("_", "-")
+            raise OptionError(f"--{option} is of the step, and none is written; add {also}--step inflation")

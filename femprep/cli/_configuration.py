@@ -212,6 +212,20 @@ def parse_names(items: Sequence[str] | None) -> dict[str, str] | None:
     return {theirs: ours for theirs, ours, _ in _Form("name", "THEIRS=OURS", "--name 4=epi").pairs(items)} or None
 
 
+def parse_pressure(items: Sequence[str] | None) -> float | dict[str, float] | None:
+    """A pressure given as ``1.5``, or one for each cavity as ``lv=1.5``; None where there is none.
+
+    Raises
+    ------
+    OptionError
+        A text of another form, or a cavity given twice.
+    """
+    way = _Form("pressure", "a number of kPa, or CAVITY=KPA for each cavity", "--pressure lv=1.5 --pressure rv=0.5")
+    if not items or (len(items) == 1 and "=" not in items[0]):
+        return way.numbers(items[0], 1)[0] if items else None
+    return {name: number for name, (number,) in _numbers_by_name(way, items, 1).items()}
+
+
 def parse_point(text: str, name: str) -> tuple[float, float, float]:
     """A point given as ``X,Y,Z``.
 

@@ -29,7 +29,7 @@ def mesh_own(
     surfaces: dict[str, Path], out: Path, options: Options, *, quiet: bool, json: bool, second: SecondImages
 ) -> int:
     """Run the main job on surfaces; the exit status is 1 where the quality check fails."""
-    require_output(out, options.formats, mesh_names)
+    require_output(out, options.formats, partial(mesh_names, solve=options.solve))
 
     from femprep.cli._progress import bars
     from femprep.own_surfaces import mesh_surfaces
@@ -98,7 +98,7 @@ def mesh_file(
     image: ImageFile | None = None,
 ) -> int:
     """Run the main job on one file and print its summary; the exit status is 1 where the quality check fails."""
-    require_output(out, options.formats, mesh_names)
+    require_output(out, options.formats, partial(mesh_names, solve=options.solve))
 
     from femprep.cli._progress import bars
     from femprep.image import read_masks, read_segmentation

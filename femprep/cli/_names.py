@@ -18,9 +18,10 @@ _MESH = (
 )
 
 
-def mesh_names(formats: Sequence[str]) -> list[str]:
+def mesh_names(formats: Sequence[str], solve: str = "none") -> list[str]:
     """Files of ``femprep mesh`` for one label map."""
-    return [*_MESH, *(name for format in formats for name in FORMATS[format].files)]
+    solved = () if solve == "none" else ("solution.vtu",)
+    return [*_MESH, *solved, *(name for format in formats for name in FORMATS[format].files)]
 
 
 def sequence_names(phases: Iterable[str], formats: Sequence[str]) -> list[str]:

@@ -29,8 +29,22 @@ def print_summary(run: Any, manifest: Any, out: Path) -> None:
     _print_given(console, manifest.given_fidelity)
     _print_tissues(console, manifest.tissues)
     print_quality(run.quality, console)
+    _print_solution(console, manifest.solution)
     _print_stages(console, manifest)
     console.print(f"[bold]{escape(str(out))}[/bold]: " + escape(", ".join(manifest.files)))
+
+
+def _print_solution(console: Console, record: Any) -> None:
+    """Status and cavities of an inflation; the reason is among the failures or the notices."""
+    if record is not None:
+        colour = {"solved": "green", "doubtful": "yellow", "failed": "red"}[record.status]
+        moved, strain = _number(record.greatest_displacement_mm), _number(record.strain, 2)
+        console.print(
+            f"inflation by CalculiX, {record.material}: [{colour}]{record.status}[/{colour}]; greatest displacement "
+            f"{moved} mm, strain of 99 % of the wall below {strain} (valid up to {record.strain_limit:g})"
+        )
+        rows = [(c.name, *(_number(x, 4) for x in (c.pressure_kpa, c.rest_ml, c.inflated_ml))) for c in record.cavities]
+        print_table(console, "Cavities", ("", "pressure, kPa", "before, mL", "inflated, mL"), rows)
 
 
 def _print_tissues(console: Console, record: Any) -> None:
@@ -286,5 +300,7 @@ def print_cohort(cohort: Any, out: Path) -> None:
     rows = [(str(count), code, reason(code).status, reason(code).what) for code, count in record.reasons.items()]
     print_table(console, f"{len(record.subjects)} subjects", ("", "reason", "status", "what"), rows)
     if record.solved is not None:
-        console.print(f"solved by CalculiX: {record.solved} of {len(record.subjects)}")
+        console.print(
+            f"solved by CalculiX, within what the material is valid for: {record.solved} of {len(record.subjects)}"
+        )
     console.print(f"written to {escape(str(out))}")

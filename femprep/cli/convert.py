@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
+from femprep.cli import _arguments as shared
+from femprep.cli._arguments import DECK, require_step
+from femprep.cli._configuration import parse_pressure
 from femprep.cli._fields import given, option
-from femprep.errors import OptionError
 from femprep.options import ExportOptions, PericardiumOptions, choose
-
-DECK = "Deck"
 
 
 def convert(
@@ -20,13 +20,13 @@ def convert(
     format: Annotated[
         str | None, typer.Option("--format", help="Format of the new file, where its ending does not tell.")
     ] = None,
-    length_unit: Annotated[str | None, option(ExportOptions, "length_unit", panel=DECK)] = None,
-    step: Annotated[str | None, option(ExportOptions, "step", panel=DECK)] = None,
-    material: Annotated[str | None, option(ExportOptions, "material", panel=DECK)] = None,
-    young_modulus: Annotated[float | None, option(ExportOptions, "young_modulus", panel=DECK)] = None,
-    poisson_ratio: Annotated[float | None, option(ExportOptions, "poisson_ratio", panel=DECK)] = None,
-    fibre_stiffness: Annotated[float | None, option(ExportOptions, "fibre_stiffness", panel=DECK)] = None,
-    pressure: Annotated[float | None, option(ExportOptions, "pressure", panel=DECK)] = None,
+    length_unit: shared.LengthUnit = None,
+    step: shared.Step = None,
+    material: shared.Material = None,
+    young_modulus: shared.YoungModulus = None,
+    poisson_ratio: shared.PoissonRatio = None,
+    fibre_stiffness: shared.FibreStiffness = None,
+    pressure: shared.Pressure = None,
     pericardium: Annotated[
         float | None, option(PericardiumOptions, "stiffness", "--pericardium", panel=DECK, default="none")
     ] = None,
@@ -36,11 +36,9 @@ def convert(
 
     Regions, facet tags and fibres go along where the format holds them; what it leaves out is told.
     """
-    chosen = given(ExportOptions, locals())
+    chosen = given(ExportOptions, {**locals(), "pressure": parse_pressure(pressure)})
     options = choose(ExportOptions, None, chosen)
-    idle = [name.replace("_", "-") for name in chosen if name not in ("length_unit", "step")]
-    if idle and options.step == "none":
-        raise OptionError(f"--{idle[0]} is of the step, and none is written; add --step inflation")
+    require_step(chosen, options.step != "none")
     from femprep.export import read_mesh, write_mesh
     from femprep.export.target import target_of
 

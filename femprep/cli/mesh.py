@@ -8,10 +8,11 @@ from typing import Annotated, Any
 import typer
 
 from femprep.cli import _arguments as shared
-from femprep.cli._arguments import FIBRES, INPUT, OUTPUT
+from femprep.cli._arguments import DECK, FIBRES, INPUT, OUTPUT, require_step
 from femprep.cli._configuration import (
     parse_masks,
     parse_plane,
+    parse_pressure,
     parse_samples,
     parse_structures,
     parse_surfaces,
@@ -25,7 +26,6 @@ from femprep.cli._names import require_lasting
 from femprep.errors import OptionError
 from femprep.model.image_file import image_file
 from femprep.options import (
-    ExportOptions,
     Options,
     PericardiumOptions,
     SweepOptions,
@@ -145,8 +145,13 @@ def mesh_options(
     purpose: shared.Purpose = None,
     format: shared.Formats = None,
     length_unit: shared.LengthUnit = None,
-    step: Annotated[str | None, option(ExportOptions, "step", panel=OUTPUT)] = None,
-    solve: Annotated[str | None, option(Options, "solve", panel=OUTPUT)] = None,
+    step: shared.Step = None,
+    solve: Annotated[str | None, option(Options, "solve", panel=DECK)] = None,
+    material: shared.Material = None,
+    young_modulus: shared.YoungModulus = None,
+    poisson_ratio: shared.PoissonRatio = None,
+    fibre_stiffness: shared.FibreStiffness = None,
+    pressure: shared.Pressure = None,
 ) -> Options:
     """Options of a run from those of the command line, a file, and a template; all commands that mesh take them."""
     same = _read_template(template)
@@ -161,6 +166,7 @@ def mesh_options(
         "blood_pool": blood_pool or None,
         "conforming": conforming or None,
         "wall__policy": policy,
+        "export__pressure": parse_pressure(pressure),
         "wall__base": parse_plane(base),
         "wall__valves": parse_valves(valve),
         "volume__order": int(order) if order in ("1", "2") else order,
@@ -171,7 +177,9 @@ def mesh_options(
         },
         **{f"sweep__{name}": value for name, value in same.items()},
     }
-    return read_options(config, **changes)
+    options = read_options(config, **changes)
+    require_step(locals(), options.export.step != "none" or options.solve != "none", "--solve ccx or ")
+    return options
 
 
 def _read_template(path: Path | None) -> dict[str, Any]:

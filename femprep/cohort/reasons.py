@@ -47,7 +47,8 @@ REASONS: Final[tuple[Reason, ...]] = (
     # Failed checks; of several that failed, the first here.
     Reason(
         *("not-solved", "check failed", "CalculiX did not inflate the mesh, or its reaction does not balance."),
-        "Look at the worst elements in the report; mesh finer, or by `--mesher sweep`.",
+        "Lower `--pressure` where the line says so; else look at the worst elements in the report; mesh finer, or by "
+        "`--mesher sweep`.",
         words=r"^(?:[\w.-]+: )?(?:CalculiX|the reaction on the base)",
     ),
     Reason(

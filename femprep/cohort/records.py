@@ -49,9 +49,10 @@ class SubjectRecord(Record):
     mean_ratio_mean: float | None = Field(None, description="Mean of it.")
     scaled_jacobian_min: float | None = Field(None, description="Least scaled Jacobian.")
     dihedral_min_degrees: float | None = Field(None, description="Smallest dihedral angle, degrees.")
-    solved: bool | None = Field(None, description="Whether the solver inflated it and the reaction balances.")
+    solved: bool | None = Field(None, description="Whether it was inflated, by strains its material is valid for.")
     solved_displacement_mm: float | None = Field(None, description="Greatest displacement, mm.")
     solved_cavity_ml: float | None = Field(None, description="Cavities inflated, mL.")
+    solved_strain: float | None = Field(None, description="Principal strain that 99 % of the wall stays below.")
     solved_misfit: float | None = Field(None, description="Misfit of reaction and load, as a share of the load.")
     notices: list[str] = Field(default_factory=list, description="What was repaired, assumed or extrapolated.")
 

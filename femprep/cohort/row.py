@@ -133,13 +133,11 @@ def _solution(runs: list[dict[str, Any]]) -> dict[str, Any]:
     found = [run["solution"] for run in runs if run.get("solution")]
     if not found:
         return {}
-    good = [
-        item["converged"] and item["reaction_misfit"] is not None and item["reaction_misfit"] <= item["misfit_limit"]
-        for item in found
-    ]
+    inflated = [one["inflated_ml"] for one in found[0]["cavities"]]
     return {
-        "solved": all(good),
+        "solved": all(item["status"] == "solved" for item in found),
         "solved_displacement_mm": found[0]["greatest_displacement_mm"],
-        "solved_cavity_ml": found[0]["cavity_ml"],
+        "solved_cavity_ml": None if None in inflated else sum(inflated),
+        "solved_strain": max((s for item in found if (s := item["strain"]) is not None), default=None),
         "solved_misfit": max((m for item in found if (m := item["reaction_misfit"]) is not None), default=None),
     }

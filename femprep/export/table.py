@@ -201,6 +201,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 optional=(
                     *("fibersLong.vtu", "fibersSheet.vtu", "inflation.xml", "inflation.dat", "pericardium.vtp"),
                     *(f"caps/{name}.vtp" for name in ("lv", "rv", "la", "ra")),
+                    *(f"inflation_{name}.dat" for name in ("lv", "rv", "la", "ra")),
                     *(f"mesh-surfaces/{name}.vtp" for name in FACET_TAGS),
                 ),
                 parts=("mesh-surfaces/*.vtp",),

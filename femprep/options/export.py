@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationError, ValidatorFunctionWrapHandler, field_validator
 
 from femprep.options.base import StageOptions
 
@@ -38,4 +38,16 @@ class ExportOptions(StageOptions):
     fibre_stiffness: float = Field(
         3.0, ge=1, description="How many times stiffer the orthotropic material is along the fibres than across."
     )
-    pressure: float = Field(1.0, description="Pressure on the endocardium in the step, kPa.")
+    pressure: float | dict[str, float] = Field(
+        1.0,
+        description="Pressure on the endocardium in the step, kPa; or one for each cavity, as lv=1.5 and rv=0.5: a "
+        "cavity that is not named has none.",
+    )
+
+    @field_validator("pressure", mode="wrap")
+    @classmethod
+    def _one_or_by_cavity(cls, value: Any, validate: ValidatorFunctionWrapHandler) -> Any:
+        try:
+            return validate(value)
+        except ValidationError:
+            raise ValueError("expected a number of kPa, or one for each cavity, as lv=1.5") from None

@@ -135,6 +135,8 @@ def written(
         png.unlink(missing_ok=True)
         left_out += [one for name in run.options.formats for one in losses(run.mesh, name)]
         details["formats"] = noted({}, *left_out)
+        if run.solution is not None and run.solution.doubt:
+            details["solution"] = noted({}, Notice.of("extrapolated", run.solution.doubt))
         if picture is None:
             line = "no picture of the mesh: VTK could not render it here"
             details["report"] = noted({}, Notice.of("left out", line))
@@ -202,6 +204,8 @@ def _write_vtk(run: Run, folder: Path) -> list[Notice]:
     """Meshes and surfaces of a run; what is left out."""
     write_mesh(run.mesh, folder / "mesh.vtu")
     write_facets(run.mesh, folder / "facets.vtp")
+    if run.inflated is not None:
+        write_mesh(run.inflated, folder / "solution.vtu")
     if run.mesh.purkinje is not None:
         write_purkinje(run.mesh, folder / "purkinje.vtp")
     _write_surfaces(run.surfaces, folder)

@@ -41,6 +41,8 @@ class Run:
         Wall-clock time of each stage, in order.
     solution : SolutionRecord, optional
         What a solver made of the mesh, where one was asked for.
+    inflated : VolumeMesh, optional
+        The mesh with displacement, strain and stress of that solution.
     given : OwnSurfaces, optional
         The surfaces it began with, in place of a label map.
 
@@ -61,6 +63,7 @@ class Run:
     volumes: tuple[VolumeRecord, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
     solution: SolutionRecord | None = None
+    inflated: VolumeMesh | None = None
     given: OwnSurfaces | None = None
 
     def __repr__(self) -> str:

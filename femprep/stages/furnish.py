@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from typing import Any
 
 from femprep.activation import add_activation, add_purkinje
 from femprep.anatomy import (
@@ -24,7 +25,6 @@ from femprep.export.content import content_of
 from femprep.export.table import refusals
 from femprep.image import IntensityImage, Segmentation
 from femprep.model import Progress, VolumeMesh, verdict_of, with_failure
-from femprep.model.shared_records.solution import SolutionRecord
 from femprep.model.stages import Stages
 from femprep.options import Options
 from femprep.volume import QualityReport
@@ -68,18 +68,18 @@ def furnish(
 
 def concluded(
     mesh: VolumeMesh, quality: QualityReport, judged: QualityReport, options: Options, stages: Stages
-) -> tuple[VolumeMesh, QualityReport, SolutionRecord | None]:
-    """The mesh with its verdict, the report with what the solver asked for made of it, and the solver's record.
+) -> tuple[VolumeMesh, QualityReport, dict[str, Any]]:
+    """The mesh with its verdict, the report with that of the solver asked for, and what a run keeps of the solution.
 
     ``judged`` is the mesh's own report, ``quality``, with verdicts that a mesh alone cannot tell.
     """
     mesher = str(verdict_of(mesh).get("mesher", options.volume.mesher))
     mesh = carry(mesh, quality.options, mesher, judged.failures[len(quality.failures) :])
     if options.solve != "ccx":
-        return mesh, judged, None
+        return mesh, judged, {}
     with stages("solve"):
-        solution = inflate(mesh, options.export)
-        return mesh, judge_solution(judged, solution), solution
+        solution, inflated = inflate(mesh, options.export)
+        return mesh, judge_solution(judged, solution), {"solution": solution, "inflated": inflated}
 
 
 def _with_anatomy(mesh: VolumeMesh, axes: VentricularAxes, options: Options, report: Progress) -> VolumeMesh:

@@ -1,4 +1,4 @@
-"""A tagged mesh in, its passive inflation by CalculiX out, checked by the reaction of the base.
+"""A tagged mesh in, its passive inflation by CalculiX out: fields, and a record checked by the reaction of the base.
 
 The deck is the one that femprep writes, so that what is solved is what a user gets. What the base holds must be minus
 the pressure on all free nodes: no wrong facet, node number, orientation or unit survives that.
@@ -11,7 +11,6 @@ import re
 import shutil
 import subprocess
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -20,14 +19,23 @@ import numpy as np
 from femprep.errors import DiskFullError, MissingDependencyError
 from femprep.export.abaqus.loads import pressure_loads
 from femprep.export.abaqus.write import write
+from femprep.export.content import content_of
 from femprep.export.deck.names import facet_names, facet_nodes
 from femprep.export.deck.springs import pericardial_springs
-from femprep.export.inflation import endocardium
+from femprep.export.inflation import cavity_of, pressures, require
+from femprep.export.vtu.strain import principal_strains
+from femprep.mesh.measures.volume_elements import all_volumes, element_measures
 from femprep.mesh.topology import enclosed_volume
-from femprep.model import FACET_TAGS, FloatArray, IntArray, VolumeMesh
+from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
 from femprep.model.blocks import chosen_rows
 from femprep.model.facets import facet_triangles
-from femprep.model.shared_records.solution import LARGE_DEFORMATIONS_LIMIT, MISFIT_LIMIT, SolutionRecord
+from femprep.model.shared_records.solution import (
+    LARGE_DEFORMATIONS_LIMIT,
+    MISFIT_LIMIT,
+    STRAIN_LIMITS,
+    InflatedCavity,
+    SolutionRecord,
+)
 from femprep.options import ExportOptions
 from femprep.volume.room import is_full
 from femprep.volume.tetwild.guard import start_watchdog, watch
@@ -38,6 +46,10 @@ TIME_LIMIT: Final = 1800.0
 #: A deck in mm and N has its pressures in MPa.
 _MPA_PER_KPA: Final = 1e-3
 _NUMBER: Final = r"\s+(-?\d\.\d+E[+-]\d+)"
+#: What is asked for besides the deck's own tables: strains and stresses in global axes, at the end alone.
+_TABLES: Final = "*EL PRINT, ELSET=EALL, GLOBAL=YES, FREQUENCY=1000\nE, S\n*END STEP\n"
+#: Share of the wall's volume whose strain the judged one is not below.
+_HIGHEST: Final = 0.01
 
 
 def require_calculix() -> str:
@@ -56,7 +68,7 @@ def require_calculix() -> str:
     return found
 
 
-def inflate(mesh: VolumeMesh, options: ExportOptions | None = None) -> SolutionRecord:
+def inflate(mesh: VolumeMesh, options: ExportOptions | None = None) -> tuple[SolutionRecord, VolumeMesh | None]:
     """Inflate a mesh in CalculiX, in a child process and a folder of its own.
 
     Parameters
@@ -68,8 +80,12 @@ def inflate(mesh: VolumeMesh, options: ExportOptions | None = None) -> SolutionR
 
     Returns
     -------
-    SolutionRecord
+    record : SolutionRecord
         Also where CalculiX stops: with what it said.
+    inflated : VolumeMesh or None
+        The mesh as it was, with ``displacement`` (mm) at its points, and in its elements ``strain`` (Green-Lagrange,
+        of linear materials the small one) and ``stress`` (Cauchy, kPa), nine components each, and ``principal_strain``
+        (stretch less 1), the largest by its size. None where nothing was solved.
 
     Raises
     ------
@@ -82,15 +98,24 @@ def inflate(mesh: VolumeMesh, options: ExportOptions | None = None) -> SolutionR
     """
     program = require_calculix()
     chosen = (options or ExportOptions()).model_copy(update={"length_unit": "mm", "step": "inflation"})
+    require(content_of(mesh), chosen)
+    record = SolutionRecord(
+        material=chosen.material,
+        cavities=_cavities(mesh, chosen),
+        strain_limit=STRAIN_LIMITS[chosen.material],
+        misfit_limit=LARGE_DEFORMATIONS_LIMIT if chosen.material == "neo-hookean" else MISFIT_LIMIT,
+    )
     with tempfile.TemporaryDirectory(prefix="femprep-ccx-", ignore_cleanup_errors=True) as name:
         folder = Path(name)
         write(mesh, folder, "heart", chosen)
+        deck = folder / "heart.inp"
+        deck.write_text(deck.read_text("ascii").replace("*END STEP\n", _TABLES), "ascii")
         said = _run(program, folder)
         if said is not None:
             if is_full(folder):
                 raise DiskFullError(f"no room was left for CalculiX in {str(folder.parent)!r}; free some space")
-            return SolutionRecord(solver="ccx", converged=False, message=said, pressure_kpa=chosen.pressure)
-        return _solution(mesh, folder / "heart.dat", chosen)
+            return record.model_copy(update={"message": said}), None
+        return _solution(mesh, folder / "heart.dat", chosen, record)
 
 
 def _run(program: str, folder: Path) -> str | None:
@@ -122,57 +147,84 @@ def _run(program: str, folder: Path) -> str | None:
             watchdog.stdin.close()
     if status == 0:
         return None
+    state = folder / "heart.sta"
+    rows = [line.split() for line in state.read_text("ascii", "replace").splitlines()] if state.exists() else []
+    done = [float(row[4]) for row in rows if len(row) == 7 and row[0].isdigit() and row[2].isdigit()]
     lines = (folder / "log.txt").read_text(encoding="utf-8", errors="replace").splitlines()
     errors = [line.strip() for line in lines if "*ERROR" in line] or [line.strip() for line in lines if line.strip()]
-    return f"exit status {status}" + (f", {' '.join(errors[0].split())[:200]}" if errors else "")
+    ended = f"exit status {status}" + (f", {' '.join(errors[0].split())[:200]}" if errors else "")
+    if not done:
+        return ended
+    return f"it converged up to {100 * done[-1]:.0f} % of it ({ended}); lower --pressure, or raise --young-modulus"
 
 
-def _solution(mesh: VolumeMesh, dat: Path, options: ExportOptions) -> SolutionRecord:
-    """The record of a finished run, from its table of displacements and its total reaction."""
-    record = SolutionRecord(solver="ccx", converged=False, pressure_kpa=options.pressure)
+def _solution(
+    mesh: VolumeMesh, dat: Path, options: ExportOptions, record: SolutionRecord
+) -> tuple[SolutionRecord, VolumeMesh | None]:
+    """The record and the fields of a finished run, from its tables."""
     try:
-        reaction, displacement = _read(dat)
+        reaction, displacement, fields = _read(dat)
+        moved = mesh.points + displacement
+        if len(fields["stress"]) != mesh.n_cells or not np.isfinite(moved).all():
+            raise ValueError
     except (OSError, ValueError, IndexError):
-        return record.model_copy(update={"message": "its table of results cannot be read"})
-    if displacement.shape != mesh.points.shape or not np.isfinite(displacement).all():
-        return record.model_copy(update={"message": "its displacements are not finite, or not those of all nodes"})
-    moved = mesh.points + displacement
-    large = options.material == "neo-hookean"
-    loads = pressure_loads(moved if large else mesh.points, _pressed(mesh), options.pressure * _MPA_PER_KPA)
-    loads[facet_nodes(mesh, FACET_TAGS["base"])] = 0.0  # these go straight into the support
-    load = loads.sum(axis=0)
+        said = "its tables of results cannot be read, are not finite, or not those of all nodes and elements"
+        return record.model_copy(update={"message": said}), None
+    load = _load(moved if options.material == "neo-hookean" else mesh.points, mesh, options)
     springs = pericardial_springs(mesh, options)
     held = np.zeros(3) if springs is None else springs.forces(displacement).sum(axis=0)
-    x, y, z = reaction.tolist()
-    return SolutionRecord(
-        solver="ccx",
-        converged=True,
-        pressure_kpa=options.pressure,
-        greatest_displacement_mm=float(np.linalg.norm(displacement, axis=1).max()),
-        cavity_rest_ml=_cavities(mesh),
-        cavity_ml=_cavities(replace(mesh, points=moved)),
-        reaction_n=(x, y, z),
-        misfit_limit=LARGE_DEFORMATIONS_LIMIT if large else MISFIT_LIMIT,
-        reaction_misfit=float(np.linalg.norm(reaction + held + load)) / max(float(np.linalg.norm(load)), 1e-300),
-    )
+    largest, volume = principal_strains(mesh, displacement), all_volumes(mesh.points, mesh.cells)
+    order = np.argsort(largest)
+    highest = np.searchsorted(np.cumsum(volume[order]), (1 - _HIGHEST) * volume.sum())
+    least = [element_measures(moved, block, name)["relative_jacobian"] for name, block in mesh.cells.items()]
+    found = {
+        "converged": True,
+        "cavities": _cavities(mesh, options, moved),
+        "greatest_displacement_mm": float(np.linalg.norm(displacement, axis=1).max()),
+        "strain": float(largest[order[highest]]),
+        "greatest_strain": float(largest.max()),
+        "inverted_elements": int(np.sum(np.concatenate(least) <= 0)),
+        "reaction_n": tuple(reaction.tolist()),
+        "reaction_misfit": float(np.linalg.norm(reaction + held + load)) / max(float(np.linalg.norm(load)), 1e-300),
+    }
+    fields["principal_strain"] = largest
+    return record.model_copy(update=found), mesh.with_data(point={"displacement": displacement}, cell=fields)
 
 
-def _read(dat: Path) -> tuple[FloatArray, FloatArray]:
-    """Total reaction ``(3,)`` and displacements ``(n, 3)`` of the last increment."""
+def _read(dat: Path) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]]:
+    """Total reaction ``(3,)``, N, displacements ``(n, 3)``, mm, strain and stress ``(n_cells, 9)``, kPa, of the end."""
     text = dat.read_text(encoding="ascii", errors="replace")
-    force = re.findall(rf"total force[^\n]*\n\s*{_NUMBER * 3}", text)[-1]
-    rows = re.findall(rf"^\s*\d+{_NUMBER * 3}\s*$", text[text.rindex("displacements") :], re.MULTILINE)
-    return np.array(force, dtype=float), np.array(rows, dtype=float).reshape(-1, 3)
+    force = re.findall(rf"total force[^\n]*time  0\.1000000E\+01\n\s*{_NUMBER * 3}", text)[-1]
+    parts = re.split(r"^ (displacements|strains|stresses) .*$", text, flags=re.MULTILINE)
+    blocks = {name: np.loadtxt(part.splitlines()) for name, part in dict(zip(parts[1::2], parts[2::2])).items()}
+    means = {"strain": _means(blocks["strains"]), "stress": _means(blocks["stresses"]) / _MPA_PER_KPA}
+    return np.array(force, dtype=float), blocks["displacements"][:, 1:], means
 
 
-def _pressed(mesh: VolumeMesh) -> dict[str, IntArray]:
-    """Facets of every endocardium, by type."""
+def _means(table: FloatArray) -> FloatArray:
+    """Mean of each element, nine components, of rows ``element, point, xx, yy, zz, xy, xz, yz``."""
+    element = table[:, 0].astype(np.int64) - 1
+    six = [np.bincount(element, column) / np.bincount(element) for column in table[:, 2:].T]
+    return np.stack([six[i] for i in (0, 3, 4, 3, 1, 5, 4, 5, 2)], axis=1)
+
+
+def _load(points: FloatArray, mesh: VolumeMesh, options: ExportOptions) -> FloatArray:
+    """Force of the pressures on all nodes that the base does not hold ``(3,)``, N."""
     names = facet_names(mesh)
-    tags = [names[name] for name in endocardium(names)]
-    return chosen_rows(mesh.facets, np.isin(mesh.facet_tag, tags))
+    load = np.zeros(3)
+    for name, pressure in pressures(names, options).items():
+        pressed = chosen_rows(mesh.facets, mesh.facet_tag == names[name])
+        forces = pressure_loads(points, pressed, pressure * _MPA_PER_KPA)
+        forces[facet_nodes(mesh, FACET_TAGS["base"])] = 0.0  # these go straight into the support
+        load += forces.sum(axis=0)
+    return load
 
 
-def _cavities(mesh: VolumeMesh) -> float:
-    """Volume of all cavities up to the base, mL. Facets of an endocardium look into its cavity: they are turned."""
-    names = endocardium(facet_names(mesh))
-    return sum(enclosed_volume(mesh.points, facet_triangles(mesh, name)[:, ::-1]) for name in names) / 1000.0
+def _cavities(mesh: VolumeMesh, options: ExportOptions, moved: FloatArray | None = None) -> tuple[InflatedCavity, ...]:
+    """Every cavity with its pressure and its volume up to the base, mL; also with the points moved, where given."""
+    found = []
+    for name, pressure in pressures(facet_names(mesh), options).items():
+        wall = facet_triangles(mesh, name)[:, ::-1]  # facets look into the cavity: they are turned
+        rest, inflated = (None if x is None else enclosed_volume(x, wall) / 1000 for x in (mesh.points, moved))
+        found.append(InflatedCavity(name=cavity_of(name), pressure_kpa=pressure, rest_ml=rest, inflated_ml=inflated))
+    return tuple(found)

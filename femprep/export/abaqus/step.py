@@ -11,7 +11,7 @@ from femprep.export.deck.material import orthotropic, shear_and_bulk
 from femprep.export.deck.names import facet_names
 from femprep.export.deck.text import lines
 from femprep.export.deck.units import UNITS, Units
-from femprep.export.inflation import endocardium
+from femprep.export.inflation import pressures
 from femprep.model import VolumeMesh
 from femprep.options import ExportOptions
 
@@ -38,7 +38,6 @@ def step(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     """Section, material, base held, pressure on every endocardium; nothing where no step is asked for."""
     if options.step == "none":
         return
-    endo = endocardium(facet_names(mesh))
     units = UNITS[options.length_unit]
     oriented = f", ORIENTATION={ORIENTATION}" if options.material == "orthotropic" else ""
     yield "*MATERIAL, NAME=myocardium\n" + _material(options, units)
@@ -46,11 +45,13 @@ def step(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield "*BOUNDARY\nbase, 1, 3\n"
     # Increments of a tenth where large deformations need them, and at least one of a thousandth.
     yield (
-        "*STEP, NLGEOM=YES\n*STATIC\n0.1, 1., 0.001, 0.1\n" if options.material == "neo-hookean" else "*STEP\n*STATIC\n"
+        "*STEP, NLGEOM=YES, INC=1000\n*STATIC\n0.1, 1., 0.001, 0.1\n"
+        if options.material == "neo-hookean"
+        else "*STEP\n*STATIC\n"
     )
     yield "*DSLOAD\n"
-    for name in endo:
-        yield f"{name}, P, {options.pressure * units.per_kpa:.12g}\n"
+    for name, pressure in pressures(facet_names(mesh), options).items():
+        yield f"{name}, P, {pressure * units.per_kpa:.12g}\n"
     # Reactions and displacements as a table (.dat) and, for pictures, as fields (.frd).
     yield "*NODE PRINT, NSET=base, TOTALS=ONLY\nRF\n*NODE PRINT, NSET=NALL\nU\n"
     yield "*NODE FILE\nU, RF\n*END STEP\n"

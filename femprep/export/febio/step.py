@@ -13,7 +13,8 @@ import numpy as np
 
 from femprep.export.deck.names import facet_names
 from femprep.export.deck.springs import has_pericardium, per_millimetre
-from femprep.export.inflation import endocardium
+from femprep.export.deck.units import UNITS
+from femprep.export.inflation import pressures
 from femprep.mesh.operations.turned import turned_facets
 from femprep.model import IntArray, VolumeMesh
 from femprep.model.blocks import block_rows, chosen_rows
@@ -76,12 +77,13 @@ def stiffness(mesh: VolumeMesh, options: ExportOptions) -> list[str]:
     return out
 
 
-def inflation(mesh: VolumeMesh, pressure: float) -> str:
-    """Base, pressure (in the units of the deck) and springs, and the ramp of the pressure."""
+def inflation(mesh: VolumeMesh, options: ExportOptions) -> str:
+    """Base, pressure and springs, and the ramp of the pressure."""
+    unit = UNITS[options.length_unit].per_kpa
     loads = "".join(
-        f'<surface_load name="pressure_{name}" type="pressure" surface="{name}">\n<pressure lc="1">{pressure:.12g}'
-        "</pressure>\n<symmetric_stiffness>1</symmetric_stiffness>\n</surface_load>\n"
-        for name in endocardium(facet_names(mesh))
+        f'<surface_load name="pressure_{name}" type="pressure" surface="{name}">\n<pressure lc="1">'
+        f"{pressure * unit:.12g}</pressure>\n<symmetric_stiffness>1</symmetric_stiffness>\n</surface_load>\n"
+        for name, pressure in pressures(facet_names(mesh), options).items()
     )
     if has_pericardium(mesh):
         loads += "".join(

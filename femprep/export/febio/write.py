@@ -73,7 +73,7 @@ def _document(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield "</MeshDomains>\n"
     yield from _mesh_data(mesh, parts, options)
     if options.step == "inflation":
-        yield inflation(mesh, options.pressure * units.per_kpa)
+        yield inflation(mesh, options)
     yield '<Output>\n<plotfile type="febio">\n<var type="displacement"/>\n<var type="stress"/>\n'
     yield '<var type="reaction forces"/>\n</plotfile>\n</Output>\n</febio_spec>\n'
 

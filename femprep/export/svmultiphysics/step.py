@@ -15,7 +15,7 @@ from femprep.errors import InputError
 from femprep.export.content import Content
 from femprep.export.deck.names import facet_names
 from femprep.export.deck.units import UNITS
-from femprep.export.inflation import endocardium
+from femprep.export.inflation import cavity_of, pressures
 from femprep.export.inflation import require as require_step
 from femprep.model import FloatArray, VolumeMesh
 from femprep.options import ExportOptions
@@ -24,7 +24,6 @@ from femprep.options import ExportOptions
 #: their shape functions at one point for those at all: displacements are a tenth off, on finer meshes as well.
 ELEMENTS: Final = ("tetra", "tetra10", "hexahedron", "hexahedron20")
 STEPS: Final = 10
-PRESSURE: Final = "inflation.dat"
 #: The epicardium with stiffnesses, where a mesh has a pericardium.
 PERICARDIUM: Final = "pericardium.vtp"
 
@@ -79,10 +78,16 @@ def origin_of(mesh: VolumeMesh, options: ExportOptions) -> FloatArray:
 
 
 def write_step(mesh: VolumeMesh, folder: Path, options: ExportOptions) -> None:
-    """Write ``inflation.xml`` and ``inflation.dat`` beside the mesh, to be run in that folder."""
-    pressure = options.pressure * UNITS[options.length_unit].per_kpa
-    (folder / PRESSURE).write_text(f"2 1\n0.0 0.0\n1.0 {pressure:.12g}\n", encoding="ascii")
+    """Write ``inflation.xml`` and the pressures beside the mesh, to be run in that folder."""
+    for name, pressure in pressures(facet_names(mesh), options).items():
+        last = f"1.0 {pressure * UNITS[options.length_unit].per_kpa:.12g}\n"
+        (folder / _ramp(name, options)).write_text(f"2 1\n0.0 0.0\n{last}", encoding="ascii")
     (folder / "inflation.xml").write_text(_document(mesh, folder, options), encoding="ascii")
+
+
+def _ramp(name: str, options: ExportOptions) -> str:
+    """File of the pressure on an endocardium: one for all of them, or one for each cavity."""
+    return f"inflation_{cavity_of(name)}.dat" if isinstance(options.pressure, dict) else "inflation.dat"
 
 
 def _document(mesh: VolumeMesh, folder: Path, options: ExportOptions) -> str:
@@ -107,9 +112,9 @@ def _document(mesh: VolumeMesh, folder: Path, options: ExportOptions) -> str:
     text += f"<Poisson_ratio> {options.poisson_ratio:.12g} </Poisson_ratio>\n{material}{_SOLVER}"
     text += '<Add_BC name="base">\n<Type> Dirichlet </Type>\n<Value> 0.0 </Value>\n</Add_BC>\n'
     follows = "true" if equation == "struct" else "false"
-    for name in endocardium(names):
+    for name in pressures(names, options):
         text += f'<Add_BC name="{name}">\n<Type> Neumann </Type>\n<Time_dependence> Unsteady </Time_dependence>\n'
-        text += f"<Temporal_values_file_path> {PRESSURE} </Temporal_values_file_path>\n"
+        text += f"<Temporal_values_file_path> {_ramp(name, options)} </Temporal_values_file_path>\n"
         text += "<Ramp_function> true </Ramp_function>\n"
         text += f"<Follower_pressure_load> {follows} </Follower_pressure_load>\n</Add_BC>\n"
     if (folder / PERICARDIUM).exists():

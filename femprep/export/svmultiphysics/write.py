@@ -32,7 +32,8 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     tag), and names of regions as field data; ``mesh-surfaces/<tag>.vtp`` the facets of each tag with the same numbers;
     ``fibersLong.vtu`` and ``fibersSheet.vtu`` the cell array ``FIB_DIR``. ``caps/<cavity>.vtp`` closes a cavity for the
     coupling with a model of the circulation (``Chamber_cap_surface``); ``pericardium.vtp`` is the epicardium with the
-    stiffness of its springs. With a step there are ``inflation.xml``, to be run in the folder, and ``inflation.dat``.
+    stiffness of its springs. With a step there are ``inflation.xml``, to be run in the folder, and ``inflation.dat``,
+    or ``inflation_<cavity>.dat`` where pressures differ by cavity.
     """
     origin = origin_of(mesh, options)
     scaled = replace(mesh, points=(mesh.points - origin) * UNITS[options.length_unit].per_mm)
