@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,9 @@ from meshes import truncated_ellipsoid, with_fibres
 
 from femprep.cli import main
 from femprep.cli._configuration import read_options
+from femprep.errors import OptionError
 from femprep.export import write_mesh
+from femprep.model import FACET_TAGS
 
 
 @pytest.fixture
@@ -66,6 +69,10 @@ def test_convert_takes_every_material(mesh: Path, material: str, line: str) -> N
         (["--material", "steel"], "option --material is 'steel'"),
         (["--material", "neo-hookean"], "--material is of the step, and none is written; add --step inflation"),
         (["--pericardium", "0"], "option --pericardium is 0.0"),
+        (["--step", "inflation", "--pressure", "high"], "--pressure 'high' is not a number of kPa"),
+        (["--step", "inflation", "--pressure", "1", "--pressure", "2"], "--pressure '1' is not"),
+        (["--step", "inflation", "--pressure", "lv=1", "--pressure", "lv=2"], "--pressure lv is given twice"),
+        (["--step", "inflation", "--pressure", "rv=1"], "'rv'; the cavities of this mesh are lv"),
     ],
 )
 def test_wrong_option_of_a_deck_is_one_line(
@@ -90,3 +97,43 @@ def test_mesh_passes_unit_and_step_on(monkeypatch: pytest.MonkeyPatch, tmp_path:
     assert main(["mesh", "a.nii", "-o", str(tmp_path / "o"), "--length-unit", "cm", "--step", "inflation"]) == 0
     assert seen["options"] == read_options(None, export__length_unit="cm", export__step="inflation")
     assert (seen["options"].export.length_unit, seen["options"].export.step) == ("cm", "inflation")
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("two.inp", ["endo_lv, P, 0.0015\n", "endo_rv, P, 0.0005\n"]),
+        ("two.feb", ['surface="endo_lv">\n<pressure lc="1">0.0015<', 'surface="endo_rv">\n<pressure lc="1">0.0005<']),
+        ("svmultiphysics/inflation_lv.dat", ["1.0 0.0015\n"]),
+        ("svmultiphysics/inflation_rv.dat", ["1.0 0.0005\n"]),
+        ("svmultiphysics/inflation.xml", ["> inflation_lv.dat <", "> inflation_rv.dat <"]),
+    ],
+)
+def test_every_deck_has_the_pressure_of_each_ventricle(tmp_path: Path, name: str, words: list[str]) -> None:
+    wall = truncated_ellipsoid("tetra")
+    endo = np.flatnonzero(wall.facet_tag == FACET_TAGS["endo"])
+    tag = np.array(wall.facet_tag)
+    tag[endo] = np.where(np.arange(len(endo)) % 2, FACET_TAGS["endo_lv"], FACET_TAGS["endo_rv"])
+    write_mesh(replace(wall, facet_tag=tag), tmp_path / "two.vtu")
+    folder = name.partition("/")[0]
+    out = ["--format", folder] if folder == "svmultiphysics" else []
+    pressures = ["--pressure", "lv=1.5", "--pressure", "rv=0.5"]
+    command = ["convert", str(tmp_path / "two.vtu"), str(tmp_path / folder), *out, "--step", "inflation", *pressures]
+    assert main(command) == 0
+    text = (tmp_path / name).read_text()
+    assert all(word in text for word in words)
+
+
+def test_options_of_a_step_that_is_not_there_are_refused_by_mesh(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["mesh", "heart.nii.gz", "-o", str(tmp_path / "out"), "--preset", "acdc", "--pressure", "lv=1"]) == 2
+    assert "--solve ccx or --step inflation" in capsys.readouterr().err
+
+
+def test_pressures_of_a_configuration(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text("[export.pressure]\nlv = 1.5\nrv = 0.5\n")
+    assert read_options(tmp_path / "a.toml").export.pressure == {"lv": 1.5, "rv": 0.5}
+    (tmp_path / "b.toml").write_text('[export]\npressure = "high"\n')
+    with pytest.raises(OptionError, match=r"export\.pressure' is 'high'"):
+        read_options(tmp_path / "b.toml")
