@@ -87,7 +87,7 @@ class SolutionRecord(Record):
             return None
         turned = f", {self.inverted_elements} element(s) are inside out" if self.inverted_elements else ""
         return (
-            f"the solution of the inflation by {self.load} is doubtful: 1 % of the wall is strained by more than "
+            f"the inflation by {self.load} was solved, but 1 % of the wall is strained by more than "
             f"{self.strain:.2g}{turned}, and the {self.material} material is valid up to about {self.strain_limit:g}; "
             f"{self._remedy}"
         )
