@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -12,16 +13,19 @@ import pyvista as pv
 from meshes import mixed, truncated_ellipsoid, with_fibres
 from solver_tools import pressure_loads, require_program
 
+from femprep.cli import main
 from femprep.errors import InputError, MissingDependencyError, OptionError
 from femprep.export import write_mesh
 from femprep.export.abaqus import calculix
 from femprep.export.abaqus.calculix import inflate
 from femprep.export.abaqus.loads import pressure_loads as own_loads
 from femprep.export.deck.names import facet_nodes
+from femprep.image import write_segmentation
 from femprep.mesh.elements import ELEMENTS
 from femprep.model import FACET_TAGS, VolumeMesh
 from femprep.model.blocks import chosen_rows
 from femprep.options import ExportOptions, Options
+from femprep.phantoms import lv_ellipsoid
 from femprep.preflight import check_options
 
 KINDS = [*ELEMENTS, "mixed"]
@@ -205,3 +209,29 @@ def test_mesh_without_a_base_is_refused_before_any_meshing(monkeypatch: pytest.M
     monkeypatch.setattr(shutil, "which", lambda name: "/usr/bin/ccx")
     with pytest.raises(OptionError, match="needs facets tagged base and endo"):
         check_options(Options(anatomy="whole-heart", solve="ccx"))
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize(("pressure", "status"), [(0.5, "solved"), (4.0, "doubtful")])
+def test_folder_of_a_run_shows_the_solution(
+    pressure: float, status: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    require_program("ccx")
+    write_segmentation(lv_ellipsoid().segmentation(spacing=(2.0, 2.0, 8.0)), tmp_path / "heart.nii.gz")
+    command = ["mesh", str(tmp_path / "heart.nii.gz"), "--preset", "acdc", "-o", str(tmp_path / "out")]
+    deck = ["--solve", "ccx", "--pressure", f"lv={pressure}"]
+    # Neither status fails the run: the mesh is good.
+    assert main([*command, "--mesher", "sweep", "--edge-length", "7", "--vertices", "300", *deck]) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    record = json.loads((tmp_path / "out" / "run.json").read_text())
+    solution = record["solution"]
+    assert solution["status"] == status
+    assert f"linear: {status}" in shown
+    assert [cavity["pressure_kpa"] for cavity in solution["cavities"]] == [pressure]
+    assert solution["cavities"][0]["inflated_ml"] > solution["cavities"][0]["rest_ml"] > 50
+    assert "solution.vtu" in record["files"]
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert 'id="solution"' in page
+    assert (solution["reason"] in record["notices"]) == (status == "doubtful")
+    # At the top of the page and beside the cavities.
+    assert page.count('<span class="light amber"></span> ') == (2 if status == "doubtful" else 0)

@@ -34,23 +34,19 @@ class SolutionRecord(Record):
 
     solver: Literal["ccx"] = Field("ccx", description="The program.")
     material: Literal["linear", "neo-hookean", "orthotropic"] = Field(description="Material of the step.")
-    converged: bool = Field(
-        False, description="Whether it reached the whole pressure, with displacements that are finite."
-    )
+    converged: bool = Field(False, description="Whether it reached the whole pressure, with finite displacements.")
     message: str = Field("", description="What it said last where it did not.")
     cavities: tuple[InflatedCavity, ...] = Field(description="Every cavity, with its pressure and volumes.")
     greatest_displacement_mm: float | None = Field(None, description="Of any node, mm.")
     strain: float | None = Field(
-        None,
-        description="Largest principal strain (stretch less 1) by its size: 99 % of the wall's volume stays below it.",
+        None, description="Principal strain (stretch less 1) of 99 % of the wall: at most this."
     )
-    greatest_strain: float | None = Field(None, description="The same of any element.")
+    greatest_strain: float | None = Field(None, description="The largest principal strain of any element, by its size.")
     strain_limit: float = Field(description="Strain up to which the law of the material is valid.")
     inverted_elements: int | None = Field(None, description="Elements that the displacement turns inside out.")
     reaction_n: tuple[float, float, float] | None = Field(None, description="What the held base bears in all, N.")
     reaction_misfit: float | None = Field(
-        None,
-        description="How far the reaction is from minus the pressure's load on free nodes, as a share of the load.",
+        None, description="How far the reaction is from minus the load on free nodes, as a share of the load."
     )
     misfit_limit: float = Field(MISFIT_LIMIT, description="What it may be at most.")
 
