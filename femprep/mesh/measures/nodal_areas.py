@@ -72,21 +72,26 @@ def _crossed(corner: FloatArray, slope: FloatArray) -> FloatArray:
 @cache
 def _rule(kind: str) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Weights of a quadrature of degree 5, shape functions and their slopes at its points, slopes at the nodes."""
-    powers = np.array(_POWERS[kind])
-    nodes = _nodes(kind)
-    coefficients: FloatArray = np.asarray(np.linalg.inv(monomials(powers, nodes)), dtype=np.float64)
     one, along = np.polynomial.legendre.leggauss(3)
     x, y = (grid.ravel() for grid in np.meshgrid(one, one, indexing="ij"))
     weight = np.outer(along, along).ravel()
     if FACET_CORNERS[kind] == 3:  # the square laid onto the triangle, an edge of it onto a corner
         x, y, weight = (1 + x) / 2, (1 + y) / 2 * (1 - x) / 2, weight * (1 - x) / 8
     places = np.column_stack([x, y])
-    return (
-        weight,
-        monomials(powers, places) @ coefficients,
-        _slopes(powers, places, coefficients),
-        _slopes(powers, nodes, coefficients),
-    )
+    return weight, *facet_shapes(kind, places), facet_shapes(kind, _nodes(kind))[1]
+
+
+def facet_shapes(kind: str, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Shape functions of a facet type at places ``(q, 2)`` of the reference facet, and their slopes.
+
+    Returns
+    -------
+    values : (q, n) array
+    slopes : (q, n, 2) array
+    """
+    powers = np.array(_POWERS[kind])
+    coefficients: FloatArray = np.asarray(np.linalg.inv(monomials(powers, _nodes(kind))), dtype=np.float64)
+    return monomials(powers, places) @ coefficients, _slopes(powers, places, coefficients)
 
 
 def _nodes(kind: str) -> FloatArray:
