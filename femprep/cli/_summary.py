@@ -38,11 +38,12 @@ def _print_solution(console: Console, record: Any) -> None:
     """Status and cavities of an inflation; the reason is among the failures or the notices."""
     if record is not None:
         colour = {"solved": "green", "doubtful": "yellow", "failed": "red"}[record.status]
-        moved, strain = _number(record.greatest_displacement_mm), _number(record.strain, 2)
-        console.print(
-            f"inflation by CalculiX, {record.material}: [{colour}]{record.status}[/{colour}]; greatest displacement "
-            f"{moved} mm, strain of 99 % of the wall below {strain} (valid up to {record.strain_limit:g})"
-        )
+        console.print(f"inflation by CalculiX, {record.material}: [{colour}]{record.status}[/{colour}]")
+        if record.converged:
+            console.print(
+                f"greatest displacement {record.greatest_displacement_mm:.3g} mm, strain of 99 % of the wall below "
+                f"{record.strain:.2g} (valid up to {record.strain_limit:g})"
+            )
         rows = [(c.name, *(_number(x, 4) for x in (c.pressure_kpa, c.rest_ml, c.inflated_ml))) for c in record.cavities]
         print_table(console, "Cavities", ("", "pressure, kPa", "before, mL", "inflated, mL"), rows)
 
