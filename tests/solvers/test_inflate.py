@@ -102,7 +102,7 @@ def test_pressure_beyond_what_a_neo_hookean_wall_holds_fails_with_how_far_it_cam
     assert solution.status == "failed"
     assert inflated is None
     assert solution.cavities[0].inflated_ml is None
-    reached = float(solution.message.split("up to ")[1].split(" %")[0])
+    reached = float(solution.message.split("it came to ")[1].split(" %")[0])
     assert 10 < reached < 100
     lower, _ = inflate(mesh, ExportOptions(material="neo-hookean", pressure=0.9 * 8.0 * reached / 100))
     assert lower.converged

@@ -155,7 +155,7 @@ def _run(program: str, folder: Path) -> str | None:
     ended = f"exit status {status}" + (f", {' '.join(errors[0].split())[:200]}" if errors else "")
     if not done:
         return ended
-    return f"it converged up to {100 * done[-1]:.0f} % of it ({ended}); lower --pressure below that, or raise --young-modulus"
+    return f"it came to {100 * done[-1]:.0f} % of it ({ended}); lower --pressure below that, or raise --young-modulus"
 
 
 def _solution(
