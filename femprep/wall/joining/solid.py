@@ -8,6 +8,7 @@ would cross those of rims and put vertices on them. manifold3d keeps the origin 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,8 +23,6 @@ from femprep.model.products import product
 from femprep.wall.clipping.clip import rim_loops
 from femprep.wall.clipping.clipped_surface import ClippedSurface
 
-#: Widest cut beside a cavity, and how far the outline of a cut may be simplified, mm.
-_WIDEST, _COARSE = 20.0, 0.2
 #: A vertex of the result is one of the clipped surfaces' where it lies this near to it, mm.
 _SAME = 1e-6
 
@@ -247,69 +246,30 @@ def _subtract(
     return Wall(points, triangles, numbers[source], template, wall.planes, wall.info)
 
 
-def cut_down(
-    wall: Wall,
-    plane: Plane,
-    height: float,
-    *,
-    around: Sequence[FloatArray],
-    outer: Sequence[FloatArray],
-    body: Sequence[FloatArray],
-    cavity: Sequence[FloatArray],
-    step: float,
-    keep: float,
-    beyond: float,
-) -> Wall:
-    """Take away what lies beyond a plane around one cavity, and leave the body beside it.
+def cut_down(wall: Wall, plane: Plane, points: FloatArray, triangles: IntArray, floor: int) -> Wall:
+    """Subtract a closed solid that stands on a plane.
 
     Parameters
     ----------
     wall : Wall
     plane : Plane
-    height : float
-        How far beyond the plane the cut reaches, mm.
-    around, outer, body, cavity : sequence of (k, 2) arrays
-        Outlines in the plane, in the frame of :func:`plane_frame`, mm: of the cavity that is cut down, of the wall, of
-        the body that stays, and of the cavity within it.
-    step : float
-        How far the cut reaches into the body, mm.
-    keep : float
-        What stays of the body around its own cavity at the least, mm.
-    beyond : float
-        How far the cut reaches beyond the wall, mm.
+    points, triangles : (n, 3) arrays
+        The solid, wound outward.
+    floor : int
+        Row at which its triangles in the plane begin, which are the last ones.
 
     Returns
     -------
     Wall
-        The cut's facets in the plane are tagged ``base_rv``, its sides ``epi``.
+        Facets that the cut makes in the plane are tagged ``base_rv``, the others ``epi``.
+
+    Raises
+    ------
+    StageError
+        The boolean operation failed.
     """
-    import manifold3d
-
-    def area(rings: Sequence[FloatArray]) -> Any:
-        return manifold3d.CrossSection([np.ascontiguousarray(r) for r in rings], manifold3d.FillRule.NonZero)
-
-    right, stays = area(around), area(body)
-    free, width = area(outer) - stays.offset(beyond), 1.0
-    while width < _WIDEST and (free - right.offset(width)).area() > 1.0:
-        width += 1.0
-    cut = right.offset(width + beyond) - stays.offset(-step) - area(cavity).offset(keep + step)
-    cut = max(cut.simplify(_COARSE).decompose(), key=lambda piece: (piece ^ right).area())
-    frame = plane_frame(plane)
-    rings = [np.asarray(ring) for ring in cut.to_polygons()]
-    flat = np.concatenate(rings)
-    loops = np.split(np.arange(len(flat)), np.cumsum([len(ring) for ring in rings])[:-1])
-    low = plane.point + product(flat, frame[:2])
-    floor = triangulate_rings(flat, loops)
-    sides = [
-        np.where(part >= len(loop), part - len(loop) + loop[0] + len(flat), part + loop[0])
-        for loop in loops
-        for part in [_sides(len(loop))]
-    ]
-    triangles = np.concatenate([*sides, floor + len(flat), floor[:, ::-1]])
-    points = np.concatenate([low, low + height * plane.normal])
-    starts = {"epi": 0, "base_rv": len(triangles) - len(floor)}
-    made = _subtract(wall, [(points, triangles, starts)], frame, plane.point)
+    made = _subtract(wall, [(points, triangles, {"epi": 0, "base_rv": floor})], plane_frame(plane), plane.point)
     at = np.unique(made.triangles[made.facet_tag == FACET_TAGS["base_rv"]])
     exact = made.points.copy()
     exact[at] = plane.feet(exact[at])
-    return Wall(exact, made.triangles, made.facet_tag, made.template, made.planes, made.info)
+    return replace(made, points=exact)
