@@ -155,12 +155,13 @@ def lay_out(seg: Segmentation, options: Options, stages: Stages) -> Layout:
                 named = {opening.name for opening in openings}
                 openings += [opening for opening in find_openings(seg) if opening.name not in named]
             check_openings(seg, openings)
-    right_base = None
     with stages("objects"):
-        if options.anatomy == "biv":
-            seg, right_base = separate_bases(seg, wall)
+        right, right_base = separate_bases(seg, wall) if options.anatomy == "biv" else (seg, None)
         parts = structures_of(seg, options.anatomy)
-        objects = {name: seg.object(*own, name=name, options=options.image) for name, own in parts.items()}
+        objects = {
+            name: (right if own[0] == "rv" else seg).object(*own, name=name, options=options.image)
+            for name, own in parts.items()
+        }
     if whole:
         return Layout(objects, openings=openings)
     with stages("planes"):

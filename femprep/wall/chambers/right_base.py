@@ -16,7 +16,7 @@ from femprep.wall.joining.solid import cut_down, plane_frame
 _STEP: Final = 1.5
 #: From so far beyond the right cavity on, round the left ventricle, the cut leaves the tissue at 45 degrees; where it
 #: ends there, and how far it reaches over the other base, mm.
-_LEAVES, _ROUND, _OVER = 4.0, 16.0, 5.0
+_LEAVES, _ROUND, _OVER = 6.0, 20.0, 5.0
 #: Edges of the cut, mm.
 _EDGE: Final = 2.5
 
@@ -43,7 +43,7 @@ def cut_right_base(wall: Wall, plane: Plane, body: Surface, thickness: float) ->
     body : Surface
         Closed outer surface of the left ventricle, cavity and myocardium.
     thickness : float
-        What stays of the left ventricle's wall at the least, mm.
+        Least thickness of the wall, mm; half of it stays of the left ventricle's in any case.
 
     Returns
     -------
@@ -53,10 +53,12 @@ def cut_right_base(wall: Wall, plane: Plane, body: Surface, thickness: float) ->
     height = float(plane.signed_distance(wall.planes["base"].point[None])[0])
     points, triangles, floor = _cutter(wall, plane, body, height, thickness)
     cut = cut_down(wall, plane, points, triangles, floor)
+    # Where the right ventricle reaches round the left one, some of its surface may stay beyond its base.
+    away = plane.signed_distance(cut.points)[cut.triangles].max(axis=1)
+    tag = np.where((cut.facet_tag == FACET_TAGS["endo_rv"]) & (away > 1e-3), FACET_TAGS["epi"], cut.facet_tag)
     planes = {**wall.planes, "base_rv": plane}
-    return replace(
-        cut, planes=planes, info={**wall.info, "planes": {name: own.record() for name, own in planes.items()}}
-    )
+    info = {**wall.info, "planes": {name: own.record() for name, own in planes.items()}}
+    return replace(cut, facet_tag=tag, planes=planes, info=info)
 
 
 def _cutter(
@@ -104,7 +106,7 @@ def _cutter(
         [
             np.maximum(
                 radii(outlines(body.triangles, body.points, level)) - _STEP,
-                radii(outlines(facets("endo_lv"), wall.points, level)) + thickness,
+                radii(outlines(facets("endo_lv"), wall.points, level)) + 0.5 * thickness,
             )
             + away
             for level in inside

@@ -107,9 +107,9 @@ def separate_bases(seg: Segmentation, options: WallOptions) -> tuple[Segmentatio
 
     Returns
     -------
-    seg : Segmentation
-        Labels to fit surfaces to. The last slice in which the right ventricle is open is repeated on unlabelled voxels
-        up to the left ventricle's base, so that its surface passes through its own base at a steep angle.
+    right : Segmentation
+        Labels to fit the right ventricle to: its last open slice is repeated on unlabelled voxels up to two slices
+        beyond the left ventricle's base, so that its surface passes through both bases at a steep angle.
     plane : Plane or None
         None where the right ventricle reaches the left one's base, a base is given, or the labels are no short-axis
         stack.
@@ -125,19 +125,24 @@ def separate_bases(seg: Segmentation, options: WallOptions) -> tuple[Segmentatio
     number = (_walled(seg, right, stack, opened) or opened or [start])[0]
     if number == start:
         return seg, None
-    labels = np.moveaxis(seg.labels.copy(), stack.axis, 0)
+    room = 2
+    padding = [(room, room) if axis == stack.axis else (0, 0) for axis in range(3)]
+    padded = np.pad(seg.labels, padding)
+    labels = np.moveaxis(padded, stack.axis, 0)
     own = [label for name in ("rv", "rv_wall") for label in seg.structures.get(name, ())]
-    named = [label for labels_ in seg.structures.values() for label in labels_]
-    for k in range(number + stack.basal, start + 2 * stack.basal, stack.basal):
-        if 0 <= k < len(labels):
-            free = np.isin(labels[number], own) & ~np.isin(labels[k], named)
-            labels[k][free] = labels[number][free]
+    named = [label for group in seg.structures.values() for label in group]
+    last = labels[number + room]
+    for k in range(number + stack.basal, start + (room + 1) * stack.basal, stack.basal):
+        free = np.isin(last, own) & ~np.isin(labels[k + room], named)
+        labels[k + room][free] = last[free]
+    i, j, k = (-low for low, _ in padding)
+    grid = seg.grid.window((i, j, k), padded.shape)
     words = "the base of the right ventricle lies {amount} nearer to the apex than the left one's, where its labels end"
     notice = Notice.of("assumed", words, amount=abs(start - number) * float(seg.grid.spacing[stack.axis]), unit="mm")
     plane = slice_plane(
         seg, stack, number, stack.basal, options.base_offset, f"labels: {centre(stack, number)}", (notice,)
     )
-    return replace(seg, labels=np.moveaxis(labels, 0, stack.axis)), plane
+    return replace(seg, labels=padded, grid=grid), plane
 
 
 def _opened(right: BoolArray, slices: range, spacing: FloatArray, stack: Stack) -> list[int]:
