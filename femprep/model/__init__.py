@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from femprep.model.arrays import BoolArray, FloatArray, IntArray, TagArray, frozen, readonly
 from femprep.model.notice import Notice, noted, records
-from femprep.model.plane import Plane
+from femprep.model.plane import Plane, cutting
 from femprep.model.progress import Progress
 from femprep.model.purkinje import PurkinjeNet
 from femprep.model.surface import SphereMap, Surface, split_quads
@@ -36,6 +36,7 @@ __all__ = [
     "TagArray",
     "VolumeMesh",
     "Wall",
+    "cutting",
     "endo_tags",
     "endocardium",
     "frozen",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -105,3 +106,9 @@ class Plane:
         [[1.0, 2.0, 5.0]]
         """
         return np.asarray(points - self.signed_distance(points)[..., None] * self.normal)
+
+
+def cutting(facets: str, planes: Mapping[str, Plane]) -> dict[str, Plane]:
+    """The planes that cut the surface of some facets: a right ventricle with a base of its own is cut by that one."""
+    other = "base" if facets == "endo_rv" else "base_rv"
+    return {name: plane for name, plane in planes.items() if "base_rv" not in planes or name != other}

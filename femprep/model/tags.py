@@ -43,6 +43,7 @@ FACET_TAGS: Final[Mapping[str, int]] = MappingProxyType(
         "epi": 102,
         "base": 103,
         "apex": 104,
+        "base_rv": 105,
         "endo_lv": 111,
         "endo_rv": 112,
         "endo_la": 113,

@@ -8,7 +8,7 @@ import numpy as np
 
 from femprep.image import LabelObject, Segmentation
 from femprep.mesh.measures.volume_elements import all_volumes
-from femprep.model import FloatArray, Plane, VolumeMesh, Wall, is_blood
+from femprep.model import FloatArray, Plane, VolumeMesh, Wall, cutting, is_blood
 from femprep.report.manifest import VolumeRecord
 from femprep.report.volumes import cavity_volume, labelled_volume, volume_below, voxel_extent
 from femprep.wall.own import OUTER, OwnSurfaces, facets_of
@@ -38,22 +38,23 @@ def volumes_beside_labels(
     -------
     list of VolumeRecord
     """
-    cut = list(planes.values())
     found = []
     for facets in mesh.facet_names:
         if facets.startswith("endo"):
             name = facets.removeprefix("endo").removeprefix("_")
-            labelled = labelled_volume(seg, name or "lv", cut)
+            labelled = labelled_volume(seg, name or "lv", cutting(facets, planes).values())
             found.append(beside_voxels(f"{name} cavity".strip(), cavity_volume(mesh, facets), labelled))
     end = _end(objects, planes)
     walls, beyond = _regions(mesh, None), {} if end is None else _regions(mesh, end)
     tissue, extra = (sum(table.get(part, 0.0) for part in ("lv", "septum")) for table in (walls, beyond))
     left = "wall" if set(walls) == {"lv"} else "lv wall and septum"
-    found.append(beside_voxels(left, tissue, labelled_volume(seg, "myo", cut), extra))
+    found.append(beside_voxels(left, tissue, labelled_volume(seg, "myo", cutting("epi", planes).values()), extra))
     others = [name for name in walls if name not in ("lv", "septum")]
-    return [
-        *found,
-        *(beside_voxels(f"{name} wall", walls[name], labelled_volume(seg, f"{name}_wall", cut)) for name in others),
+    return found + [
+        beside_voxels(
+            f"{name} wall", walls[name], labelled_volume(seg, f"{name}_wall", cutting(f"endo_{name}", planes).values())
+        )
+        for name in others
     ]
 
 

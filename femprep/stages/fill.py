@@ -15,6 +15,7 @@ from femprep.volume import tetrahedralize
 from femprep.volume.ventricles import label_chambers, label_ventricles
 from femprep.wall import build_wall, fill_cavities, open_wall
 from femprep.wall.anatomies import WallSurfaces
+from femprep.wall.chambers.right_base import cut_right_base
 from femprep.wall.joining.build import apex_info
 
 _log = logging.getLogger(__name__)
@@ -55,6 +56,8 @@ def _tetwild(fitted: WallSurfaces, options: Options, stages: Stages) -> tuple[Wa
         )
         wall = replace(wall, info={**wall.info, "repaired": [*fitted.repaired, *wall.info["repaired"]]})
         wall = open_wall(wall, fitted.openings) if fitted.openings else wall
+        if fitted.right_base is not None and fitted.body is not None:
+            wall = cut_right_base(wall, fitted.right_base, fitted.body, options.wall.minimum_thickness)
     with stages("volume") as report:
         blood = fill_cavities(wall) if options.blood_pool else None
         mesh = tetrahedralize(wall, options=options.volume, progress=report, blood=blood, limits=options.limits)

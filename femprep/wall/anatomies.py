@@ -35,6 +35,7 @@ from femprep.wall import (
 )
 from femprep.wall.assumed import assumed_wall, closed_openings, filled_groove, unused_structures
 from femprep.wall.outlines import Outline
+from femprep.wall.planes.common_base import separate_bases
 
 logger = logging.getLogger(__name__)
 
@@ -64,6 +65,8 @@ class Layout:
     objects : mapping of str to LabelObject
         What surfaces are fitted to, in this order.
     base, apex : Plane, optional
+    right_base : Plane, optional
+        Base of the right ventricle, where it is another one.
     openings : list of Opening
         To be cut into the wall.
     """
@@ -71,6 +74,7 @@ class Layout:
     objects: Mapping[str, LabelObject]
     base: Plane | None = None
     apex: Plane | None = None
+    right_base: Plane | None = None
     openings: list[Opening] = field(default_factory=list)
 
 
@@ -85,7 +89,7 @@ class WallSurfaces:
     endo : mapping of str to Surface
         Endocardium of each cavity.
     epi : Surface
-    base, apex : Plane, optional
+    base, apex, right_base : Plane, optional
     body : Surface, optional
         Outer surface of the left ventricle alone, where the epicardium is another one.
     openings : list of Opening
@@ -103,6 +107,7 @@ class WallSurfaces:
     epi: Surface
     base: Plane | None = None
     apex: Plane | None = None
+    right_base: Plane | None = None
     body: Surface | None = None
     openings: list[Opening] = field(default_factory=list)
     repaired: list[dict[str, Any]] = field(default_factory=list)
@@ -114,6 +119,12 @@ class WallSurfaces:
         """All surfaces by the name of their file."""
         found = {**self.endo, "epi": self.epi, **({} if self.body is None else {"lv_epi": self.body})}
         return {name: replace(surface, name=name) for name, surface in found.items()}
+
+    @property
+    def planes(self) -> dict[str, Plane]:
+        """The planes that cut the wall, by the name of their facets."""
+        own = {"base": self.base, "apex": self.apex, "base_rv": self.right_base}
+        return {name: plane for name, plane in own.items() if plane is not None}
 
     @property
     def by_facets(self) -> dict[str, Surface]:
@@ -145,14 +156,18 @@ def lay_out(seg: Segmentation, options: Options, stages: Stages) -> Layout:
                 openings += [opening for opening in find_openings(seg) if opening.name not in named]
             check_openings(seg, openings)
     with stages("objects"):
+        right, right_base = separate_bases(seg, wall) if options.anatomy == "biv" else (seg, None)
         parts = structures_of(seg, options.anatomy)
-        objects = {name: seg.object(*own, name=name, options=options.image) for name, own in parts.items()}
+        objects = {
+            name: (right if own[0] == "rv" else seg).object(*own, name=name, options=options.image)
+            for name, own in parts.items()
+        }
     if whole:
         return Layout(objects, openings=openings)
     with stages("planes"):
-        base = (find_base if options.anatomy == "lv" else find_common_base)(seg, options=wall)
+        base = (find_base if options.anatomy == "lv" or right_base else find_common_base)(seg, options=wall)
         apex = find_apex(seg, options=wall) if wall.apex == "clipped" else None
-    return Layout(objects, base, apex)
+    return Layout(objects, base, apex, right_base)
 
 
 def structures_of(seg: Segmentation, anatomy: str) -> dict[str, tuple[str, ...]]:
@@ -215,6 +230,7 @@ def both_ventricles(seg: Segmentation, layout: Layout, options: Options, stages:
         epi,
         base,
         apex,
+        layout.right_base,
         fitted["lv_epi"],
         repaired=repaired,
         outlines=outlines,

@@ -85,7 +85,7 @@ class WallFields:
         self.lv = self.facet_nodes("endo", "endo_lv")
         self.rv = self.facet_nodes("endo_rv")
         self.epi = self.facet_nodes("epi")
-        self.base = self.facet_nodes(*BASE_FACETS)
+        self.base = self.facet_nodes(*BASE_FACETS, "base_rv")
         self.has_apex_plane = bool(np.any(mesh.facet_tag == tags["apex"]))
         self._solved: dict[str, LevelSolution] = {}
         if self.biventricular and not self.axes.insertions and not self._is_coarser:

@@ -175,8 +175,7 @@ def _reached(seg: Segmentation, options: Options) -> float | None:
 
 def _of_surfaces(fitted: WallSurfaces, seg: Segmentation) -> Fidelity:
     """How far the surfaces that a wall is built from lie from what its facets ought to follow, within its planes."""
-    planes = [plane for plane in (fitted.base, fitted.apex) if plane is not None]
-    return surface_fidelity(fitted.by_facets, fitted.outlines, seg.grid, planes)
+    return surface_fidelity(fitted.by_facets, fitted.outlines, seg.grid, fitted.planes)
 
 
 def _greatest(records: Iterable[FidelityRecord]) -> float:

@@ -18,7 +18,7 @@ from femprep.image.boundary import boundary_points
 from femprep.image.long_axis import is_stack
 from femprep.mesh.plane_sections import plane_sections
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.model import BoolArray, FloatArray, IntArray, Plane, Surface, VolumeMesh
+from femprep.model import BoolArray, FloatArray, IntArray, Plane, Surface, VolumeMesh, cutting
 from femprep.model.facets import facet_triangles
 from femprep.model.notice import spot
 from femprep.model.shared_records.label_fidelity import FidelityRecord, SliceFidelity
@@ -82,7 +82,7 @@ def mesh_fidelity(mesh: VolumeMesh, outlines: Iterable[Outline], grid: Grid, lim
     -------
     Fidelity
     """
-    planes, names = list(mesh.planes.values()), mesh.facet_names
+    names = mesh.facet_names
     followed = (
         replace(one, openings=tuple(opening for opening in one.openings if is_cut(opening, mesh)))
         for one in outlines
@@ -90,14 +90,14 @@ def mesh_fidelity(mesh: VolumeMesh, outlines: Iterable[Outline], grid: Grid, lim
     )
     return _gather(
         ((one.facets, mesh.points, facet_triangles(mesh, one.facets), one) for one in followed),
-        planes,
+        mesh.planes,
         grid,
         limit,
     )
 
 
 def surface_fidelity(
-    surfaces: Mapping[str, Surface], outlines: Iterable[Outline], grid: Grid, planes: Sequence[Plane] = ()
+    surfaces: Mapping[str, Surface], outlines: Iterable[Outline], grid: Grid, planes: Mapping[str, Plane] | None = None
 ) -> Fidelity:
     """Measure closed surfaces against the outlines of what they ought to follow.
 
@@ -108,15 +108,15 @@ def surface_fidelity(
     outlines : iterable of Outline
     grid : Grid
         Of the label map, whose slices are counted.
-    planes : sequence of Plane
-        Outlines beyond them do not count.
+    planes : mapping of str to Plane, optional
+        By facet name. Outlines beyond them do not count.
 
     Returns
     -------
     Fidelity
     """
     jobs = ((one.facets, surfaces[one.facets], one) for one in outlines)
-    return _gather(((name, found.points, found.triangles, one) for name, found, one in jobs), planes, grid, None)
+    return _gather(((name, found.points, found.triangles, one) for name, found, one in jobs), planes or {}, grid, None)
 
 
 def judge_fidelity(records: Iterable[FidelityRecord], options: CheckOptions) -> Verdicts:
@@ -156,13 +156,16 @@ def with_fidelity(report: QualityReport, found: Fidelity, help_: Iterable[str] =
 
 
 def _gather(
-    jobs: Iterable[tuple[str, FloatArray, IntArray, Outline]], planes: Sequence[Plane], grid: Grid, limit: float | None
+    jobs: Iterable[tuple[str, FloatArray, IntArray, Outline]],
+    planes: Mapping[str, Plane],
+    grid: Grid,
+    limit: float | None,
 ) -> Fidelity:
     records: list[FidelityRecord] = []
     off: dict[str, FloatArray] = {}
     for name, points, triangles, outline in jobs:
         pixel = outline.obj.grid.pixel
-        slices = _slices(points, triangles, outline, planes, grid)
+        slices = _slices(points, triangles, outline, list(cutting(outline.facets, planes).values()), grid)
         if not slices:
             continue
         records.append(_record(name, outline.obj.name, pixel, slices))

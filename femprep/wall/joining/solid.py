@@ -8,6 +8,7 @@ would cross those of rims and put vertices on them. manifold3d keeps the origin 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -184,38 +185,91 @@ def drill(wall: Wall, holes: Sequence[tuple[str, FloatArray]]) -> Wall:
     StageError
         The boolean operation failed.
     """
+    cutters = []
+    for name, corners in holes:
+        count = corners.shape[1]
+        fan = np.stack([np.zeros(count - 2, np.int64), np.arange(2, count), np.arange(1, count - 1)], axis=1)
+        triangles = np.concatenate([_sides(count), fan, fan[:, ::-1] + count])
+        cutters.append((corners.reshape(-1, 3), triangles, {name: 0}))
+    return _subtract(wall, cutters, np.eye(3), wall.points.mean(axis=0))
+
+
+def _sides(count: int) -> IntArray:
+    """Triangles of the sides of a prism whose ends have so many corners each."""
+    low, high = np.arange(count), count + np.arange(count)
+    one, two = np.roll(low, -1), np.roll(high, -1)
+    return np.concatenate([np.stack([low, one, two], axis=1), np.stack([low, two, high], axis=1)])
+
+
+def _subtract(
+    wall: Wall,
+    cutters: Sequence[tuple[FloatArray, IntArray, Mapping[str, int]]],
+    rotation: FloatArray,
+    origin: FloatArray,
+) -> Wall:
+    """Subtract closed solids from a wall.
+
+    Each has points ``(n, 3)`` in world coordinates, triangles, and by the name of their facets the row at which its
+    triangles begin. The boolean operation runs in a frame with these rows as axes about an origin.
+    """
     import manifold3d
 
-    origin = wall.points.mean(axis=0)
     order = np.argsort(wall.facet_tag, kind="stable")
     tags, start = np.unique(wall.facet_tag[order], return_index=True)
-    first = manifold3d.Manifold.reserve_ids(len(tags) + len(holes))
+    names = [name for _, _, starts in cutters for name in starts]
+    first = manifold3d.Manifold.reserve_ids(len(tags) + len(names))
 
     def solid(points: FloatArray, triangles: IntArray, starts: list[int], ids: list[int]) -> Any:
-        made = _solid(points - origin, triangles, starts, ids)
+        made = _solid(product(points - origin, rotation.T), triangles, starts, ids)
         if made.status() != manifold3d.Error.NoError or made.volume() <= 0:
-            raise StageError(f"the wall or a hole in it is no solid: {made.status().name}, {made.volume():.4g} mm3")
+            raise StageError(f"the wall or a cut into it is no solid: {made.status().name}, {made.volume():.4g} mm3")
         return made
 
     solids = [solid(wall.points, wall.triangles[order], start.tolist(), [first + k for k in range(len(tags))])]
-    numbers = tags.tolist()
-    for k, (name, corners) in enumerate(holes, len(tags)):
-        count = corners.shape[1]
-        low, high = np.arange(count), count + np.arange(count)
-        one, two = np.roll(low, -1), np.roll(high, -1)
-        sides = [np.stack([low, one, two], axis=1), np.stack([low, two, high], axis=1)]
-        fan = np.stack([np.zeros(count - 2, np.int64), np.arange(2, count), np.arange(1, count - 1)], axis=1)
-        triangles = np.concatenate([*sides, fan, fan[:, ::-1] + count])
-        solids.append(solid(corners.reshape(-1, 3), triangles, [0], [first + k]))
-        numbers.append(FACET_TAGS[name])
+    number = len(tags)
+    for points, triangles, starts in cutters:
+        solids.append(solid(points, triangles, list(starts.values()), [first + number + k for k in range(len(starts))]))
+        number += len(starts)
     opened = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Subtract)
     if opened.status() != manifold3d.Error.NoError:
-        raise StageError(f"cutting the openings failed: {opened.status().name}")
+        raise StageError(f"cutting the wall open failed: {opened.status().name}")
+    # Of what the cut separates the wall itself stays.
+    opened = max(opened.decompose(), key=lambda piece: piece.volume())
     mesh = opened.to_mesh64()
-    points = np.asarray(mesh.vert_properties)[:, :3] + origin
+    points = product(np.asarray(mesh.vert_properties)[:, :3], rotation) + origin
     runs = np.diff(np.asarray(mesh.run_index, dtype=np.int64) // 3)
     source = np.repeat(np.asarray(mesh.run_original_id, dtype=np.int64), runs) - first
     away, nearest = (np.asarray(found) for found in cKDTree(wall.points).query(points))
     template = np.where(away < _SAME, wall.template[nearest], -1)
     triangles = np.asarray(mesh.tri_verts, dtype=np.int64)
-    return Wall(points, triangles, np.asarray(numbers, dtype=np.int32)[source], template, wall.planes, wall.info)
+    numbers = np.array([*tags.tolist(), *(FACET_TAGS[name] for name in names)], dtype=np.int32)
+    return Wall(points, triangles, numbers[source], template, wall.planes, wall.info)
+
+
+def cut_down(wall: Wall, plane: Plane, points: FloatArray, triangles: IntArray, floor: int) -> Wall:
+    """Subtract a closed solid that stands on a plane.
+
+    Parameters
+    ----------
+    wall : Wall
+    plane : Plane
+    points, triangles : (n, 3) arrays
+        The solid, wound outward.
+    floor : int
+        Row at which its triangles in the plane begin, which are the last ones.
+
+    Returns
+    -------
+    Wall
+        Facets that the cut makes in the plane are tagged ``base_rv``, the others ``epi``.
+
+    Raises
+    ------
+    StageError
+        The boolean operation failed.
+    """
+    made = _subtract(wall, [(points, triangles, {"epi": 0, "base_rv": floor})], plane_frame(plane), plane.point)
+    at = np.unique(made.triangles[made.facet_tag == FACET_TAGS["base_rv"]])
+    exact = made.points.copy()
+    exact[at] = plane.feet(exact[at])
+    return replace(made, points=exact)

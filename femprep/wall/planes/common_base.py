@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt, label
 
 from femprep.errors import InputError
-from femprep.model import BoolArray, FloatArray, Plane
+from femprep.model import BoolArray, FloatArray, Notice, Plane
 from femprep.options import WallOptions, choose, takes
 from femprep.wall.planes.base_slice import base_moved, base_notices, base_slice
 from femprep.wall.planes.landmarks import centre, given_base, slice_plane
@@ -37,7 +38,8 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     It is the base plane of the left ventricle (:func:`~femprep.wall.find_base`) where the right ventricle reaches it.
     Where the labels of the right ventricle end earlier, widen from there so fast that they end in a lid, or fall into
     pieces (inflow and outflow), the plane moves towards the apex, slice by slice, to the first one in which both
-    cavities are open; ``source`` says so. Where its wall is labelled, that has to close around it as well, if it does
+    cavities are open; ``source`` says so. (A run gives each ventricle its own base instead.)
+    Where its wall is labelled, that has to close around it as well, if it does
     in any of these slices: beside the tricuspid valve its cavity opens into the atrium. A right ventricle that reaches
     further than the plane is cut there.
 
@@ -92,6 +94,55 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     source = f"labels: {view.words or centre(stack, slice_)}{note}{inward_note(inward)}"
     offset = chosen.base_offset + inward
     return slice_plane(seg, stack, slice_, stack.basal, offset, source, notices + round_off_notices(inward))
+
+
+def separate_bases(seg: Segmentation, options: WallOptions) -> tuple[Segmentation, Plane | None]:
+    """Base plane of the right ventricle where its labels end nearer to the apex than the left ventricle's base.
+
+    Parameters
+    ----------
+    seg : Segmentation
+        Label map with the structures ``lv``, ``myo`` and ``rv``.
+    options : WallOptions
+
+    Returns
+    -------
+    right : Segmentation
+        Labels to fit the right ventricle to: its last open slice is repeated on unlabelled voxels up to two slices
+        beyond the left ventricle's base, so that its surface passes through both bases at a steep angle.
+    plane : Plane or None
+        None where the right ventricle reaches the left one's base, a base is given, or the labels are no short-axis
+        stack.
+    """
+    if options.base is not None or look_across(seg, options.basal_end).seg is not seg:
+        return seg, None
+    stack = read_stack(seg, basal_end=options.basal_end, what="the base")
+    start = base_slice(seg, stack).number
+    right = np.moveaxis(seg.mask("rv"), stack.axis, 0)
+    first, last = stack.ring
+    below = range(start, start - max((last - first + 1) // 2, 1) * stack.basal, -stack.basal)
+    opened = _opened(right, below, seg.grid.spacing, stack)
+    number = (_walled(seg, right, stack, opened) or opened or [start])[0]
+    if number == start:
+        return seg, None
+    room = 2
+    padding = [(room, room) if axis == stack.axis else (0, 0) for axis in range(3)]
+    padded = np.pad(seg.labels, padding)
+    labels = np.moveaxis(padded, stack.axis, 0)
+    own = [label for name in ("rv", "rv_wall") for label in seg.structures.get(name, ())]
+    named = [label for group in seg.structures.values() for label in group]
+    last = labels[number + room]
+    for k in range(number + stack.basal, start + (room + 1) * stack.basal, stack.basal):
+        free = np.isin(last, own) & ~np.isin(labels[k + room], named)
+        labels[k + room][free] = last[free]
+    i, j, k = (-low for low, _ in padding)
+    grid = seg.grid.window((i, j, k), padded.shape)
+    words = "the base of the right ventricle lies {amount} nearer to the apex than the left one's, where its labels end"
+    notice = Notice.of("assumed", words, amount=abs(start - number) * float(seg.grid.spacing[stack.axis]), unit="mm")
+    plane = slice_plane(
+        seg, stack, number, stack.basal, options.base_offset, f"labels: {centre(stack, number)}", (notice,)
+    )
+    return replace(seg, labels=padded, grid=grid), plane
 
 
 def _opened(right: BoolArray, slices: range, spacing: FloatArray, stack: Stack) -> list[int]:
