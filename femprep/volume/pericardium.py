@@ -21,7 +21,7 @@ def with_springs(mesh: VolumeMesh, stiffness: FloatArray) -> VolumeMesh:
     on = np.zeros(len(mesh.points), dtype=bool)
     on[nodes_of(facets)] = True
     ring = np.zeros(len(mesh.points), dtype=np.int32)
-    ring[nodes_of(chosen_rows(mesh.facets, mesh.facet_tag == FACET_TAGS["base"]))] = 1
+    ring[nodes_of(chosen_rows(mesh.facets, np.isin(mesh.facet_tag, [FACET_TAGS["base"], FACET_TAGS["base_rv"]])))] = 1
     ring[~on] = 0
     return mesh.with_data(
         point={

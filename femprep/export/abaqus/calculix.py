@@ -20,13 +20,13 @@ from femprep.errors import DiskFullError, MissingDependencyError
 from femprep.export.abaqus.loads import pressure_loads
 from femprep.export.abaqus.write import write
 from femprep.export.content import content_of
-from femprep.export.deck.names import facet_names, facet_nodes
+from femprep.export.deck.names import facet_names, facet_nodes, held
 from femprep.export.deck.springs import pericardial_springs
 from femprep.export.inflation import cavity_of, pressures, require
 from femprep.export.vtu.strain import principal_strains
 from femprep.mesh.measures.volume_elements import all_volumes, element_measures
 from femprep.mesh.topology import enclosed_volume
-from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
+from femprep.model import FloatArray, VolumeMesh
 from femprep.model.blocks import chosen_rows
 from femprep.model.facets import facet_triangles
 from femprep.model.shared_records.solution import (
@@ -163,7 +163,7 @@ def _solution(
 ) -> tuple[SolutionRecord, VolumeMesh | None]:
     """The record and the fields of a finished run, from its tables."""
     try:
-        reaction, displacement, fields = _read(dat)
+        reaction, displacement, fields = _read(dat, len(held(facet_names(mesh))))
         moved = mesh.points + displacement
         if len(fields["stress"]) != mesh.n_cells or not np.isfinite(moved).all():
             raise ValueError
@@ -172,7 +172,7 @@ def _solution(
         return record.model_copy(update={"message": said}), None
     load = _load(moved if options.material == "neo-hookean" else mesh.points, mesh, options)
     springs = pericardial_springs(mesh, options)
-    held = np.zeros(3) if springs is None else springs.forces(displacement).sum(axis=0)
+    sprung = np.zeros(3) if springs is None else springs.forces(displacement).sum(axis=0)
     largest, volume = principal_strains(mesh, displacement), all_volumes(mesh.points, mesh.cells)
     order = np.argsort(largest)
     highest = np.searchsorted(np.cumsum(volume[order]), (1 - _HIGHEST) * volume.sum())
@@ -185,20 +185,20 @@ def _solution(
         "greatest_strain": float(largest.max()),
         "inverted_elements": int(np.sum(np.concatenate(least) <= 0)),
         "reaction_n": tuple(reaction.tolist()),
-        "reaction_misfit": float(np.linalg.norm(reaction + held + load)) / max(float(np.linalg.norm(load)), 1e-300),
+        "reaction_misfit": float(np.linalg.norm(reaction + sprung + load)) / max(float(np.linalg.norm(load)), 1e-300),
     }
     fields["principal_strain"] = largest
     return record.model_copy(update=found), mesh.with_data(point={"displacement": displacement}, cell=fields)
 
 
-def _read(dat: Path) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]]:
-    """Total reaction ``(3,)``, N, displacements ``(n, 3)``, mm, strain and stress ``(n_cells, 9)``, kPa, of the end."""
+def _read(dat: Path, supports: int) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]]:
+    """Reaction of all supports, N, displacements ``(n, 3)``, mm, strain and stress ``(n_cells, 9)``, kPa, at the end."""
     text = dat.read_text(encoding="ascii", errors="replace")
-    force = re.findall(rf"total force[^\n]*time  0\.1000000E\+01\n\s*{_NUMBER * 3}", text)[-1]
+    forces = re.findall(rf"total force[^\n]*time  0\.1000000E\+01\n\s*{_NUMBER * 3}", text)[-supports:]
     parts = re.split(r"^ (displacements|strains|stresses) .*$", text, flags=re.MULTILINE)
     blocks = {name: np.loadtxt(part.splitlines()) for name, part in dict(zip(parts[1::2], parts[2::2])).items()}
     means = {"strain": _means(blocks["strains"]), "stress": _means(blocks["stresses"]) / _MPA_PER_KPA}
-    return np.array(force, dtype=float), blocks["displacements"][:, 1:], means
+    return np.array(forces, dtype=float).sum(axis=0), blocks["displacements"][:, 1:], means
 
 
 def _means(table: FloatArray) -> FloatArray:
@@ -215,7 +215,8 @@ def _load(points: FloatArray, mesh: VolumeMesh, options: ExportOptions) -> Float
     for name, pressure in pressures(names, options).items():
         pressed = chosen_rows(mesh.facets, mesh.facet_tag == names[name])
         forces = pressure_loads(points, pressed, pressure * _MPA_PER_KPA)
-        forces[facet_nodes(mesh, FACET_TAGS["base"])] = 0.0  # these go straight into the support
+        for base in held(names):  # these go straight into the support
+            forces[facet_nodes(mesh, names[base])] = 0.0
         load += forces.sum(axis=0)
     return load
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from femprep.export.deck.fibres import directions
 from femprep.export.deck.material import orthotropic, shear_and_bulk
-from femprep.export.deck.names import facet_names
+from femprep.export.deck.names import facet_names, held
 from femprep.export.deck.text import lines
 from femprep.export.deck.units import UNITS, Units
 from femprep.export.inflation import pressures
@@ -42,7 +42,8 @@ def step(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     oriented = f", ORIENTATION={ORIENTATION}" if options.material == "orthotropic" else ""
     yield "*MATERIAL, NAME=myocardium\n" + _material(options, units)
     yield f"*SOLID SECTION, ELSET=EALL, MATERIAL=myocardium{oriented}\n"
-    yield "*BOUNDARY\nbase, 1, 3\n"
+    supports = held(facet_names(mesh))
+    yield "*BOUNDARY\n" + "".join(f"{name}, 1, 3\n" for name in supports)
     # Increments of a tenth where large deformations need them, and at least one of a thousandth.
     yield (
         "*STEP, NLGEOM=YES, INC=1000\n*STATIC\n0.1, 1., 0.001, 0.1\n"
@@ -53,7 +54,8 @@ def step(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     for name, pressure in pressures(facet_names(mesh), options).items():
         yield f"{name}, P, {pressure * units.per_kpa:.12g}\n"
     # Reactions and displacements as a table (.dat) and, for pictures, as fields (.frd).
-    yield "*NODE PRINT, NSET=base, TOTALS=ONLY\nRF\n*NODE PRINT, NSET=NALL\nU\n"
+    yield "".join(f"*NODE PRINT, NSET={name}, TOTALS=ONLY\nRF\n" for name in supports)
+    yield "*NODE PRINT, NSET=NALL\nU\n"
     yield "*NODE FILE\nU, RF\n*END STEP\n"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -148,3 +148,9 @@ def facet_nodes(mesh: VolumeMesh, tag: int, *, corners: bool = False) -> IntArra
 def region_nodes(mesh: VolumeMesh, tag: int) -> IntArray:
     """Numbers of the points of all elements of a region, ascending."""
     return nodes_of(chosen_rows(mesh.cells, mesh.region == tag))
+
+
+def held(names: Iterable[str]) -> list[str]:
+    """Facets that a step holds: the base, and that of the right ventricle where it has its own."""
+    own = set(names)
+    return [name for name in ("base", "base_rv") if name in own]

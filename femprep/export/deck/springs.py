@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.export.deck.names import facet_names, facet_nodes
+from femprep.export.deck.names import facet_names, facet_nodes, held
 from femprep.export.deck.units import UNITS
 from femprep.model import FloatArray, IntArray, VolumeMesh
 from femprep.options import ExportOptions
@@ -48,8 +48,8 @@ def pericardial_springs(mesh: VolumeMesh, options: ExportOptions) -> Springs | N
         return None
     stiffness, area, normal = (np.asarray(mesh.point_data[name], dtype=np.float64) for name in NEEDED)
     free = stiffness * area > 0
-    if "base" in facet_names(mesh):
-        free[facet_nodes(mesh, facet_names(mesh)["base"])] = False
+    for name in held(facet_names(mesh)):
+        free[facet_nodes(mesh, facet_names(mesh)[name])] = False
     node = np.flatnonzero(free)
     per_length = per_millimetre(options)
     scale = per_length * UNITS[options.length_unit].per_mm ** 2

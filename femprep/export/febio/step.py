@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.export.deck.names import facet_names
+from femprep.export.deck.names import facet_names, held
 from femprep.export.deck.springs import has_pericardium, per_millimetre
 from femprep.export.deck.units import UNITS
 from femprep.export.inflation import pressures
@@ -92,13 +92,14 @@ def inflation(mesh: VolumeMesh, options: ExportOptions) -> str:
             for surface, name in _SIDES.items()
         )
     # Prescribed to be zero, not fixed: FEBio gives reactions of the former alone.
-    held = "".join(
-        f'<bc name="base_{axis}" type="prescribed displacement" node_set="base">\n<dof>{axis}</dof>\n<value>0</value>\n'
-        "<relative>0</relative>\n</bc>\n"
+    supports = "".join(
+        f'<bc name="{name}_{axis}" type="prescribed displacement" node_set="{name}">\n<dof>{axis}</dof>\n'
+        "<value>0</value>\n<relative>0</relative>\n</bc>\n"
+        for name in held(facet_names(mesh))
         for axis in "xyz"
     )
     return (
-        f"<Boundary>\n{held}</Boundary>\n<Loads>\n{loads}</Loads>\n"
+        f"<Boundary>\n{supports}</Boundary>\n<Loads>\n{loads}</Loads>\n"
         '<LoadData>\n<load_controller id="1" type="loadcurve">\n<interpolate>LINEAR</interpolate>\n'
         "<extend>CONSTANT</extend>\n<points>\n<pt>0,0</pt>\n<pt>1,1</pt>\n</points>\n</load_controller>\n</LoadData>\n"
     )

@@ -13,7 +13,7 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.export.content import Content
-from femprep.export.deck.names import facet_names
+from femprep.export.deck.names import facet_names, held
 from femprep.export.deck.units import UNITS
 from femprep.export.inflation import cavity_of, pressures
 from femprep.export.inflation import require as require_step
@@ -110,7 +110,8 @@ def _document(mesh: VolumeMesh, folder: Path, options: ExportOptions) -> str:
     text += "<Tolerance> 1e-9 </Tolerance>\n<Density> 0.0 </Density>\n"
     text += f"<Elasticity_modulus> {options.young_modulus * units.per_kpa:.12g} </Elasticity_modulus>\n"
     text += f"<Poisson_ratio> {options.poisson_ratio:.12g} </Poisson_ratio>\n{material}{_SOLVER}"
-    text += '<Add_BC name="base">\n<Type> Dirichlet </Type>\n<Value> 0.0 </Value>\n</Add_BC>\n'
+    for name in held(names):
+        text += f'<Add_BC name="{name}">\n<Type> Dirichlet </Type>\n<Value> 0.0 </Value>\n</Add_BC>\n'
     follows = "true" if equation == "struct" else "false"
     for name in pressures(names, options):
         text += f'<Add_BC name="{name}">\n<Type> Neumann </Type>\n<Time_dependence> Unsteady </Time_dependence>\n'
