@@ -12,9 +12,10 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
-from typing import Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
-import psutil
+if TYPE_CHECKING:
+    import psutil
 
 #: Seconds between two looks.
 PULSE: Final = 0.2
@@ -56,6 +57,8 @@ class Watch:
         self._thread.join()
 
     def _look(self) -> None:
+        import psutil
+
         own = psutil.Process()
         while True:
             used = memory(own)
@@ -76,6 +79,8 @@ class Watch:
 
 def memory(process: psutil.Process) -> float:
     """Memory that a process and its children hold, bytes."""
+    import psutil
+
     total = 0.0
     with suppress(psutil.Error):
         total = float(process.memory_info().rss)
@@ -87,6 +92,8 @@ def memory(process: psutil.Process) -> float:
 
 def end_family(pid: int, *, itself: bool = True) -> None:
     """Kill the children of a process, and theirs, and the process itself first, so that it starts no others."""
+    import psutil
+
     with suppress(psutil.Error):
         process = psutil.Process(pid)
         children = process.children(recursive=True)

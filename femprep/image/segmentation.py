@@ -18,11 +18,12 @@ from femprep.image.object import LabelObject, make_object, rotation
 from femprep.image.slices import SliceTable, slice_table
 from femprep.model import BoolArray, FloatArray
 from femprep.model.arrays import integers, mapping
+from femprep.model.immutable import Immutable
 from femprep.options import ImageOptions, choose, takes
 
 
 @dataclass(frozen=True, eq=False)
-class Segmentation:
+class Segmentation(Immutable):
     """A label map with its place in the world and the names of its structures.
 
     Attributes

@@ -9,10 +9,11 @@ import numpy as np
 from femprep.errors import InputError, StageError
 from femprep.model import FloatArray, IntArray, readonly
 from femprep.model.functions import sine_cosine
+from femprep.model.immutable import Immutable
 
 
 @dataclass(frozen=True, eq=False)
-class Template:
+class Template(Immutable):
     """A meshed unit sphere.
 
     Attributes

@@ -23,6 +23,7 @@ from scipy.special import stdtrit
 from femprep.errors import InputError, quoted
 from femprep.model import FloatArray, Notice, readonly
 from femprep.model.arrays import mapping
+from femprep.model.immutable import Immutable
 from femprep.model.products import unit_vectors
 
 #: Facets that close the ventricles at the base.
@@ -35,7 +36,7 @@ _LEAST_DRIFT: Final = 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class VentricularAxes:
+class VentricularAxes(Immutable):
     """Axes and landmarks of the left ventricle.
 
     Attributes

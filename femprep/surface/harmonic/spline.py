@@ -14,6 +14,7 @@ from numba import prange
 from femprep.mesh.compiled import compiled
 from femprep.model import FloatArray, readonly
 from femprep.model.functions import LOG_TWO, LOGARITHM
+from femprep.model.immutable import Immutable
 
 
 @compiled(part=True)
@@ -73,7 +74,7 @@ def _values(directions: Any, knots: Any, degree: int, scale: float, mean: float,
 
 
 @dataclass(frozen=True, eq=False)
-class Basis:
+class Basis(Immutable):
     """A constant and one bump psi about each control point: what Eq. 8 combines.
 
     Attributes
@@ -127,7 +128,7 @@ class Basis:
 
 
 @dataclass(frozen=True, eq=False)
-class Spline:
+class Spline(Immutable):
     """A function on the unit sphere, Eq. 8.
 
     Attributes

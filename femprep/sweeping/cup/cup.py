@@ -13,6 +13,7 @@ import numpy as np
 from femprep.errors import OptionError
 from femprep.model import FloatArray, IntArray, readonly
 from femprep.model.functions import arctan2, sine_cosine
+from femprep.model.immutable import Immutable
 
 #: Triangles around the apex of a triangle cup. A hemisphere of equilateral triangles has five corners of valence five
 #: around its pole, as half an icosahedron.
@@ -23,7 +24,7 @@ _NONE = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
-class Cup:
+class Cup(Immutable):
     """A meshed disk, or a ring where the apex is clipped.
 
     Attributes
