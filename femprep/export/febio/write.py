@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from femprep.export.deck.fibres import directions, segments
+from femprep.export.deck.fields import UserField, user_fields
 from femprep.export.deck.material import orthotropic, shear_and_bulk
 from femprep.export.deck.names import facet_names, facet_nodes, region_names
 from femprep.export.deck.springs import RING, has_pericardium, ring_nodes
@@ -49,7 +50,8 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
 
     A part (``Elements`` and domain) is named by its region, with the element type where a region has several.
     Element numbers follow the parts. ``NodeSet`` and ``Surface`` carry the facet tag's name, ``ElementSet`` those of
-    regions and AHA segments; fibre and sheet are the material axes of every element. The material is that of the
+    regions and AHA segments; fibre and sheet are the material axes of every element, fields of the user's are maps of
+    their name. The material is that of the
     options, so that FEBio reads the file with and without the inflation step.
     """
     with (folder / f"{stem}.feb").open("w", encoding="utf-8", newline="\n") as file:
@@ -79,9 +81,9 @@ def _document(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
 
 
 def _mesh_data(mesh: VolumeMesh, parts: list[_Part], options: ExportOptions) -> Iterator[str]:
-    """Material axes, and the stiffness of the pericardium."""
-    found = directions(mesh)
-    if found is None and not has_pericardium(mesh):
+    """Material axes, the stiffness of the pericardium, and fields of the user's."""
+    found, fields = directions(mesh), user_fields(mesh)
+    if found is None and not has_pericardium(mesh) and not fields:
         return
     yield "<MeshData>\n"
     for part in parts if found else ():
@@ -91,7 +93,25 @@ def _mesh_data(mesh: VolumeMesh, parts: list[_Part], options: ExportOptions) -> 
         yield "</ElementData>\n"
     if has_pericardium(mesh):
         yield from stiffness(mesh, options)
+    for field in fields.cells:
+        for part in parts:  # FEBio joins those of one name
+            yield from _data(
+                "ElementData", f'elem_set="{part.name}"', "e", field._replace(values=field.values[part.row])
+            )
+    for field in fields.points:
+        yield from _data("NodeData", 'node_set="all"', "node", field)
     yield "</MeshData>\n"
+
+
+def _data(section: str, place: str, tag: str, field: UserField) -> Iterator[str]:
+    """A field over some elements or nodes: a vector as such, others by their components."""
+    columns = [(field.name, field.values)] if field.values.shape[1] == 3 else field.columns()
+    for name, values in columns:
+        kind = "vec3" if values.ndim == 2 else "scalar"
+        yield f'<{section} {place} name="{name}" data_type="{kind}">\n'
+        rows = enumerate(values.reshape(len(values), -1).tolist(), start=1)
+        yield "".join(f'<{tag} lid="{i}">{",".join(map(repr, row))}</{tag}>\n' for i, row in rows)
+        yield f"</{section}>\n"
 
 
 def _parts(mesh: VolumeMesh) -> list[_Part]:

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from femprep.export.deck.fibres import directions
+from femprep.export.deck.fields import UserField, user_fields
 from femprep.export.deck.names import facet_names, region_names
 from femprep.export.deck.split import linear
 from femprep.export.deck.text import lines
@@ -35,7 +36,8 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
 
     References are the tags; comments name them. Elements are linear: of quadratic ones the corners are written. The
     first ``.sol`` holds for each element the fibre and, where there is one, the sheet; the second its AHA segment,
-    because an element has but one reference.
+    because an element has but one reference. Fields of the user's are ``stem.cell_<name>.sol`` and
+    ``stem.point_<name>.sol``.
     """
     mesh = linear(mesh, "Medit")
     with (folder / f"{stem}.mesh").open("w", encoding="utf-8", newline="\n") as file:
@@ -48,6 +50,18 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     if "aha" in mesh.cell_data:
         with (folder / f"{stem}.aha.sol").open("w", encoding="ascii", newline="\n") as file:
             file.writelines(_solution(mesh, (np.asarray(mesh.cell_data["aha"]),)))
+    fields = user_fields(mesh)
+    for field in fields.cells:
+        with (folder / f"{stem}.cell_{field.name}.sol").open("w", encoding="ascii", newline="\n") as file:
+            file.writelines(_solution(mesh, _kinds(field)))
+    for field in fields.points:
+        with (folder / f"{stem}.point_{field.name}.sol").open("w", encoding="ascii", newline="\n") as file:
+            file.writelines(_solution(mesh, _kinds(field), points=True))
+
+
+def _kinds(field: UserField) -> tuple[np.ndarray, ...]:
+    """A vector as such, others by their components: Medit knows but scalars, vectors and symmetric tensors."""
+    return (field.values,) if field.values.shape[1] == 3 else tuple(values for _, values in field.columns())
 
 
 def _mesh(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
@@ -64,11 +78,14 @@ def _mesh(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield "\nEnd\n"
 
 
-def _solution(mesh: VolumeMesh, fields: tuple[np.ndarray, ...]) -> Iterator[str]:
+def _solution(mesh: VolumeMesh, fields: tuple[np.ndarray, ...], *, points: bool = False) -> Iterator[str]:
     # Number of fields, and of each its kind: 1 is a scalar, 2 a vector.
     kinds = f"{len(fields)} {' '.join(str(values.ndim) for values in fields)}"
     yield "MeshVersionFormatted 2\n\nDimension 3\n"
-    for kind, block, own in block_rows(mesh.cells):
-        yield f"\nSolAt{MEDIT_SECTIONS[kind]}\n{len(block)}\n{kinds}\n"
+    blocks = (
+        [("Vertices", slice(None))] if points else [(MEDIT_SECTIONS[k], own) for k, _, own in block_rows(mesh.cells)]
+    )
+    for section, own in blocks:
+        yield f"\nSolAt{section}\n{len(fields[0][own])}\n{kinds}\n"
         yield from lines(*(values[own] for values in fields), separator=" ", width=None)
     yield "\nEnd\n"

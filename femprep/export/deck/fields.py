@@ -1,0 +1,77 @@
+"""A mesh in, the fields that its user gave its elements and points out: numbers under names that files can hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from femprep.export.deck.names import label
+from femprep.model import TISSUES, VolumeMesh
+
+#: Data that femprep makes itself: a format holds them in its own way (fibres as orientations), or not at all.
+_OWN: Final = frozenset(
+    {
+        *("fiber", "sheet", "normal", "aha", "layer", "parent", "wall_region", "atrial_bundle", "template"),
+        *("transmural", "apicobasal", "transventricular", "rotational", "rotational_cos", "rotational_sin"),
+        *("pericardium", "pericardium_area", "pericardium_normal", "basal_ring"),
+        *("thickness", "activation", "displacement"),
+        *(f"{name}_share" for name in TISSUES),
+    }
+)
+
+
+class UserField(NamedTuple):
+    """A field of the user's.
+
+    Attributes
+    ----------
+    own : str
+        Its name in the mesh.
+    name : str
+        Its name in files: letters, digits and ``_``, different from those of all others.
+    values : (n, k) array
+        Of each element or point.
+    """
+
+    own: str
+    name: str
+    values: npt.NDArray[Any]
+
+    def columns(self) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+        """Its components, each with its name: that of the field, with a number from 1 where there are several."""
+        for i, column in enumerate(self.values.T, start=1):
+            yield (self.name if self.values.shape[1] == 1 else f"{self.name}_{i}"), column
+
+
+class UserFields(NamedTuple):
+    """The fields of elements and of points."""
+
+    cells: list[UserField]
+    points: list[UserField]
+
+    def __bool__(self) -> bool:
+        return bool(self.cells or self.points)
+
+
+def user_fields(mesh: VolumeMesh) -> UserFields:
+    """Fields of a mesh that femprep did not make and whose values are all finite: decks hold no others."""
+    taken: set[str] = set()
+    return UserFields(_fields(mesh.cell_data, "cells", taken), _fields(mesh.point_data, "points", taken))
+
+
+def _fields(data: Mapping[str, Any], kind: str, taken: set[str]) -> list[UserField]:
+    found = []
+    for own, values in data.items():
+        if own in _OWN or not len(values) or not np.isfinite(values).all():
+            continue
+        name = label(own, len(found) + 1)
+        while name.lower() in taken:
+            name += f"_{kind}"
+        taken.add(name.lower())
+        array = np.asarray(values)
+        array = array.astype(np.uint8) if array.dtype == bool else array
+        found.append(UserField(own, name, array.reshape(len(array), -1)))
+    return found

@@ -1,0 +1,42 @@
+"""VTK polygons or lines in, a file of the kind that its ending names out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+from femprep.errors import OptionError
+from femprep.export.vtk.xml import save
+
+#: Formats of triangles, which hold no data.
+_TRIANGLES: Final = (".stl", ".ply", ".obj", ".off")
+#: Data that number points and elements, or place them on a template: nobody misses them in a file of triangles.
+_NUMBERING: Final = frozenset({"direction", "template", "GlobalNodeID", "GlobalElementID"})
+
+
+def require_ending(path: Path, *, lines: bool = False) -> None:
+    """Refuse an ending of a path that polygons, or lines, are not written under.
+
+    Raises
+    ------
+    OptionError
+    """
+    endings = (".vtp", *(() if lines else _TRIANGLES))
+    if path.suffix.lower() not in endings:
+        raise OptionError(f"{str(path)!r}: unknown ending {path.suffix!r}; expected one of {', '.join(endings)}")
+
+
+def save_polydata(data: Any, path: Path) -> list[str]:
+    """Write polygons or lines; return the names of the data that the file does not hold."""
+    ending = path.suffix.lower()
+    if ending == ".vtp":
+        save(data, path)
+        return []
+    import pyvista
+    import trimesh
+
+    shown = pyvista.wrap(data)
+    cut = shown.triangulate()
+    content = trimesh.Trimesh(cut.points, cut.regular_faces, process=False).export(file_type=ending[1:])
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return [name for name in (*shown.cell_data.keys(), *shown.point_data.keys()) if name not in _NUMBERING]
