@@ -12,10 +12,9 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
-from typing import TYPE_CHECKING, Final, Self
+from typing import Final, Self
 
-if TYPE_CHECKING:
-    import psutil
+import psutil
 
 #: Seconds between two looks.
 PULSE: Final = 0.2
@@ -57,8 +56,6 @@ class Watch:
         self._thread.join()
 
     def _look(self) -> None:
-        import psutil
-
         own = psutil.Process()
         while True:
             used = memory(own)
@@ -79,8 +76,6 @@ class Watch:
 
 def memory(process: psutil.Process) -> float:
     """Memory that a process and its children hold, bytes."""
-    import psutil
-
     total = 0.0
     with suppress(psutil.Error):
         total = float(process.memory_info().rss)
@@ -92,8 +87,6 @@ def memory(process: psutil.Process) -> float:
 
 def end_family(pid: int, *, itself: bool = True) -> None:
     """Kill the children of a process, and theirs, and the process itself first, so that it starts no others."""
-    import psutil
-
     with suppress(psutil.Error):
         process = psutil.Process(pid)
         children = process.children(recursive=True)

@@ -14,7 +14,7 @@ from femprep.export.files import whole_files
 from femprep.export.losses import losses
 from femprep.export.table import FORMATS, require_formats
 from femprep.export.target import Target, require_file, target_of
-from femprep.export.vtk.surface_files import require_ending, save_polydata
+from femprep.export.vtk.surface_files import save_polydata
 from femprep.model import Surface, VolumeMesh, Wall
 from femprep.options import ExportOptions, choose, takes
 
@@ -181,7 +181,7 @@ def write_purkinje(mesh: VolumeMesh, path: str | Path) -> Path:
 
     if mesh.purkinje is None:
         raise InputError("the mesh has no Purkinje fibres to write; add them (add_purkinje, or --purkinje)")
-    return _save(purkinje_polydata(mesh.purkinje), path, lines=True)
+    return _save(purkinje_polydata(mesh.purkinje), path)
 
 
 def write_wall(wall: Wall, path: str | Path) -> Path:
@@ -228,10 +228,9 @@ def write_surface(surface: Surface, path: str | Path) -> Path:
     return _save(surface_polydata(surface), path)
 
 
-def _save(polygons: Any, path: str | Path, *, lines: bool = False) -> Path:
+def _save(polygons: Any, path: str | Path) -> Path:
     path = Path(path)
     require_file(path)
-    require_ending(path, lines=lines)
     path = path.absolute()
     with whole_files(path.parent) as (partial, _):
         left_out = save_polydata(polygons, partial / path.name)

@@ -11,8 +11,7 @@ import numpy as np
 
 from femprep.image.grid import Grid
 from femprep.image.object import LabelObject
-from femprep.model import FloatArray, IntArray, readonly
-from femprep.model.immutable import Immutable
+from femprep.model import FloatArray, Immutable, IntArray, readonly
 
 
 @dataclass(frozen=True, eq=False)

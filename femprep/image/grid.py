@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError, quoted
-from femprep.model import FloatArray, readonly
+from femprep.model import FloatArray, Immutable, readonly
 from femprep.model.arrays import integers
-from femprep.model.immutable import Immutable
 from femprep.model.products import inverse, product
 
 _Value = TypeVar("_Value", bound=np.generic)

@@ -16,9 +16,8 @@ from femprep.image.canonical_storage import moments
 from femprep.image.grid import Grid, require_grid
 from femprep.image.object import LabelObject, make_object, rotation
 from femprep.image.slices import SliceTable, slice_table
-from femprep.model import BoolArray, FloatArray
+from femprep.model import BoolArray, FloatArray, Immutable
 from femprep.model.arrays import integers, mapping
-from femprep.model.immutable import Immutable
 from femprep.options import ImageOptions, choose, takes
 
 

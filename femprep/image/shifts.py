@@ -16,8 +16,7 @@ import numpy as np
 
 from femprep.image.mixed import find_jumps
 from femprep.image.segmentation import Segmentation
-from femprep.model import FloatArray, IntArray, Notice, readonly, records
-from femprep.model.immutable import Immutable
+from femprep.model import FloatArray, Immutable, IntArray, Notice, readonly, records
 
 _log = logging.getLogger(__name__)
 

@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.image.grid import Grid
-from femprep.model import BoolArray, FloatArray, IntArray, readonly
-from femprep.model.immutable import Immutable
+from femprep.model import BoolArray, FloatArray, Immutable, IntArray, readonly
 from femprep.model.products import inner, length, product
 
 

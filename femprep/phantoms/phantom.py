@@ -13,8 +13,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.image import Grid, Segmentation
-from femprep.model import BoolArray, FloatArray, Plane, readonly
-from femprep.model.immutable import Immutable
+from femprep.model import BoolArray, FloatArray, Immutable, Plane, readonly
 from femprep.phantoms.rasterise import rasterise, stack_grid
 from femprep.phantoms.solids import EllipsoidBody, Solid
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from femprep.errors import InputError, StageError
-from femprep.model import FloatArray, IntArray, readonly
+from femprep.model import FloatArray, Immutable, IntArray, readonly
 from femprep.model.functions import sine_cosine
-from femprep.model.immutable import Immutable
 
 
 @dataclass(frozen=True, eq=False)

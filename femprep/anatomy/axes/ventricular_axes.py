@@ -21,9 +21,8 @@ import numpy.typing as npt
 from scipy.special import stdtrit
 
 from femprep.errors import InputError, quoted
-from femprep.model import FloatArray, Notice, readonly
+from femprep.model import FloatArray, Immutable, Notice, readonly
 from femprep.model.arrays import mapping
-from femprep.model.immutable import Immutable
 from femprep.model.products import unit_vectors
 
 #: Facets that close the ventricles at the base.

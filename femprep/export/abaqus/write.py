@@ -43,8 +43,8 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     Fields of the user's are in ``stem.fields.inp``, which Abaqus reads where a deck includes it.
     """
     fields = user_fields(mesh)
-    beside = f"{stem}.fields.inp" if fields else ""
-    for name, parts in ((f"{stem}.inp", _parts(mesh, options, beside)), (beside, initial_fields(fields))):
+    beside = f"{stem}.fields.inp" if any(fields) else ""
+    for name, parts in ((f"{stem}.inp", _parts(mesh, options, beside)), (beside, initial_fields(*fields))):
         if name:
             with (folder / name).open("w", encoding="ascii", errors="replace", newline="\n") as file:
                 file.writelines(parts)

@@ -46,32 +46,21 @@ class UserField(NamedTuple):
             yield (self.name if self.values.shape[1] == 1 else f"{self.name}_{i}"), column
 
 
-class UserFields(NamedTuple):
-    """The fields of elements and of points."""
-
-    cells: list[UserField]
-    points: list[UserField]
-
-    def __bool__(self) -> bool:
-        return bool(self.cells or self.points)
-
-
-def user_fields(mesh: VolumeMesh) -> UserFields:
-    """Fields of a mesh that femprep did not make and whose values are all finite: decks hold no others."""
+def user_fields(mesh: VolumeMesh) -> tuple[list[UserField], list[UserField]]:
+    """Fields of elements and of points that femprep did not make, all values finite: decks hold no others."""
     taken: set[str] = set()
-    return UserFields(_fields(mesh.cell_data, "cells", taken), _fields(mesh.point_data, "points", taken))
+    return _fields(mesh.cell_data, "cells", taken), _fields(mesh.point_data, "points", taken)
 
 
 def _fields(data: Mapping[str, Any], kind: str, taken: set[str]) -> list[UserField]:
     found = []
     for own, values in data.items():
-        if own in _OWN or not len(values) or not np.isfinite(values).all():
+        if own in _OWN or not np.isfinite(values).all():
             continue
         name = label(own, len(found) + 1)
         while name.lower() in taken:
             name += f"_{kind}"
         taken.add(name.lower())
-        array = np.asarray(values)
-        array = array.astype(np.uint8) if array.dtype == bool else array
+        array = np.asarray(values, dtype=np.uint8 if values.dtype == bool else None)
         found.append(UserField(own, name, array.reshape(len(array), -1)))
     return found

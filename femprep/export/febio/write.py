@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -82,8 +82,8 @@ def _document(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
 
 def _mesh_data(mesh: VolumeMesh, parts: list[_Part], options: ExportOptions) -> Iterator[str]:
     """Material axes, the stiffness of the pericardium, and fields of the user's."""
-    found, fields = directions(mesh), user_fields(mesh)
-    if found is None and not has_pericardium(mesh) and not fields:
+    found, (of_cells, of_points) = directions(mesh), user_fields(mesh)
+    if not (found or has_pericardium(mesh) or of_cells or of_points):
         return
     yield "<MeshData>\n"
     for part in parts if found else ():
@@ -93,25 +93,21 @@ def _mesh_data(mesh: VolumeMesh, parts: list[_Part], options: ExportOptions) -> 
         yield "</ElementData>\n"
     if has_pericardium(mesh):
         yield from stiffness(mesh, options)
-    for field in fields.cells:
+    for field in of_cells:
         for part in parts:  # FEBio joins those of one name
-            yield from _data(
-                "ElementData", f'elem_set="{part.name}"', "e", field._replace(values=field.values[part.row])
-            )
-    for field in fields.points:
-        yield from _data("NodeData", 'node_set="all"', "node", field)
+            yield from _data(f'ElementData elem_set="{part.name}"', "e", field, part.row)
+    for field in of_points:
+        yield from _data('NodeData node_set="all"', "node", field, slice(None))
     yield "</MeshData>\n"
 
 
-def _data(section: str, place: str, tag: str, field: UserField) -> Iterator[str]:
+def _data(section: str, tag: str, field: UserField, rows: Any) -> Iterator[str]:
     """A field over some elements or nodes: a vector as such, others by their components."""
-    columns = [(field.name, field.values)] if field.values.shape[1] == 3 else field.columns()
-    for name, values in columns:
-        kind = "vec3" if values.ndim == 2 else "scalar"
-        yield f'<{section} {place} name="{name}" data_type="{kind}">\n'
-        rows = enumerate(values.reshape(len(values), -1).tolist(), start=1)
-        yield "".join(f'<{tag} lid="{i}">{",".join(map(repr, row))}</{tag}>\n' for i, row in rows)
-        yield f"</{section}>\n"
+    for name, values in [(field.name, field.values)] if field.values.shape[1] == 3 else field.columns():
+        yield f'<{section} name="{name}" data_type="{"vec3" if values.ndim == 2 else "scalar"}">\n'
+        table = enumerate(values[rows].reshape(-1, values[0].size).tolist(), start=1)
+        yield "".join(f'<{tag} lid="{i}">{",".join(map(repr, row))}</{tag}>\n' for i, row in table)
+        yield f"</{section.split()[0]}>\n"
 
 
 def _parts(mesh: VolumeMesh) -> list[_Part]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -172,29 +172,19 @@ def _node_data(mesh: VolumeMesh) -> Iterator[str]:
 
 
 def _element_node_data(mesh: VolumeMesh) -> Iterator[str]:
-    for field in user_fields(mesh).cells:
-        table = _filled(field.values)
-        yield _head_of_data("ElementNodeData", field.own, table)
-        for _, block, own in block_rows(mesh.cells):
-            count = np.full(len(block), block.shape[1])
-            repeated = np.tile(table[own], (1, block.shape[1]))
-            yield from lines(np.arange(own.start + 1, own.stop + 1), count, repeated, separator=" ", width=None)
-        yield "$EndElementNodeData\n"
+    nodes = [(own, block.shape[1]) for _, block, own in block_rows(mesh.cells)]
+    for field in user_fields(mesh)[0]:
+        yield from _view("ElementNodeData", field.own, field.values, nodes)
 
 
-def _view(section: str, name: str, values: Any) -> Iterator[str]:
-    table = _filled(values)
-    yield _head_of_data(section, name, table)
-    yield from lines(np.arange(1, len(table) + 1), table, separator=" ", width=None)
-    yield f"$End{section}\n"
-
-
-def _filled(values: Any) -> Any:
-    """A row for each value: Gmsh knows scalars, vectors and tensors, anything between is filled up with zeros."""
+def _view(section: str, name: str, values: Any, nodes: Iterable[Any] = ((slice(None), 0),)) -> Iterator[str]:
+    """A row for each value; of elements in rows that are given with a number of nodes, the value at each node."""
     table = values.reshape(len(values), -1).astype(np.float64)
+    # Gmsh knows scalars, vectors and tensors: anything between is filled up with zeros.
     width = next((n for n in (1, 3, 9) if n >= table.shape[1]), table.shape[1])
-    return np.pad(table, ((0, 0), (0, width - table.shape[1])))
-
-
-def _head_of_data(section: str, name: str, table: Any) -> str:
-    return f'${section}\n1\n"{name}"\n1\n0.0\n3\n0\n{table.shape[1]}\n{len(table)}\n'
+    table = np.pad(table, ((0, 0), (0, width - table.shape[1])))
+    yield f'${section}\n1\n"{name}"\n1\n0.0\n3\n0\n{width}\n{len(table)}\n'
+    for own, count in nodes:
+        numbers, rows = np.arange(1, len(table) + 1)[own], np.tile(table[own], (1, max(count, 1)))
+        yield from lines(numbers, *([np.full(len(rows), count)] if count else []), rows, separator=" ", width=None)
+    yield f"$End{section}\n"

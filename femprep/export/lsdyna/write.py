@@ -134,7 +134,7 @@ def _elements(mesh: VolumeMesh, part: IntArray) -> Iterator[str]:
 
 def _initial_fields(mesh: VolumeMesh) -> Iterator[str]:
     """Components of the user's fields at each integration point, eight in a line."""
-    columns = [column for field in user_fields(mesh).cells for column in field.columns()]
+    columns = [column for field in user_fields(mesh)[0] for column in field.columns()]
     if not columns:
         return
     yield f"$ femprep fields of elements: {', '.join(name for name, _ in columns)}\n*INITIAL_FIELD_SOLID\n"

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -42,24 +42,18 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     mesh = linear(mesh, "Medit")
     with (folder / f"{stem}.mesh").open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(_mesh(mesh, options))
-    found = directions(mesh)
-    if found is not None:
-        vectors = found if "sheet" in mesh.cell_data else found[:1]
-        with (folder / f"{stem}.fiber.sol").open("w", encoding="ascii", newline="\n") as file:
-            file.writelines(_solution(mesh, vectors))
+    found, (of_cells, of_points) = directions(mesh), user_fields(mesh)
+    cells = {} if found is None else {"fiber": found if "sheet" in mesh.cell_data else found[:1]}
     if "aha" in mesh.cell_data:
-        with (folder / f"{stem}.aha.sol").open("w", encoding="ascii", newline="\n") as file:
-            file.writelines(_solution(mesh, (np.asarray(mesh.cell_data["aha"]),)))
-    fields = user_fields(mesh)
-    for field in fields.cells:
-        with (folder / f"{stem}.cell_{field.name}.sol").open("w", encoding="ascii", newline="\n") as file:
-            file.writelines(_solution(mesh, _kinds(field)))
-    for field in fields.points:
-        with (folder / f"{stem}.point_{field.name}.sol").open("w", encoding="ascii", newline="\n") as file:
-            file.writelines(_solution(mesh, _kinds(field), points=True))
+        cells["aha"] = (np.asarray(mesh.cell_data["aha"]),)
+    cells |= {f"cell_{field.name}": _parts(field) for field in of_cells}
+    places = {MEDIT_SECTIONS[kind]: own for kind, _, own in block_rows(mesh.cells)}
+    _write_solutions(folder, stem, places, cells)
+    at_points = {f"point_{field.name}": _parts(field) for field in of_points}
+    _write_solutions(folder, stem, {"Vertices": slice(None)}, at_points)
 
 
-def _kinds(field: UserField) -> tuple[np.ndarray, ...]:
+def _parts(field: UserField) -> tuple[np.ndarray, ...]:
     """A vector as such, others by their components: Medit knows but scalars, vectors and symmetric tensors."""
     return (field.values,) if field.values.shape[1] == 3 else tuple(values for _, values in field.columns())
 
@@ -78,14 +72,14 @@ def _mesh(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield "\nEnd\n"
 
 
-def _solution(mesh: VolumeMesh, fields: tuple[np.ndarray, ...], *, points: bool = False) -> Iterator[str]:
-    # Number of fields, and of each its kind: 1 is a scalar, 2 a vector.
-    kinds = f"{len(fields)} {' '.join(str(values.ndim) for values in fields)}"
-    yield "MeshVersionFormatted 2\n\nDimension 3\n"
-    blocks = (
-        [("Vertices", slice(None))] if points else [(MEDIT_SECTIONS[k], own) for k, _, own in block_rows(mesh.cells)]
-    )
-    for section, own in blocks:
-        yield f"\nSolAt{section}\n{len(fields[0][own])}\n{kinds}\n"
-        yield from lines(*(values[own] for values in fields), separator=" ", width=None)
-    yield "\nEnd\n"
+def _write_solutions(folder: Path, stem: str, places: Mapping[str, slice], files: Mapping[str, Any]) -> None:
+    """Write a ``.sol`` file of fields for each name, with a section for each kind of element, or for the points."""
+    for name, fields in files.items():
+        # Number of fields, and of each its kind: 1 is a scalar, 2 a vector.
+        kinds = f"{len(fields)} {' '.join(str(values.ndim) for values in fields)}"
+        with (folder / f"{stem}.{name}.sol").open("w", encoding="ascii", newline="\n") as file:
+            file.write("MeshVersionFormatted 2\n\nDimension 3\n")
+            for section, own in places.items():
+                file.write(f"\nSolAt{section}\n{len(fields[0][own])}\n{kinds}\n")
+                file.writelines(lines(*(values[own] for values in fields), separator=" ", width=None))
+            file.write("\nEnd\n")

@@ -106,9 +106,8 @@ def _write_beside(mesh: VolumeMesh, folder: Path, stem: str) -> None:
         (folder / f"{stem}.{name}.vtx").write_text(f"{len(own)}\nextra\n{rows(own)}", encoding="ascii")
     if "aha" in mesh.cell_data:
         _write(folder / f"{stem}.aha.dat", lines(np.asarray(mesh.cell_data["aha"])))
-    fields = user_fields(mesh)
-    for kind, found in (("cell", fields.cells), ("point", fields.points)):
-        for name, values in (column for field in found for column in field.columns()):
+    for kind, fields in zip(("cell", "point"), user_fields(mesh)):
+        for name, values in (column for field in fields for column in field.columns()):
             _write(folder / f"{stem}.{kind}_{name}.dat", lines(values, width=None))
     for name, values in universal(mesh).items():
         _write(folder / f"{stem}.uvc_{name}.dat", lines(values, width=None))

@@ -14,24 +14,21 @@ _TRIANGLES: Final = (".stl", ".ply", ".obj", ".off")
 _NUMBERING: Final = frozenset({"direction", "template", "GlobalNodeID", "GlobalElementID"})
 
 
-def require_ending(path: Path, *, lines: bool = False) -> None:
-    """Refuse an ending of a path that polygons, or lines, are not written under.
+def save_polydata(data: Any, path: Path) -> list[str]:
+    """Write polygons or lines; return the names of the data that the file does not hold.
 
     Raises
     ------
     OptionError
+        The ending is of no format that holds them.
     """
-    endings = (".vtp", *(() if lines else _TRIANGLES))
-    if path.suffix.lower() not in endings:
-        raise OptionError(f"{str(path)!r}: unknown ending {path.suffix!r}; expected one of {', '.join(endings)}")
-
-
-def save_polydata(data: Any, path: Path) -> list[str]:
-    """Write polygons or lines; return the names of the data that the file does not hold."""
     ending = path.suffix.lower()
     if ending == ".vtp":
         save(data, path)
         return []
+    endings = () if data.GetNumberOfLines() else _TRIANGLES
+    if ending not in endings:
+        raise OptionError(f"{path.name!r}: unknown ending {ending!r}; expected one of {', '.join(('.vtp', *endings))}")
     import pyvista
     import trimesh
 

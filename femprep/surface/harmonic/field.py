@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError
-from femprep.model import FloatArray, readonly
-from femprep.model.immutable import Immutable
+from femprep.model import FloatArray, Immutable, readonly
 from femprep.model.products import unit_vectors
 from femprep.surface.harmonic import kernels
 

@@ -12,9 +12,8 @@ import numpy.typing as npt
 from numba import prange
 
 from femprep.mesh.compiled import compiled
-from femprep.model import FloatArray, readonly
+from femprep.model import FloatArray, Immutable, readonly
 from femprep.model.functions import LOG_TWO, LOGARITHM
-from femprep.model.immutable import Immutable
 
 
 @compiled(part=True)

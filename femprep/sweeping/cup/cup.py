@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from femprep.errors import OptionError
-from femprep.model import FloatArray, IntArray, readonly
+from femprep.model import FloatArray, Immutable, IntArray, readonly
 from femprep.model.functions import arctan2, sine_cosine
-from femprep.model.immutable import Immutable
 
 #: Triangles around the apex of a triangle cup. A hemisphere of equilateral triangles has five corners of valence five
 #: around its pole, as half an icosahedron.

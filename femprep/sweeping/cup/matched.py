@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from femprep.mesh.patches import PatchSurface
-from femprep.model import FloatArray, Plane, Surface, readonly
-from femprep.model.immutable import Immutable
+from femprep.model import FloatArray, Immutable, Plane, Surface, readonly
 from femprep.sweeping.cup.cup import Cup
 
 

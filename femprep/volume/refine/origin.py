@@ -9,8 +9,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from femprep.model import FloatArray, IntArray, TagArray, VolumeMesh
-from femprep.model.immutable import Immutable
+from femprep.model import FloatArray, Immutable, IntArray, TagArray, VolumeMesh
 from femprep.volume.refine.transfer import prolongation
 
 
