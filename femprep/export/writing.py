@@ -235,8 +235,6 @@ def _save(polygons: Any, path: str | Path) -> Path:
     with whole_files(path.parent) as (partial, _):
         left_out = save_polydata(polygons, partial / path.name)
     if left_out:
-        words = (
-            f"{path.suffix} files hold no data: {path.name!r} leaves out {', '.join(left_out)}; .vtp files hold them"
-        )
-        _warn(words, behind=5)
+        names = ", ".join(left_out)
+        _warn(f"{path.name!r} leaves out the data {names}: {path.suffix} files hold none, .vtp files do", behind=5)
     return path
