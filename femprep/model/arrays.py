@@ -41,7 +41,7 @@ def _kept(array: npt.ArrayLike, dtype: npt.DTypeLike | None) -> Any:
         base = base.base
     if (
         isinstance(array, np.ndarray)
-        and (array.base is None or isinstance(base, bytes))
+        and (array.base is None or (isinstance(base, bytes) and array.flags.aligned))
         and not array.flags.writeable
         and array.flags.c_contiguous
         and (dtype is None or array.dtype == dtype)
