@@ -53,7 +53,7 @@ def user_fields(mesh: VolumeMesh) -> tuple[list[UserField], list[UserField]]:
 
 
 def _fields(data: Mapping[str, Any], kind: str, taken: set[str]) -> list[UserField]:
-    found = []
+    found: list[UserField] = []
     for own, values in data.items():
         if own in _OWN or not np.isfinite(values).all():
             continue

@@ -43,7 +43,9 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     with (folder / f"{stem}.mesh").open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(_mesh(mesh, options))
     found, (of_cells, of_points) = directions(mesh), user_fields(mesh)
-    cells = {} if found is None else {"fiber": found if "sheet" in mesh.cell_data else found[:1]}
+    cells: dict[str, tuple[np.ndarray, ...]] = {}
+    if found is not None:
+        cells["fiber"] = found if "sheet" in mesh.cell_data else found[:1]
     if "aha" in mesh.cell_data:
         cells["aha"] = (np.asarray(mesh.cell_data["aha"]),)
     cells |= {f"cell_{field.name}": _parts(field) for field in of_cells}
