@@ -34,6 +34,7 @@ logging.getLogger(__name__).addHandler(logging.NullHandler())
 #: Where each public name lives. Modules load on first use, so that ``import femprep`` stays fast.
 _HOMES = {
     "FemprepError": "femprep.errors",
+    "FemprepWarning": "femprep.errors",
     "InputError": "femprep.errors",
     "OptionError": "femprep.errors",
     "DiskFullError": "femprep.errors",

@@ -29,6 +29,16 @@ class FemprepError(Exception):
     exit_status: ClassVar[int] = 3
 
 
+class FemprepWarning(UserWarning):
+    """A result differs from what was asked for: the message says how.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> warnings.simplefilter("error", fp.FemprepWarning)  # doctest: +SKIP
+    """
+
+
 class InputError(FemprepError, ValueError):
     """The data cannot be meshed as it is: an image, a label, a surface or a mesh is wrong.
 

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, Final
 
-from femprep.cohort.watch import end_family
 from femprep.errors import MissingDependencyError, OptionError
 
 #: Seconds in which a scheduler has to answer, and to have its first worker.
@@ -151,6 +150,8 @@ def _silence() -> None:
 
 def _end(cluster: Any) -> None:
     """End all workers now: what they are at cannot be waited for, and leaves nothing half-made."""
+    from femprep.cohort.watch import end_family
+
     nannies = list(cluster.workers.values())
     for nanny in nannies:
         nanny.auto_restart = False

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
+import numpy as np
+
+from femprep.export.deck.fields import user_fields
 from femprep.export.deck.springs import NEEDED, RING
 from femprep.export.purkinje import HOLDS
 from femprep.export.xdmf.write import WHOLE, reduced
@@ -16,11 +19,15 @@ _LINEAR: Final = ("medit", "opencarp", "opencarp-binary")
 
 
 class _Held(NamedTuple):
-    """Names of the data of elements, points and facets that a format holds; ``None`` for all."""
+    """Names of the data of elements, points and facets that a format holds; ``None`` for all.
+
+    It holds ``users``, the user's own fields of these, as well.
+    """
 
     elements: tuple[str, ...] | None = None
     points: tuple[str, ...] | None = None
     facets: tuple[str, ...] | None = None
+    users: tuple[str, ...] = ("elements", "points")
 
 
 #: The normal is what stands across fibre and sheet.
@@ -36,7 +43,7 @@ _CARP: Final = _Held(
 _HELD: Final[Mapping[str, _Held]] = {
     "abaqus": _DECK,
     "febio": _DECK,
-    "ls-dyna": _DECK,
+    "ls-dyna": _DECK._replace(users=("elements",)),
     "opencarp": _CARP,
     "opencarp-binary": _CARP,
     "medit": _Held(_AXES, (), ()),
@@ -73,8 +80,14 @@ def losses(mesh: VolumeMesh, name: str) -> list[Notice]:
 def _data_left_out(mesh: VolumeMesh, held: _Held) -> str:
     """The data of a mesh that are not among those held, in words."""
     found = []
+    users = dict(zip(_Held._fields, user_fields(mesh)))
     for what, data, names in zip(_Held._fields, (mesh.cell_data, mesh.point_data, mesh.facet_data), held):
-        left_out = [name for name in data if names is not None and name not in names]
+        written = {field.own for field in users.get(what, ()) if what in held.users}
+        left_out = [
+            name if np.isfinite(values).all() else f"{name}, as values are not finite"
+            for name, values in data.items()
+            if names is not None and name not in {*names, *written}
+        ]
         if left_out:
             found.append(f"of {what} ({', '.join(left_out)})")
     return f"data {', '.join(found)}" if found else ""

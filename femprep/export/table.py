@@ -30,7 +30,7 @@ _CARP_OPTIONAL: Final = (
     *("{stem}.aha.dat", *(f"{{stem}}.uvc_{name}.dat" for name in ("z", "rho", "phi", "ven"))),
     *(f"{{stem}}.{name}.{ending}" for name in FACET_TAGS for ending in ("surf", "vtx")),
     *(f"{{stem}}.purkinje.{ending}" for ending in ("pts", "elem", "lon", "dat")),
-    *("{stem}.purkinje_[0-9]*.vtx", "{stem}.basal_ring.vtx"),
+    *("{stem}.purkinje_[0-9]*.vtx", "{stem}.basal_ring.vtx", "{stem}.cell_*.dat", "{stem}.point_*.dat"),
 )
 _CARP_MARK: Final = ("{stem}.tags.txt", "")
 
@@ -61,13 +61,16 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 carries=(
                     "regions and AHA segments (ELSET, NSET), facet tags (NSET, element SURFACE), fibres and sheets "
                     "(DISTRIBUTION, ORIENTATION), springs of the pericardium, three materials and an inflation step on "
-                    "request"
+                    "request; your own fields of elements and points in a file to include (DISTRIBUTION, INITIAL "
+                    "CONDITIONS)"
                 ),
                 elements="all",
                 units="as asked, named in the file",
                 read_by="CalculiX",
                 unread_by="Abaqus",
                 needs="inflation:require",
+                optional=("{stem}.fields.inp",),
+                mark=("{stem}.inp", "femprep volume mesh"),
             ),
             Format(
                 name="dolfinx",
@@ -114,7 +117,10 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 filename="mesh.msh",
                 home="gmsh.write:write",
                 program="Gmsh 2.2, scikit-fem, dolfinx, many more",
-                carries="regions and facet tags as named physical groups, point data",
+                carries=(
+                    "regions and facet tags as named physical groups, point data, your own fields of elements "
+                    "(ElementNodeData)"
+                ),
                 elements="all",
                 units="as asked, named in the file",
                 read_by="Gmsh, scikit-fem, dolfinx 0.5 (through gmsh), meshio",
@@ -138,7 +144,8 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 program="FEBio 4",
                 carries=(
                     "parts, regions and AHA segments (ElementSet), facet tags (NodeSet, Surface), fibres and sheets "
-                    "(mat_axis), springs of the pericardium, three materials and an inflation step on request"
+                    "(mat_axis), your own fields of elements and points (ElementData, NodeData), springs of the "
+                    "pericardium, three materials and an inflation step on request"
                 ),
                 elements="all",
                 units="as asked, named in the file",
@@ -153,7 +160,8 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 program="openCARP, MeshTool",
                 carries=(
                     "region tags, fibres and sheets, blood as bath (.lon), facet tags (.surf, .vtx), AHA segments and "
-                    "ventricular coordinates after UVC (.dat), Purkinje fibres (lines), a beat to start from (.par)"
+                    "ventricular coordinates after UVC (.dat), your own fields of elements and points (.dat), Purkinje "
+                    "fibres (lines), a beat to start from (.par)"
                 ),
                 elements="linear; of quadratic ones the corners",
                 units="micrometres",
@@ -225,11 +233,14 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 filename="mesh.mesh",
                 home="medit.write:write",
                 program="FreeFEM, MMG",
-                carries="regions and facet tags as references, fibres, sheets and AHA segments (.sol)",
+                carries=(
+                    "regions and facet tags as references, fibres, sheets, AHA segments and your own fields of "
+                    "elements and points (.sol)"
+                ),
                 elements="linear; of quadratic ones the corners",
                 units="as asked, named in the file",
                 read_by="FreeFEM, meshio",
-                optional=("{stem}.fiber.sol", "{stem}.aha.sol"),
+                optional=("{stem}.fiber.sol", "{stem}.aha.sol", "{stem}.cell_*.sol", "{stem}.point_*.sol"),
                 mark=("{stem}.mesh", "femprep volume mesh"),
             ),
             Format(
@@ -240,8 +251,8 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                 program="LS-DYNA",
                 carries=(
                     "parts, regions and AHA segments (SET_SOLID), facet tags (SET_NODE_LIST, SET_SEGMENT), fibres and "
-                    "sheets (ELEMENT_SOLID_ORTHO), Purkinje fibres (ELEMENT_BEAM), springs of the pericardium "
-                    "(ELEMENT_DISCRETE)"
+                    "sheets (ELEMENT_SOLID_ORTHO), your own fields of elements (INITIAL_FIELD_SOLID), Purkinje fibres "
+                    "(ELEMENT_BEAM), springs of the pericardium (ELEMENT_DISCRETE)"
                 ),
                 elements="tetra, tetra10, wedge, hexahedron; others refused",
                 units="as asked, named in the file",

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
-from femprep.errors import InputError, cannot_write
+from femprep.errors import FemprepWarning, InputError, cannot_write
 from femprep.export.beside import clear, leftovers
 from femprep.export.content import content_of, require_elements
+from femprep.export.deck.fibres import require_vectors
 from femprep.export.files import whole_files
+from femprep.export.losses import losses
 from femprep.export.table import FORMATS, require_formats
-from femprep.export.target import require_file, target_of
+from femprep.export.target import Target, require_file, target_of
+from femprep.export.vtk.surface_files import save_polydata
 from femprep.model import Surface, VolumeMesh, Wall
 from femprep.options import ExportOptions, choose, takes
 
@@ -25,6 +29,9 @@ def write_mesh(
     **changes: Any,
 ) -> list[Path]:
     """Write a volume mesh for a solver.
+
+    Cell and point data of your own are written where the format has a place for them; what it does not hold of the mesh
+    is left out with a :class:`~femprep.errors.FemprepWarning`.
 
     Parameters
     ----------
@@ -54,7 +61,7 @@ def write_mesh(
     DiskFullError
         There is no room; nothing of it is left.
     InputError
-        The mesh has no elements, or the format cannot hold it.
+        The mesh has no elements, the format cannot hold it, or cell data ``fiber`` or ``sheet`` are no vectors.
 
     Examples
     --------
@@ -62,9 +69,21 @@ def write_mesh(
     ['heart.inp']
     """
     target = target_of(path, format)
+    moved = _write(mesh, target, choose(ExportOptions, options, changes))
+    for notice in losses(mesh, target.format.name):
+        _warn(notice.what)
+    return moved
+
+
+def _warn(words: str, behind: int = 4) -> None:
+    """Warn in the line that called the public function, which is some calls behind: one checks the arguments."""
+    warnings.warn(words, FemprepWarning, stacklevel=behind)
+
+
+def _write(mesh: VolumeMesh, target: Target, options: ExportOptions) -> list[Path]:
     kind, folder = target.format, target.folder
-    options = choose(ExportOptions, options, changes)
     require_elements(mesh)
+    require_vectors(mesh)
     kind.require(content_of(mesh), options)
     with whole_files(folder.parent if kind.folder else folder) as (partial, moved):
         made = partial / folder.name if kind.folder else partial
@@ -94,6 +113,7 @@ def write_format(
     Returns
     -------
     list of Path
+        What the format does not hold is not reported here, see :func:`~femprep.export.losses.losses`.
 
     Raises
     ------
@@ -109,7 +129,7 @@ def write_format(
         except OSError as error:
             raise cannot_write(f"folder {str(path.parent)!r}", error, "choose another") from None
     try:
-        return write_mesh(mesh, path, format=format, options=options, **changes)
+        return _write(mesh, target_of(path, format), choose(ExportOptions, options, changes))
     except BaseException:
         if made:
             path.parent.rmdir()
@@ -117,7 +137,7 @@ def write_format(
 
 
 def write_facets(mesh: VolumeMesh, path: str | Path) -> Path:
-    """Write the tagged facets of a mesh as VTK polygons (``.vtp``).
+    """Write the tagged facets of a mesh: as VTK polygons (``.vtp``), or as :func:`write_surface` by another ending.
 
     Point data ``GlobalNodeID`` and cell data ``GlobalElementID`` count the mesh's points and the owning elements
     **from 1**, as SimVascular does; cell data ``facet_tag`` and all facet data come along. Of a quadratic facet only
@@ -165,7 +185,9 @@ def write_purkinje(mesh: VolumeMesh, path: str | Path) -> Path:
 
 
 def write_wall(wall: Wall, path: str | Path) -> Path:
-    """Write a wall as VTK polygons (``.vtp``): cell data ``facet_tag``, point data ``template``.
+    """Write a wall: as VTK polygons (``.vtp``) with cell data ``facet_tag`` and point data ``template``.
+
+    Other endings are those of :func:`write_surface`.
 
     Raises
     ------
@@ -183,12 +205,16 @@ def write_wall(wall: Wall, path: str | Path) -> Path:
 
 
 def write_surface(surface: Surface, path: str | Path) -> Path:
-    """Write a closed surface as VTK polygons (``.vtp``), vertex numbering kept, with all its point data.
+    """Write a closed surface in the format that the ending names.
 
-    The unit vectors on the template sphere become point data ``direction``.
+    VTK polygons (``.vtp``) keep the vertex numbering and all point data; the unit vectors on the template
+    sphere become point data ``direction``. ``.stl``, ``.ply``, ``.obj`` and ``.off`` hold triangles alone, STL and PLY
+    in single precision: other data are left out with a :class:`~femprep.errors.FemprepWarning`.
 
     Raises
     ------
+    OptionError
+        The ending is none of these.
     FileError
         The folder cannot be written.
 
@@ -203,11 +229,12 @@ def write_surface(surface: Surface, path: str | Path) -> Path:
 
 
 def _save(polygons: Any, path: str | Path) -> Path:
-    from femprep.export.vtk.xml import save
-
     path = Path(path)
     require_file(path)
     path = path.absolute()
     with whole_files(path.parent) as (partial, _):
-        save(polygons, partial / path.name)
+        left_out = save_polydata(polygons, partial / path.name)
+    if left_out:
+        names = ", ".join(left_out)
+        _warn(f"{path.name!r} leaves out the data {names}: {path.suffix} files hold none, .vtp files do", behind=5)
     return path

@@ -11,11 +11,11 @@ import numpy as np
 
 from femprep.image.grid import Grid
 from femprep.image.object import LabelObject
-from femprep.model import FloatArray, IntArray, readonly
+from femprep.model import FloatArray, Immutable, IntArray, readonly
 
 
 @dataclass(frozen=True, eq=False)
-class BoundaryPoints:
+class BoundaryPoints(Immutable):
     """Midpoints between neighbouring voxels of which one lies in the object and one does not.
 
     Attributes

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError, quoted
-from femprep.model import FloatArray, readonly
+from femprep.model import FloatArray, Immutable, readonly
 from femprep.model.arrays import integers
 from femprep.model.products import inverse, product
 
@@ -20,7 +20,7 @@ FARTHEST: Final = 1e7
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class Grid(Immutable):
     """A regular grid of voxels; its arrays are indexed ``[i, j, k]`` as ITK's index, i running fastest in the file.
 
     Index ``(i, j, k)`` is the *centre* of a voxel; the voxel reaches half a step to each side.

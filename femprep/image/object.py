@@ -14,13 +14,13 @@ from femprep.errors import InputError
 from femprep.image.grid import Grid, require_grid
 from femprep.image.solid import PADDING, Where, cut_off, filled, largest_piece, tunnels_of, without_tips
 from femprep.image.topology import counts_along, used_box
-from femprep.model import BoolArray, FloatArray, readonly, records
+from femprep.model import BoolArray, FloatArray, Immutable, readonly, records
 from femprep.model.products import product, weighted
 from femprep.options import ImageOptions, choose, takes
 
 
 @dataclass(frozen=True, eq=False)
-class LabelObject:
+class LabelObject(Immutable):
     """One solid object of a segmentation, on a grid of its own that reaches a little beyond it.
 
     Attributes

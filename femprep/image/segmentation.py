@@ -16,13 +16,13 @@ from femprep.image.canonical_storage import moments
 from femprep.image.grid import Grid, require_grid
 from femprep.image.object import LabelObject, make_object, rotation
 from femprep.image.slices import SliceTable, slice_table
-from femprep.model import BoolArray, FloatArray
+from femprep.model import BoolArray, FloatArray, Immutable
 from femprep.model.arrays import integers, mapping
 from femprep.options import ImageOptions, choose, takes
 
 
 @dataclass(frozen=True, eq=False)
-class Segmentation:
+class Segmentation(Immutable):
     """A label map with its place in the world and the names of its structures.
 
     Attributes

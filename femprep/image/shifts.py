@@ -16,7 +16,7 @@ import numpy as np
 
 from femprep.image.mixed import find_jumps
 from femprep.image.segmentation import Segmentation
-from femprep.model import FloatArray, IntArray, Notice, readonly, records
+from femprep.model import FloatArray, Immutable, IntArray, Notice, readonly, records
 
 _log = logging.getLogger(__name__)
 
@@ -30,7 +30,7 @@ _EVIDENCE: Final = 6.0
 
 
 @dataclass(frozen=True, eq=False)
-class SliceShifts:
+class SliceShifts(Immutable):
     """How far slices lie displaced in their planes.
 
     Attributes

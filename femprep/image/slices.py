@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.image.grid import Grid
-from femprep.model import BoolArray, FloatArray, IntArray, readonly
+from femprep.model import BoolArray, FloatArray, Immutable, IntArray, readonly
 from femprep.model.products import inner, length, product
 
 
 @dataclass(frozen=True, eq=False)
-class SliceTable:
+class SliceTable(Immutable):
     """One row for each slice in which the object occurs, in the order of the stack.
 
     Attributes

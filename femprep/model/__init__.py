@@ -8,6 +8,7 @@ A changed copy comes from ``dataclasses.replace`` or a ``with_...`` method.
 from __future__ import annotations
 
 from femprep.model.arrays import BoolArray, FloatArray, IntArray, TagArray, frozen, readonly
+from femprep.model.immutable import Immutable
 from femprep.model.notice import Notice, noted, records
 from femprep.model.plane import Plane, cutting
 from femprep.model.progress import Progress
@@ -25,6 +26,7 @@ __all__ = [
     "BloodPools",
     "BoolArray",
     "FloatArray",
+    "Immutable",
     "IntArray",
     "Nested",
     "Notice",

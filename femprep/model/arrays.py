@@ -33,11 +33,15 @@ def frozen(array: Any) -> Any:
 def _kept(array: npt.ArrayLike, dtype: npt.DTypeLike | None) -> Any:
     """Contiguous read-only copy of an array; the array itself where it is one already, so that copies share theirs.
 
-    A view is copied, whoever may write into what it is a view of.
+    A view is copied, whoever may write into what it is a view of; a view of bytes, as arrays are that come out of a
+    pickle, cannot be written into.
     """
+    base = getattr(array, "base", None)
+    while isinstance(base, np.ndarray):
+        base = base.base
     if (
         isinstance(array, np.ndarray)
-        and array.base is None
+        and (array.base is None or (isinstance(base, bytes) and array.flags.aligned))
         and not array.flags.writeable
         and array.flags.c_contiguous
         and (dtype is None or array.dtype == dtype)

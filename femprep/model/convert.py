@@ -6,6 +6,8 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
+from femprep.model.immutable import Immutable
+
 
 def maker(name: str) -> Callable[..., Any]:
     """The function of :mod:`femprep.export.objects` of some name.
@@ -17,7 +19,7 @@ def maker(name: str) -> Callable[..., Any]:
     return function
 
 
-class Convertible:
+class Convertible(Immutable):
     """Base of the nouns that other libraries know as well."""
 
     def to_pyvista(self) -> Any:

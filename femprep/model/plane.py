@@ -11,13 +11,14 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.model.arrays import FloatArray, floats, readonly
+from femprep.model.immutable import Immutable
 from femprep.model.notice import Notice, records
 from femprep.model.products import inner, product
 from femprep.model.products import length as length_of
 
 
 @dataclass(frozen=True, eq=False)
-class Plane:
+class Plane(Immutable):
     """A plane that cuts a surface; its normal points to the side that is cut away.
 
     Attributes

@@ -13,11 +13,12 @@ from scipy.sparse.csgraph import dijkstra
 
 from femprep.errors import InputError
 from femprep.model.arrays import FloatArray, IntArray, TagArray, mapping, readonly, require_points
+from femprep.model.immutable import Immutable
 from femprep.model.tags import tag_name
 
 
 @dataclass(frozen=True, eq=False)
-class PurkinjeNet:
+class PurkinjeNet(Immutable):
     """Purkinje fibres on the endocardia, one tree on each.
 
     Points are numbered as the edges first name them. Each tree begins at its root, where the bundle branch comes onto

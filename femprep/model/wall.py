@@ -11,6 +11,7 @@ import numpy as np
 
 from femprep.model.arrays import FloatArray, IntArray, TagArray, mapping, readonly, require_points
 from femprep.model.convert import Convertible
+from femprep.model.immutable import Immutable
 from femprep.model.plane import Plane
 from femprep.model.tags import tag_name
 
@@ -76,7 +77,7 @@ class Wall(Convertible):
 
 
 @dataclass(frozen=True, eq=False)
-class BloodPools:
+class BloodPools(Immutable):
     """The blood in the cavities of a wall: closed surfaces that share its points.
 
     Attributes

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.image import Grid, Segmentation
-from femprep.model import BoolArray, FloatArray, Plane, readonly
+from femprep.model import BoolArray, FloatArray, Immutable, Plane, readonly
 from femprep.phantoms.rasterise import rasterise, stack_grid
 from femprep.phantoms.solids import EllipsoidBody, Solid
 
@@ -41,7 +41,7 @@ class Region:
 
 
 @dataclass(frozen=True, eq=False)
-class Phantom:
+class Phantom(Immutable):
     """A heart whose surfaces are known.
 
     Attributes

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from femprep.errors import InputError, StageError
-from femprep.model import FloatArray, IntArray, readonly
+from femprep.model import FloatArray, Immutable, IntArray, readonly
 from femprep.model.functions import sine_cosine
 
 
 @dataclass(frozen=True, eq=False)
-class Template:
+class Template(Immutable):
     """A meshed unit sphere.
 
     Attributes

@@ -15,8 +15,9 @@ from femprep.export.losses import losses
 from femprep.model import VolumeMesh
 
 KINDS = ("cell_data", "point_data", "facet_data")
-#: What a file holds in another way: across fibre and sheet, as springs, sets of nodes, or ventricular coordinates.
-OTHERWISE = {"normal", *NEEDED, RING, "apicobasal", "transmural", "rotational"}
+#: What a file holds in another way: across fibre and sheet, as springs, sets of nodes, or ventricular coordinates; and
+#: the user's own fields, which other programs read from it.
+OTHERWISE = {"normal", *NEEDED, RING, "apicobasal", "transmural", "rotational", "stiffness", "drift", "time"}
 
 
 def with_all() -> VolumeMesh:

@@ -21,7 +21,7 @@ import numpy.typing as npt
 from scipy.special import stdtrit
 
 from femprep.errors import InputError, quoted
-from femprep.model import FloatArray, Notice, readonly
+from femprep.model import FloatArray, Immutable, Notice, readonly
 from femprep.model.arrays import mapping
 from femprep.model.products import unit_vectors
 
@@ -35,7 +35,7 @@ _LEAST_DRIFT: Final = 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class VentricularAxes:
+class VentricularAxes(Immutable):
     """Axes and landmarks of the left ventricle.
 
     Attributes

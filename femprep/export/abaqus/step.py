@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from femprep.export.deck.fibres import directions
+from femprep.export.deck.fields import UserField
 from femprep.export.deck.material import orthotropic, shear_and_bulk
 from femprep.export.deck.names import facet_names, held
 from femprep.export.deck.text import lines
@@ -32,6 +33,22 @@ def orientation(mesh: VolumeMesh) -> Iterator[str]:
     yield ", 1., 0., 0., 0., 1., 0.\n"
     yield from lines(np.arange(1, mesh.n_cells + 1), *found)
     yield f"*ORIENTATION, NAME={ORIENTATION}, SYSTEM=RECTANGULAR\nfibre_directions\n"
+
+
+def initial_fields(cells: list[UserField], points: list[UserField]) -> Iterator[str]:
+    """Fields of the user's for Abaqus: initial field variables of nodes, and distributions over elements.
+
+    Abaqus knows scalars of elements as a table of LENGTH. The deck itself must not hold them: CalculiX stops at field
+    variables, and takes whatever distribution comes last for orientations.
+    """
+    for number, (name, values) in enumerate((column for field in points for column in field.columns()), start=1):
+        yield f"** {name} of nodes\n*INITIAL CONDITIONS, TYPE=FIELD, VARIABLE={number}\n"
+        yield from lines(np.arange(1, len(values) + 1), values.astype(np.float64))
+    if cells:
+        yield "*DISTRIBUTION TABLE, NAME=scalar_table\nLENGTH\n"
+    for name, values in (column for field in cells for column in field.columns()):
+        yield f"*DISTRIBUTION, NAME={name}, LOCATION=ELEMENT, TABLE=scalar_table\n, 0.\n"
+        yield from lines(np.arange(1, len(values) + 1), values.astype(np.float64))
 
 
 def step(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:

@@ -10,8 +10,9 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.export.abaqus.springs import springs
-from femprep.export.abaqus.step import orientation, step
+from femprep.export.abaqus.step import initial_fields, orientation, step
 from femprep.export.deck.fibres import segments
+from femprep.export.deck.fields import user_fields
 from femprep.export.deck.names import facet_names, facet_nodes, region_names, region_nodes
 from femprep.export.deck.springs import RING, ring_nodes
 from femprep.export.deck.text import lines, rows, wrapped
@@ -38,18 +39,25 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
 
     ``ELSET`` and ``NSET`` of a region carry its name; so do ``NSET`` and ``SURFACE`` of a facet tag. ``EALL`` and
     ``NALL`` are everything; ``aha_1``... are the AHA segments. Fibres and sheets are the orientation ``fibres``.
+
+    Fields of the user's are in ``stem.fields.inp``, which Abaqus reads where a deck includes it.
     """
-    with (folder / f"{stem}.inp").open("w", encoding="ascii", errors="replace", newline="\n") as file:
-        for part in _parts(mesh, options):
-            file.write(part)
+    fields = user_fields(mesh)
+    beside = f"{stem}.fields.inp" if any(fields) else ""
+    for name, parts in ((f"{stem}.inp", _parts(mesh, options, beside)), (beside, initial_fields(*fields))):
+        if name:
+            with (folder / name).open("w", encoding="ascii", errors="replace", newline="\n") as file:
+                file.writelines(parts)
 
 
-def _parts(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
+def _parts(mesh: VolumeMesh, options: ExportOptions, fields: str) -> Iterator[str]:
     units = UNITS[options.length_unit]
     regions, facets = region_names(mesh), facet_names(mesh)
     yield "*HEADING\nfemprep volume mesh\n"
     yield f"** Units: {units.line}\n" + verdict_comments(mesh, "**")
     yield "** Tags: " + " ".join(f"{name}={tag}" for name, tag in {**regions, **facets}.items()) + "\n"
+    if fields:
+        yield f"** Further fields of elements and nodes, for Abaqus: *INCLUDE, INPUT={fields}\n"
     yield "*NODE, NSET=NALL\n"
     yield from lines(np.arange(1, len(mesh.points) + 1), mesh.points * units.per_mm)
     numbers = np.arange(1, mesh.n_cells + 1)

@@ -24,17 +24,31 @@ def directions(mesh: VolumeMesh) -> tuple[FloatArray, FloatArray] | None:
     """
     if "fiber" not in mesh.cell_data:
         return None
-    fiber = _unit(mesh.cell_data["fiber"], mesh.n_cells, "fiber")
+    require_vectors(mesh)
+    fiber = _unit(mesh.cell_data["fiber"], "fiber")
     if "sheet" in mesh.cell_data:
-        return fiber, _unit(mesh.cell_data["sheet"], mesh.n_cells, "sheet")
+        return fiber, _unit(mesh.cell_data["sheet"], "sheet")
     axis = np.eye(3)[np.argmin(np.abs(fiber), axis=1)]
     return fiber, unit_vectors(axis - np.einsum("ij,ij->i", axis, fiber)[:, None] * fiber)
 
 
-def _unit(values: object, count: int, name: str) -> FloatArray:
+def require_vectors(mesh: VolumeMesh) -> None:
+    """Refuse a mesh whose fibres or sheets are no vectors: programs take what has these names for directions.
+
+    Raises
+    ------
+    InputError
+    """
+    for name in ("fiber", "sheet"):
+        if (shape := np.shape(mesh.cell_data.get(name, np.empty((mesh.n_cells, 3))))) != (mesh.n_cells, 3):
+            raise InputError(
+                f"cell data {name!r} have shape {shape}, expected ({mesh.n_cells}, 3): one vector per element; "
+                "give other values another name"
+            )
+
+
+def _unit(values: object, name: str) -> FloatArray:
     array = np.asarray(values, dtype=np.float64)
-    if array.shape != (count, 3):
-        raise InputError(f"cell data {name!r} have shape {array.shape}, expected ({count}, 3): one vector per element")
     length = np.sqrt(np.einsum("ij,ij->i", array, array))[:, None]
     wrong = np.flatnonzero(~(length[:, 0] > 0))
     if wrong.size:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from femprep.export.deck.fibres import directions, segments
+from femprep.export.deck.fields import UserField, user_fields
 from femprep.export.deck.material import orthotropic, shear_and_bulk
 from femprep.export.deck.names import facet_names, facet_nodes, region_names
 from femprep.export.deck.springs import RING, has_pericardium, ring_nodes
@@ -49,7 +50,8 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
 
     A part (``Elements`` and domain) is named by its region, with the element type where a region has several.
     Element numbers follow the parts. ``NodeSet`` and ``Surface`` carry the facet tag's name, ``ElementSet`` those of
-    regions and AHA segments; fibre and sheet are the material axes of every element. The material is that of the
+    regions and AHA segments; fibre and sheet are the material axes of every element, fields of the user's are maps of
+    their name. The material is that of the
     options, so that FEBio reads the file with and without the inflation step.
     """
     with (folder / f"{stem}.feb").open("w", encoding="utf-8", newline="\n") as file:
@@ -79,9 +81,9 @@ def _document(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
 
 
 def _mesh_data(mesh: VolumeMesh, parts: list[_Part], options: ExportOptions) -> Iterator[str]:
-    """Material axes, and the stiffness of the pericardium."""
-    found = directions(mesh)
-    if found is None and not has_pericardium(mesh):
+    """Material axes, the stiffness of the pericardium, and fields of the user's."""
+    found, (of_cells, of_points) = directions(mesh), user_fields(mesh)
+    if not (found or has_pericardium(mesh) or of_cells or of_points):
         return
     yield "<MeshData>\n"
     for part in parts if found else ():
@@ -91,7 +93,21 @@ def _mesh_data(mesh: VolumeMesh, parts: list[_Part], options: ExportOptions) -> 
         yield "</ElementData>\n"
     if has_pericardium(mesh):
         yield from stiffness(mesh, options)
+    for field in of_cells:
+        for part in parts:  # FEBio joins those of one name
+            yield from _data(f'ElementData elem_set="{part.name}"', "e", field, part.row)
+    for field in of_points:
+        yield from _data('NodeData node_set="all"', "node", field, slice(None))
     yield "</MeshData>\n"
+
+
+def _data(section: str, tag: str, field: UserField, rows: Any) -> Iterator[str]:
+    """A field over some elements or nodes: a vector as such, others by their components."""
+    for name, values in [(field.name, field.values)] if field.values.shape[1] == 3 else field.columns():
+        yield f'<{section} name="{name}" data_type="{"vec3" if values.ndim == 2 else "scalar"}">\n'
+        table = enumerate(values[rows].reshape(-1, values[0].size).tolist(), start=1)
+        yield "".join(f'<{tag} lid="{i}">{",".join(map(repr, row))}</{tag}>\n' for i, row in table)
+        yield f"</{section.split()[0]}>\n"
 
 
 def _parts(mesh: VolumeMesh) -> list[_Part]:

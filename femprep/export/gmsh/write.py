@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.export.deck.data import over_all
+from femprep.export.deck.fields import user_fields
 from femprep.export.deck.names import facet_names, region_names
 from femprep.export.deck.text import lines
 from femprep.export.deck.units import UNITS
@@ -48,7 +49,9 @@ class _Part:
 def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> None:
     """Write ``stem.msh``, version 2.2, which every reader knows; elements in our order, facets after them.
 
-    Cell data stay out: meshio, through which scikit-fem and others read, cannot read them from version 2.2.
+    meshio, through which scikit-fem and others read, stops at ``$ElementData`` of version 2.2. So fields that the user
+    gave the elements are ``$ElementNodeData``, which it passes over: the same value at each node of an element. What
+    femprep makes for elements stays out.
     """
     parts = _parts(mesh)
     _write(
@@ -57,6 +60,7 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
         _nodes_22(mesh, options),
         _elements_22(parts),
         _node_data(mesh),
+        _element_node_data(mesh),
     )
 
 
@@ -167,11 +171,20 @@ def _node_data(mesh: VolumeMesh) -> Iterator[str]:
         yield from _view("NodeData", name, np.asarray(values))
 
 
-def _view(section: str, name: str, values: Any) -> Iterator[str]:
+def _element_node_data(mesh: VolumeMesh) -> Iterator[str]:
+    nodes = [(own, block.shape[1]) for _, block, own in block_rows(mesh.cells)]
+    for field in user_fields(mesh)[0]:
+        yield from _view("ElementNodeData", field.own, field.values, nodes)
+
+
+def _view(section: str, name: str, values: Any, nodes: Iterable[Any] = ((slice(None), 0),)) -> Iterator[str]:
+    """A row for each value; of elements in rows that are given with a number of nodes, the value at each node."""
     table = values.reshape(len(values), -1).astype(np.float64)
     # Gmsh knows scalars, vectors and tensors: anything between is filled up with zeros.
     width = next((n for n in (1, 3, 9) if n >= table.shape[1]), table.shape[1])
     table = np.pad(table, ((0, 0), (0, width - table.shape[1])))
     yield f'${section}\n1\n"{name}"\n1\n0.0\n3\n0\n{width}\n{len(table)}\n'
-    yield from lines(np.arange(1, len(table) + 1), table, separator=" ", width=None)
+    for own, count in nodes:
+        numbers, rows = np.arange(1, len(table) + 1)[own], np.tile(table[own], (1, max(count, 1)))
+        yield from lines(numbers, *([np.full(len(rows), count)] if count else []), rows, separator=" ", width=None)
     yield f"$End{section}\n"

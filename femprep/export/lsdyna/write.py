@@ -11,6 +11,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.export.content import Content
 from femprep.export.deck.fibres import directions, segments
+from femprep.export.deck.fields import user_fields
 from femprep.export.deck.names import facet_names, facet_nodes, region_names
 from femprep.export.deck.springs import RING, ring_nodes
 from femprep.export.deck.text import number
@@ -34,6 +35,8 @@ PLACES: Final = {
 #: Element formulations: one-point nodal-pressure tetrahedron, ten-node tetrahedron, pentahedron, fully integrated
 #: hexahedron.
 FORMULATIONS: Final = {"tetra": 13, "tetra10": 16, "wedge": 15, "hexahedron": 2}
+#: Their integration points.
+_POINTS: Final = {"tetra": 1, "tetra10": 4, "wedge": 2, "hexahedron": 8}
 
 #: Element formulation of beams that only pull, their cross-section, mm2, and the number of the set of their junctions.
 TRUSS: Final = 3
@@ -66,7 +69,8 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
 
     Purkinje fibres are beams (trusses) of one part for each endocardium, whose material number is the facet tag; they
     end in nodes of the wall, which ``*SET_NODE_LIST`` 200 names. Springs of the pericardium are a part with a material,
-    ``*SET_NODE_LIST`` 201 is the basal ring.
+    ``*SET_NODE_LIST`` 201 is the basal ring. Fields that the user gave the elements are initial history variables
+    (``*INITIAL_FIELD_SOLID``), in the order that a comment names; there is no such card for nodes.
 
     The mesh has no elements of 15 or 20 nodes, see :func:`require`.
     """
@@ -96,6 +100,7 @@ def _deck(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
         yield from _beams(mesh, mesh.purkinje, count, units.per_mm)
         count += len(trees(mesh, mesh.purkinje))
     yield from springs(mesh, options, count + 1, len(mesh.cells) + 2)
+    yield from _initial_fields(mesh)
     sets = {tag: (name, np.flatnonzero(mesh.region == tag)) for name, tag in region_names(mesh).items()}
     sets |= {1000 + int(name[4:]): (name, rows) for name, rows in segments(mesh).items()}
     for number_, (name, rows) in sets.items():
@@ -125,6 +130,20 @@ def _elements(mesh: VolumeMesh, part: IntArray) -> Iterator[str]:
                 f"{line}{''.join(map(_wide, a))}\n{''.join(map(_wide, d))}\n" for line, a, d in zip(lines, fiber, sheet)
             ]
         yield "".join(lines)
+
+
+def _initial_fields(mesh: VolumeMesh) -> Iterator[str]:
+    """Components of the user's fields at each integration point, eight in a line."""
+    columns = [column for field in user_fields(mesh)[0] for column in field.columns()]
+    if not columns:
+        return
+    yield f"$ femprep fields of elements: {', '.join(name for name, _ in columns)}\n*INITIAL_FIELD_SOLID\n"
+    table = np.column_stack([values for _, values in columns]).astype(np.float64)
+    for kind, _, own in block_rows(mesh.cells):
+        for element, row in enumerate(table[own].tolist(), start=own.start + 1):
+            texts = [f"{number(value, 10):>10}" for value in row]
+            cards = "".join("".join(texts[i : i + 8]) + "\n" for i in range(0, len(texts), 8))
+            yield f"{element:10d}{_POINTS[kind]:10d}{len(row):10d}\n{cards * _POINTS[kind]}"
 
 
 def _beams(mesh: VolumeMesh, net: PurkinjeNet, parts: int, per_mm: float) -> Iterator[str]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from femprep.export.deck.fibres import directions
+from femprep.export.deck.fields import UserField, user_fields
 from femprep.export.deck.names import facet_names, region_names
 from femprep.export.deck.split import linear
 from femprep.export.deck.text import lines
@@ -35,19 +36,28 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
 
     References are the tags; comments name them. Elements are linear: of quadratic ones the corners are written. The
     first ``.sol`` holds for each element the fibre and, where there is one, the sheet; the second its AHA segment,
-    because an element has but one reference.
+    because an element has but one reference. Fields of the user's are ``stem.cell_<name>.sol`` and
+    ``stem.point_<name>.sol``.
     """
     mesh = linear(mesh, "Medit")
     with (folder / f"{stem}.mesh").open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(_mesh(mesh, options))
-    found = directions(mesh)
+    found, (of_cells, of_points) = directions(mesh), user_fields(mesh)
+    cells: dict[str, tuple[np.ndarray, ...]] = {}
     if found is not None:
-        vectors = found if "sheet" in mesh.cell_data else found[:1]
-        with (folder / f"{stem}.fiber.sol").open("w", encoding="ascii", newline="\n") as file:
-            file.writelines(_solution(mesh, vectors))
+        cells["fiber"] = found if "sheet" in mesh.cell_data else found[:1]
     if "aha" in mesh.cell_data:
-        with (folder / f"{stem}.aha.sol").open("w", encoding="ascii", newline="\n") as file:
-            file.writelines(_solution(mesh, (np.asarray(mesh.cell_data["aha"]),)))
+        cells["aha"] = (np.asarray(mesh.cell_data["aha"]),)
+    cells |= {f"cell_{field.name}": _parts(field) for field in of_cells}
+    places = {MEDIT_SECTIONS[kind]: own for kind, _, own in block_rows(mesh.cells)}
+    _write_solutions(folder, stem, places, cells)
+    at_points = {f"point_{field.name}": _parts(field) for field in of_points}
+    _write_solutions(folder, stem, {"Vertices": slice(None)}, at_points)
+
+
+def _parts(field: UserField) -> tuple[np.ndarray, ...]:
+    """A vector as such, others by their components: Medit knows but scalars, vectors and symmetric tensors."""
+    return (field.values,) if field.values.shape[1] == 3 else tuple(values for _, values in field.columns())
 
 
 def _mesh(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
@@ -64,11 +74,14 @@ def _mesh(mesh: VolumeMesh, options: ExportOptions) -> Iterator[str]:
     yield "\nEnd\n"
 
 
-def _solution(mesh: VolumeMesh, fields: tuple[np.ndarray, ...]) -> Iterator[str]:
-    # Number of fields, and of each its kind: 1 is a scalar, 2 a vector.
-    kinds = f"{len(fields)} {' '.join(str(values.ndim) for values in fields)}"
-    yield "MeshVersionFormatted 2\n\nDimension 3\n"
-    for kind, block, own in block_rows(mesh.cells):
-        yield f"\nSolAt{MEDIT_SECTIONS[kind]}\n{len(block)}\n{kinds}\n"
-        yield from lines(*(values[own] for values in fields), separator=" ", width=None)
-    yield "\nEnd\n"
+def _write_solutions(folder: Path, stem: str, places: Mapping[str, slice], files: Mapping[str, Any]) -> None:
+    """Write a ``.sol`` file of fields for each name, with a section for each kind of element, or for the points."""
+    for name, fields in files.items():
+        # Number of fields, and of each its kind: 1 is a scalar, 2 a vector.
+        kinds = f"{len(fields)} {' '.join(str(values.ndim) for values in fields)}"
+        with (folder / f"{stem}.{name}.sol").open("w", encoding="ascii", newline="\n") as file:
+            file.write("MeshVersionFormatted 2\n\nDimension 3\n")
+            for section, own in places.items():
+                file.write(f"\nSolAt{section}\n{len(fields[0][own])}\n{kinds}\n")
+                file.writelines(lines(*(values[own] for values in fields), separator=" ", width=None))
+            file.write("\nEnd\n")

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from femprep.export.deck.fibres import directions
+from femprep.export.deck.fields import user_fields
 from femprep.export.deck.names import facet_names, facet_nodes, region_names
 from femprep.export.deck.split import linear
 from femprep.export.deck.springs import RING, ring_nodes
@@ -48,6 +49,9 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     one; tissue without fibres has ``1 0 0``, and blood ``0 0 0``, by which openCARP and MeshTool tell a bath.
     ``stem.tags.txt`` names the tags, ``stem.aha.dat`` holds the AHA segment of each element, ``stem.uvc_*.dat`` the
     ventricular coordinates of each point, and ``stem.par`` is a beat that starts at the nodes of the endocardia.
+
+    Fields of the user's are ``stem.cell_<name>.dat`` and ``stem.point_<name>.dat``, with a number behind the name for
+    each component of a vector.
 
     Purkinje fibres are a mesh of their own, ``stem.purkinje.pts``, ``.elem`` (lines, ``Ln``) and ``.lon``;
     ``stem.purkinje.dat`` tells for each of its points which point of ``stem.pts`` it is, or -1, below a line with the
@@ -102,6 +106,9 @@ def _write_beside(mesh: VolumeMesh, folder: Path, stem: str) -> None:
         (folder / f"{stem}.{name}.vtx").write_text(f"{len(own)}\nextra\n{rows(own)}", encoding="ascii")
     if "aha" in mesh.cell_data:
         _write(folder / f"{stem}.aha.dat", lines(np.asarray(mesh.cell_data["aha"])))
+    for kind, fields in zip(("cell", "point"), user_fields(mesh)):
+        for name, values in (column for field in fields for column in field.columns()):
+            _write(folder / f"{stem}.{kind}_{name}.dat", lines(values, width=None))
     for name, values in universal(mesh).items():
         _write(folder / f"{stem}.uvc_{name}.dat", lines(values, width=None))
     (folder / f"{stem}.par").write_text(parameters(mesh, stem), encoding="utf-8")

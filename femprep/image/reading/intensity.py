@@ -18,12 +18,12 @@ from femprep.image.reading.affine import choose_spacing
 from femprep.image.reading.files import format_of
 from femprep.image.reading.itk import read_content, skewed
 from femprep.image.reading.rectangular import is_sheared, rectangular_values
-from femprep.model import records
+from femprep.model import Immutable, records
 from femprep.model.notice import Notice
 
 
 @dataclass(frozen=True, eq=False)
-class IntensityImage:
+class IntensityImage(Immutable):
     """An image of numbers with its place in the world.
 
     Attributes

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.errors import InputError
-from femprep.model import FloatArray, readonly
+from femprep.model import FloatArray, Immutable, readonly
 from femprep.model.products import unit_vectors
 from femprep.surface.harmonic import kernels
 
@@ -19,7 +19,7 @@ _FEWEST, _MOST, _SAMPLE = 6, 320, 64
 
 
 @dataclass(frozen=True, eq=False)
-class Field:
+class Field(Immutable):
     """A harmonic function inside a sphere: charges and their images, zero on the sphere (Eq. 3).
 
     Attributes

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from numba import prange
 
 from femprep.mesh.compiled import compiled
-from femprep.model import FloatArray, readonly
+from femprep.model import FloatArray, Immutable, readonly
 from femprep.model.functions import LOG_TWO, LOGARITHM
 
 
@@ -73,7 +73,7 @@ def _values(directions: Any, knots: Any, degree: int, scale: float, mean: float,
 
 
 @dataclass(frozen=True, eq=False)
-class Basis:
+class Basis(Immutable):
     """A constant and one bump psi about each control point: what Eq. 8 combines.
 
     Attributes
@@ -127,7 +127,7 @@ class Basis:
 
 
 @dataclass(frozen=True, eq=False)
-class Spline:
+class Spline(Immutable):
     """A function on the unit sphere, Eq. 8.
 
     Attributes

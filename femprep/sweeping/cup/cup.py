@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from femprep.errors import OptionError
-from femprep.model import FloatArray, IntArray, readonly
+from femprep.model import FloatArray, Immutable, IntArray, readonly
 from femprep.model.functions import arctan2, sine_cosine
 
 #: Triangles around the apex of a triangle cup. A hemisphere of equilateral triangles has five corners of valence five
@@ -23,7 +23,7 @@ _NONE = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
-class Cup:
+class Cup(Immutable):
     """A meshed disk, or a ring where the apex is clipped.
 
     Attributes

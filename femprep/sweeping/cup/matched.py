@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from femprep.mesh.patches import PatchSurface
-from femprep.model import FloatArray, Plane, Surface, readonly
+from femprep.model import FloatArray, Immutable, Plane, Surface, readonly
 from femprep.sweeping.cup.cup import Cup
 
 
 @dataclass(frozen=True, eq=False)
-class MatchedSurfaces:
+class MatchedSurfaces(Immutable):
     """An inner and an outer surface on one cup: vertex i of one is joined to vertex i of the other by a straight line.
 
     The lines do not cross, and those of rim vertices lie in their planes.

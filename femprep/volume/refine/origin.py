@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from femprep.model import FloatArray, IntArray, TagArray, VolumeMesh
+from femprep.model import FloatArray, Immutable, IntArray, TagArray, VolumeMesh
 from femprep.volume.refine.transfer import prolongation
 
 
 @dataclass(frozen=True, eq=False)
-class Origin:
+class Origin(Immutable):
     """The coarser mesh that a mesh was cut from; a mesh has it as ``nested``.
 
     Attributes
@@ -54,7 +54,7 @@ class Origin:
 
 
 @dataclass(frozen=True, eq=False)
-class PartialOrigin:
+class PartialOrigin(Immutable):
     """As :class:`Origin`, of a mesh that some elements were taken out of.
 
     Attributes

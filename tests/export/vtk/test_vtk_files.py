@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 import pyvista
+import trimesh
 from meshes import mixed, truncated_ellipsoid, with_fibres
 
-from femprep.errors import FileError, InputError
-from femprep.export import read_mesh, write_facets, write_mesh, write_surface, write_wall
+from femprep.errors import FemprepWarning, FileError, InputError, OptionError
+from femprep.export import read_mesh, write_facets, write_mesh, write_purkinje, write_surface, write_wall
 from femprep.mesh.elements import match_facets
-from femprep.model import FACET_TAGS, Plane, Surface, Wall
+from femprep.model import FACET_TAGS, Plane, PurkinjeNet, Surface, Wall
 
 
 def tetrahedron() -> tuple[np.ndarray, np.ndarray]:
@@ -40,6 +42,37 @@ def test_quadrilateral_surface(tmp_path: Path) -> None:
     surface = Surface(cube.points, cube.regular_faces, "cube")
     write_surface(surface, tmp_path / "cube.vtp")
     assert np.array_equal(pyvista.read(tmp_path / "cube.vtp").regular_faces, cube.regular_faces)
+
+
+@pytest.mark.parametrize("ending", [".stl", ".ply", ".obj", ".off", ".STL"])
+def test_an_ending_means_its_format(ending: str, tmp_path: Path) -> None:
+    cube = pyvista.Cube().clean()
+    surface = Surface(cube.points + 3.25, cube.regular_faces, "cube", point_data={"u": np.arange(8.0)})
+    with pytest.warns(FemprepWarning, match=f"'cube{ending}' leaves out the data u"):
+        path = write_surface(surface, tmp_path / f"cube{ending}")
+    found = trimesh.load(path)
+    assert len(found.faces) == 12
+    assert found.volume == pytest.approx(surface.volume)
+    assert found.bounds.ravel().tolist() == pytest.approx([2.75] * 3 + [3.75] * 3)
+    points, triangles = tetrahedron()
+    wall = Wall(points, triangles, [101, 102, 103, 103], [5, -1, 7, 8])
+    with pytest.warns(FemprepWarning, match="facet_tag"):
+        assert trimesh.load(write_wall(wall, tmp_path / f"wall{ending}")).volume == pytest.approx(wall.volume)
+    mesh = truncated_ellipsoid("hexahedron")
+    with pytest.warns(FemprepWarning, match="facet_tag"):
+        found = trimesh.load(write_facets(mesh, tmp_path / f"facets{ending}"))
+    assert len(found.faces) == 2 * mesh.n_facets
+
+
+@pytest.mark.parametrize("name", ["lv.msh", "lv", "lv.vtk", "lv.stl.gz"])
+def test_other_endings_are_refused_with_those_that_are_known(name: str, tmp_path: Path) -> None:
+    with pytest.raises(OptionError, match=r"\.vtp, \.stl, \.ply, \.obj, \.off"):
+        write_surface(Surface(*tetrahedron(), "lv"), tmp_path / name)
+    net = PurkinjeNet(np.eye(3), [[0, 1], [1, 2]], [111, 111], [0, -1, -1])
+    mesh = replace(truncated_ellipsoid("tetra"), purkinje=net)
+    with pytest.raises(OptionError, match=r"expected one of \.vtp$"):
+        write_purkinje(mesh, tmp_path / "net.stl")
+    assert not list(tmp_path.iterdir())
 
 
 def test_wall_has_tags_template_and_names(tmp_path: Path) -> None:
