@@ -9,7 +9,15 @@ import typer
 
 from femprep.cli._fields import option
 from femprep.export.table import FORMATS
-from femprep.options import CheckOptions, ExportOptions, FibreOptions, ImageOptions, Options, SurfaceOptions
+from femprep.options import (
+    AnnotateOptions,
+    CheckOptions,
+    ExportOptions,
+    FibreOptions,
+    ImageOptions,
+    Options,
+    SurfaceOptions,
+)
 
 INPUT: Final = "Input"
 SURFACES: Final = "Surfaces"
@@ -18,6 +26,7 @@ OUTPUT: Final = "Output"
 
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to make.", rich_help_panel=OUTPUT)]
 Preset = Annotated[str | None, option(Options, "preset", panel=INPUT)]
+Unit = Annotated[str | None, option(AnnotateOptions, "unit", panel=INPUT)]
 Policy = Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)]
 Spacing = Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT, metavar="MM MM MM")]
 CorrectShifts = Annotated[bool | None, option(ImageOptions, "correct_shifts", "--correct-shifts", panel=INPUT)]

@@ -10,7 +10,7 @@ import typer
 from femprep.cli import _arguments as shared
 from femprep.cli._arguments import FIBRES, INPUT, OUTPUT
 from femprep.cli._configuration import merged, parse_names, parse_places, parse_plane
-from femprep.cli._fields import by_path, option
+from femprep.cli._fields import by_path
 from femprep.cli._names import annotation_names, require_lasting, require_output
 from femprep.options import AnnotateOptions, choose
 
@@ -20,7 +20,7 @@ def annotate(
         Path, typer.Argument(help="Mesh file: every format femprep writes, and what meshio reads.", metavar="MESH")
     ],
     out: shared.Out,
-    unit: Annotated[str | None, option(AnnotateOptions, "unit", panel=INPUT)] = None,
+    unit: shared.Unit = None,
     name: Annotated[
         list[str] | None,
         typer.Option(
@@ -87,7 +87,7 @@ def annotate(
     from femprep.report.annotated import write_annotation
 
     with bars(quiet or json) as progress:
-        found = name_parts(read_mesh(mesh), options, progress)
+        found = name_parts(read_mesh(mesh, unit=options.unit), options, progress)
         manifest = write_annotation(found, out, source=mesh, progress=progress)
     if json:
         typer.echo(manifest.model_dump_json(indent=2))

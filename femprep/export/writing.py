@@ -11,6 +11,7 @@ from femprep.export.content import content_of, require_elements
 from femprep.export.files import whole_files
 from femprep.export.table import FORMATS, require_formats
 from femprep.export.target import require_file, target_of
+from femprep.mesh.length_unit import require_unit
 from femprep.model import Surface, VolumeMesh, Wall
 from femprep.options import ExportOptions, choose, takes
 
@@ -54,7 +55,7 @@ def write_mesh(
     DiskFullError
         There is no room; nothing of it is left.
     InputError
-        The mesh has no elements, or the format cannot hold it.
+        The mesh has no elements, the format cannot hold it, or a unit is asked for and that of the mesh is not known.
 
     Examples
     --------
@@ -65,6 +66,8 @@ def write_mesh(
     kind, folder = target.format, target.folder
     options = choose(ExportOptions, options, changes)
     require_elements(mesh)
+    if kind.units.startswith("micrometres") or options.step != "none" or "length_unit" in options.model_fields_set:
+        require_unit(mesh)
     kind.require(content_of(mesh), options)
     with whole_files(folder.parent if kind.folder else folder) as (partial, moved):
         made = partial / folder.name if kind.folder else partial

@@ -130,7 +130,7 @@ def test_both_ventricles_are_named_however_their_base_is_cut(cut: str, cad: None
 def test_a_mirrored_heart_in_centimetres_of_ten_node_elements_is_named(cad: None, tmp_path: Path) -> None:
     ventricles(-22.0, above())
     truth = meshed(tmp_path / "theirs.msh", 10.0, name_of_ventricles(-22.0), order=2)
-    found = fp.annotate(bare(truth, 0.1))
+    found = fp.annotate(bare(truth, 0.1), unit="cm")
     assert found.unit == "cm"
     assert right(truth, found) == 1.0
     assert "fiber" in found.mesh.cell_data
