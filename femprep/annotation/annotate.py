@@ -10,6 +10,8 @@ from typing import Any, Final
 import numpy as np
 from scipy.spatial import cKDTree
 
+from femprep.anatomy import wall_thickness
+from femprep.annotation.atrium import by_atrium
 from femprep.annotation.flat import by_plane, spread
 from femprep.annotation.given import check_names, given_facets, given_regions, is_ours, with_places
 from femprep.annotation.parts import require_joined, with_parts_joined
@@ -18,7 +20,7 @@ from femprep.annotation.records import Annotation
 from femprep.annotation.region_facets import facets_of_regions
 from femprep.annotation.regions import match_regions, regions_by_place
 from femprep.annotation.shell import Shell, shell_of
-from femprep.annotation.ventricles import with_anatomy
+from femprep.annotation.ventricles import is_atrium, with_anatomy
 from femprep.annotation.ways import READING_WAYS
 from femprep.errors import FemprepError, InputError
 from femprep.export.content import require_elements
@@ -106,6 +108,8 @@ def annotate(
         tag = np.where(given > 0, reading.tag, mesh.facet_tag).astype(np.int32)
         mesh = replace(mesh, facet_tag=tag, info=noted(mesh.info, *assumed))
     _ask([*reading.questions, *questions])
+    if is_atrium(mesh):  # it has no segments in which the thickness is shown
+        mesh = mesh.with_data(cell={"thickness": wall_thickness(mesh)})
     if options.fibres is not None:
         with stages("anatomy"):
             mesh = _anatomy(mesh, options, reading)
@@ -172,6 +176,8 @@ def _read(
         reading = Reading("names", given, {tag_name(int(tag)): _TOLD for tag in np.unique(given)})
         attempts.append(ReadingAttempt("names", True, "every boundary facet has a name that is known"))
     ways = READING_WAYS
+    if options.anatomy != "auto":
+        ways = {"atrium": partial(by_atrium, chamber="la" if options.anatomy == "left-atrium" else "ra")}
     if options.base is not None:
         point, normal = np.array(options.base[:3]) * scale, np.array(options.base[3:])
         if not np.linalg.norm(normal) > 0:

@@ -10,7 +10,7 @@ import typer
 from femprep.cli import _arguments as shared
 from femprep.cli._arguments import FIBRES, INPUT, OUTPUT
 from femprep.cli._configuration import merged, parse_names, parse_places, parse_plane
-from femprep.cli._fields import by_path
+from femprep.cli._fields import by_path, option
 from femprep.cli._names import annotation_names, require_lasting, require_output
 from femprep.options import AnnotateOptions, choose
 
@@ -21,6 +21,7 @@ def annotate(
     ],
     out: shared.Out,
     unit: shared.Unit = None,
+    anatomy: Annotated[str | None, option(AnnotateOptions, "anatomy", panel=INPUT)] = None,
     name: Annotated[
         list[str] | None,
         typer.Option(

@@ -27,6 +27,10 @@ class AnnotateOptions(StageOptions):
         description="Unit of length of the mesh file. By default the one that the file states, else the one in which "
         "the mesh is of a heart's size.",
     )
+    anatomy: Literal["auto", "left-atrium", "right-atrium"] = Field(
+        "auto",
+        description="What the mesh is, where an atrium alone is not recognised; its valve is the widest opening.",
+    )
     names: dict[str, str] = Field(
         default_factory=dict,
         description="Names of ours by the numbers or names the file has, of facets (endo, epi, base...) and of regions "

@@ -239,7 +239,7 @@ def test_the_command_writes_the_folder_with_every_attempt(tmp_path: Path, capsys
     assert {one["name"]: one["sure"] for one in record["facets"]} == {"endo": 1.0, "epi": 1.0, "base": 1.0}
     assert [one["name"] for one in record["regions"]] == ["lv"]
     assert record["regions"][0]["amount"] == pytest.approx(all_volumes(truth.points, truth.cells).sum(), abs=0.01)
-    assert [one["way"] for one in record["attempts"]] == ["closed sheets", "flat pieces"]
+    assert [one["way"] for one in record["attempts"]] == ["closed sheets", "atrium", "flat pieces"]
     assert record["source_unit"] == "cm"
     assert "*SURFACE" in (out / "mesh.inp").read_text().upper()
     assert "flat piece" in (out / "report.html").read_text()
