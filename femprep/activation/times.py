@@ -22,6 +22,7 @@ from femprep.export.deck.fibres import directions
 from femprep.export.deck.names import facet_nodes
 from femprep.mesh.eikonal import first_times
 from femprep.mesh.elements import ELEMENTS
+from femprep.mesh.length_unit import require_unit
 from femprep.mesh.operations.element_tets import mesh_tets
 from femprep.model import (
     REGION_TAGS,
@@ -120,8 +121,9 @@ def require_fibres(mesh: VolumeMesh) -> tuple[FloatArray, FloatArray]:
     Raises
     ------
     InputError
-        The mesh has none, or they are no directions.
+        The mesh has none, they are no directions, or the unit of the mesh's file is not known.
     """
+    require_unit(mesh)
     found = directions(mesh)
     if found is None:
         raise InputError(

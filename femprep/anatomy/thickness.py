@@ -14,6 +14,7 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.mesh.elements import ELEMENTS
+from femprep.mesh.length_unit import require_unit
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, VolumeMesh
 from femprep.model.facets import facet_triangles
@@ -38,13 +39,14 @@ def wall_thickness(mesh: VolumeMesh) -> FloatArray:
     Raises
     ------
     InputError
-        Fewer than two of these surfaces are there.
+        Fewer than two of these surfaces are there, or the unit of the mesh's file is not known.
 
     Examples
     --------
     >>> fp.wall_thickness(mesh).shape == (mesh.n_cells,)
     True
     """
+    require_unit(mesh)
     surfaces = [facet_triangles(mesh, name) for name in SURFACES]
     surfaces = [triangles for triangles in surfaces if len(triangles)]
     if len(surfaces) < 2:

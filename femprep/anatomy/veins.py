@@ -63,7 +63,9 @@ def name_veins(
             found[vein] = np.unique(np.concatenate([found.get(vein, np.empty(0, dtype=np.int64)), rim.ravel()]))
         for vein in VEINS[name][:2]:
             if not len(found.get(vein, ())):
-                raise InputError(f"fibres of the atria need {vein}, which is not found; {_line(vein)}")
+                where = ", ".join(spot(points[rim].mean(axis=(0, 1))) for rim in _rims(points, own, centres)) or "none"
+                line = f"{_line(vein)} (openings that are not named lie near: {where})"
+                raise InputError(f"fibres of the atria need {vein}, which is not found; {line}")
     return found
 
 

@@ -10,17 +10,21 @@ from typing import Any, Final
 import numpy as np
 from scipy.spatial import cKDTree
 
+from femprep.anatomy import wall_thickness
+from femprep.annotation.atrium import by_atrium
 from femprep.annotation.flat import by_plane, spread
 from femprep.annotation.given import check_names, given_facets, given_regions, is_ours, with_places
+from femprep.annotation.parts import require_joined, with_parts_joined
 from femprep.annotation.reading import Name, NoReading, Question, Reading, ReadingAttempt
 from femprep.annotation.records import Annotation
 from femprep.annotation.region_facets import facets_of_regions
 from femprep.annotation.regions import match_regions, regions_by_place
 from femprep.annotation.shell import Shell, shell_of
-from femprep.annotation.ventricles import with_anatomy
+from femprep.annotation.ventricles import is_atrium, with_anatomy
 from femprep.annotation.ways import READING_WAYS
 from femprep.errors import FemprepError, InputError
 from femprep.export.content import require_elements
+from femprep.mesh.length_unit import UNIT, in_millimetres, require_unit
 from femprep.mesh.measures.volume_elements import all_volumes, element_volumes
 from femprep.mesh.operations.turned import turned_cells
 from femprep.model import FACET_TAGS, Notice, Plane, Progress, TagArray, VolumeMesh, noted, tag_name, with_failure
@@ -28,7 +32,7 @@ from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.model.notice import NOTICES
 from femprep.model.stages import Stages
 from femprep.model.tags import FOREIGN, FOREIGN_FACETS, TAKEN
-from femprep.model.units import MILLIMETRES, check_size, guess_unit
+from femprep.model.units import MILLIMETRES
 from femprep.model.used_points import on_used_points
 from femprep.options import AnnotateOptions, choose, takes
 from femprep.volume import check
@@ -83,11 +87,16 @@ def annotate(
     require_elements(mesh)
     stages = Stages(progress)
     with stages("boundary"):
-        mesh, unit, scale = _in_millimetres(mesh, options)
+        mesh = in_millimetres(mesh, options.unit, heart=True)
+        require_unit(mesh)
+        unit = str(mesh.info.get(UNIT, {"unit": "mm"})["unit"])
+        scale = MILLIMETRES[unit]
         mesh = _used(_positive(mesh))
         _check_solid(mesh)
         assumed = check_names(mesh, options.names)
+        mesh = with_parts_joined(mesh, shell_of(mesh))
         shell = shell_of(mesh)
+        require_joined(shell)
     with stages("facets"):
         given = given_facets(mesh, shell, options.names)
         reading, attempts = _read(mesh, shell, given, options, scale)
@@ -99,6 +108,8 @@ def annotate(
         tag = np.where(given > 0, reading.tag, mesh.facet_tag).astype(np.int32)
         mesh = replace(mesh, facet_tag=tag, info=noted(mesh.info, *assumed))
     _ask([*reading.questions, *questions])
+    if is_atrium(mesh):  # it has no segments in which the thickness is shown
+        mesh = mesh.with_data(cell={"thickness": wall_thickness(mesh)})
     if options.fibres is not None:
         with stages("anatomy"):
             mesh = _anatomy(mesh, options, reading)
@@ -107,20 +118,6 @@ def annotate(
     return Annotation(
         mesh, quality, options, unit, {**reading.names, **names}, attempts, reading.openings, stages.seconds
     )
-
-
-def _in_millimetres(mesh: VolumeMesh, options: AnnotateOptions) -> tuple[VolumeMesh, str, float]:
-    unit, info = str(options.unit), dict(mesh.info)
-    used = mesh.points[nodes_of(mesh.cells)]
-    if unit != "auto":
-        check_size("the mesh", float(np.linalg.norm(np.ptp(used, axis=0))), unit)
-    else:
-        unit, diagonal = guess_unit(used)
-        words = f"lengths were taken to be in {unit}: the heart is {{amount}} from corner to corner of its box"
-        info = noted(info, Notice.of("assumed", words, amount=diagonal, unit="mm"))
-    scale = MILLIMETRES[unit]
-    points = mesh.points * scale if scale != 1.0 else mesh.points
-    return replace(mesh, points=points, info=info), unit, scale
 
 
 def _positive(mesh: VolumeMesh) -> VolumeMesh:
@@ -179,6 +176,8 @@ def _read(
         reading = Reading("names", given, {tag_name(int(tag)): _TOLD for tag in np.unique(given)})
         attempts.append(ReadingAttempt("names", True, "every boundary facet has a name that is known"))
     ways = READING_WAYS
+    if options.anatomy != "auto":
+        ways = {"atrium": partial(by_atrium, chamber="la" if options.anatomy == "left-atrium" else "ra")}
     if options.base is not None:
         point, normal = np.array(options.base[:3]) * scale, np.array(options.base[3:])
         if not np.linalg.norm(normal) > 0:

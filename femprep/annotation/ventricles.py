@@ -23,7 +23,7 @@ _VENTRICLES = ("lv", "rv", "septum")
 
 
 def with_anatomy(mesh: VolumeMesh, options: FibreOptions, openings: Sequence[CavityOpening] = ()) -> VolumeMesh:
-    """The mesh with coordinates, segments and fibres on its ventricles and, where asked for, fibres of its atria."""
+    """The mesh with coordinates, segments and fibres on its ventricles; fibres of atria, where asked for or alone."""
 
     def add(part: VolumeMesh) -> VolumeMesh:
         axes = ventricular_axes(part, mirrored=options.mirrored)
@@ -32,10 +32,17 @@ def with_anatomy(mesh: VolumeMesh, options: FibreOptions, openings: Sequence[Cav
             part = one(part, axes=axes, fields=fields)
         return add_fibres(part, options, axes=axes, fields=fields)
 
-    found = on_ventricles(mesh, add)
-    if options.atria == "none":
+    alone = is_atrium(mesh)
+    found = mesh if alone else on_ventricles(mesh, add)
+    if options.atria == "none" and not alone:
         return found
     return add_atrial_fibres(found, options.veins, [one.centre for one in openings if one.name == "veins"])
+
+
+def is_atrium(mesh: VolumeMesh) -> bool:
+    """Whether a mesh is of one atrium or both, without ventricles."""
+    regions = set(mesh.region_names)
+    return bool(regions & {"la", "ra"}) and not regions & set(_VENTRICLES)
 
 
 def on_ventricles(mesh: VolumeMesh, add: Callable[[VolumeMesh], VolumeMesh]) -> VolumeMesh:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Final
 
+from femprep.annotation.atrium import by_atrium
 from femprep.annotation.cavities import by_cavities
 from femprep.annotation.cups import by_hull
 from femprep.annotation.flat import by_closed_sheets, by_creases, by_flat_pieces
@@ -17,6 +18,7 @@ ReadingWay = Callable[[Shell], Reading]
 #: From the strictest to the most tolerant: what the first ones find is as good as certain.
 READING_WAYS: Final[Mapping[str, ReadingWay]] = {
     "closed sheets": by_closed_sheets,  # cavities closed all round
+    "atrium": by_atrium,  # an atrium alone, with its valve and veins open
     "flat pieces": by_flat_pieces,  # a base, and perhaps an apex, cut flat
     "creases of 45 degrees": partial(by_creases, degrees=45.0),  # a base with sharp rims
     "creases of 30 degrees": partial(by_creases, degrees=30.0),  # a base with rims

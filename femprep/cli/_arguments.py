@@ -11,7 +11,15 @@ import typer
 from femprep.cli._fields import option
 from femprep.errors import OptionError
 from femprep.export.table import FORMATS
-from femprep.options import CheckOptions, ExportOptions, FibreOptions, ImageOptions, Options, SurfaceOptions
+from femprep.options import (
+    AnnotateOptions,
+    CheckOptions,
+    ExportOptions,
+    FibreOptions,
+    ImageOptions,
+    Options,
+    SurfaceOptions,
+)
 
 INPUT: Final = "Input"
 SURFACES: Final = "Surfaces"
@@ -21,6 +29,7 @@ DECK: Final = "Deck"
 
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to make.", rich_help_panel=OUTPUT)]
 Preset = Annotated[str | None, option(Options, "preset", panel=INPUT)]
+Unit = Annotated[str | None, option(AnnotateOptions, "unit", panel=INPUT)]
 Policy = Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)]
 Spacing = Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT, metavar="MM MM MM")]
 CorrectShifts = Annotated[bool | None, option(ImageOptions, "correct_shifts", "--correct-shifts", panel=INPUT)]

@@ -178,7 +178,7 @@ def print_quality(report: Any, console: Console | None = None, *, worst: int = 0
     if worst:
         _print_worst(report, console, worst)
     if report.passed:
-        console.print("[green]every check passed[/green]")
+        console.print(f"[green]{report.success}[/green]")
     for failure in report.failures:
         console.print(f"[red]failed:[/red] {escape(failure)}")
 

@@ -21,6 +21,7 @@ SPEEDS = "Activation"
 def activate(
     mesh: Annotated[Path, typer.Argument(help="Mesh with fibres: every format femprep writes, and what meshio reads.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="File to write.", rich_help_panel=OUTPUT)],
+    unit: shared.Unit = None,
     format: Annotated[
         str | None,
         typer.Option(
@@ -80,8 +81,9 @@ def activate(
     kind, _, stem = target_of(out, format)  # what is wrong with the name is told at once
     if purkinje:
         require_growth()
-    found = read_mesh(mesh)
+    found = read_mesh(mesh, unit=unit or "auto")
     require_fibres(found)
+    read = found
     before = len(found.info.get("notices", ()))
     if purkinje:
         found = add_purkinje(found, grown)
@@ -93,8 +95,9 @@ def activate(
         paths.append(drawn)
     record = found.info["activation"]
     if not quiet:
-        from femprep.cli._summary import print_losses
+        from femprep.cli._summary import print_left_out, print_losses
 
+        print_left_out(read)
         print_losses(found, kind.name)
         if found.purkinje is not None:
             net = found.purkinje

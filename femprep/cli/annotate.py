@@ -20,7 +20,8 @@ def annotate(
         Path, typer.Argument(help="Mesh file: every format femprep writes, and what meshio reads.", metavar="MESH")
     ],
     out: shared.Out,
-    unit: Annotated[str | None, option(AnnotateOptions, "unit", panel=INPUT)] = None,
+    unit: shared.Unit = None,
+    anatomy: Annotated[str | None, option(AnnotateOptions, "anatomy", panel=INPUT)] = None,
     name: Annotated[
         list[str] | None,
         typer.Option(
@@ -87,7 +88,7 @@ def annotate(
     from femprep.report.annotated import write_annotation
 
     with bars(quiet or json) as progress:
-        found = name_parts(read_mesh(mesh), options, progress)
+        found = name_parts(read_mesh(mesh, unit=options.unit), options, progress)
         manifest = write_annotation(found, out, source=mesh, progress=progress)
     if json:
         typer.echo(manifest.model_dump_json(indent=2))

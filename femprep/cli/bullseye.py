@@ -7,10 +7,13 @@ from typing import Annotated, Literal
 
 import typer
 
+from femprep.cli import _arguments as shared
+
 
 def bullseye(
     mesh: Annotated[Path, typer.Argument(help="Mesh file with AHA segments: mesh.vtu of a run with --fibres.")],
     out: Annotated[Path, typer.Argument(help="Picture to write, .svg.")],
+    unit: shared.Unit = None,
     field: Annotated[
         str,
         typer.Option(help="thickness, a quality measure (mean_ratio, minimum_dihedral ...) or scalar cell data."),
@@ -26,6 +29,7 @@ def bullseye(
     One number in each segment of the left ventricle: the base lies outside, the anterior wall at the top, the septum on
     the left.
     """
+    from femprep.cli._summary import print_left_out
     from femprep.errors import OptionError
     from femprep.export import read_mesh
     from femprep.report.page.shared import write_page
@@ -33,7 +37,9 @@ def bullseye(
 
     if out.suffix.lower() != ".svg":
         raise OptionError(f"bull's eyes are written as .svg, not {out.suffix or 'without an ending'!r}; name OUT.svg")
-    picture = draw(read_mesh(mesh), field, statistic=statistic, label=label)
+    found = read_mesh(mesh, unit=unit or "auto")
+    picture = draw(found, field, statistic=statistic, label=label)
     write_page(out, picture + "\n", "choose another name")
     if not quiet:
+        print_left_out(found)
         typer.echo(out)

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from femprep.cli import _arguments as shared
 from femprep.cli._apart import same_file
 from femprep.cli._fields import given, option
 from femprep.errors import OptionError
@@ -17,6 +18,7 @@ LIMITS = "Limits"
 
 def check(
     mesh: Annotated[Path, typer.Argument(help="Mesh file: .vtu, .vtk, .inp, .msh, .xdmf, .med, .mesh ...")],
+    unit: shared.Unit = None,
     purpose: Annotated[str | None, option(CheckOptions, "purpose", panel=LIMITS)] = None,
     minimum_dihedral: Annotated[float | None, option(CheckOptions, "minimum_dihedral", panel=LIMITS)] = None,
     maximum_dihedral: Annotated[float | None, option(CheckOptions, "maximum_dihedral", panel=LIMITS)] = None,
@@ -44,7 +46,7 @@ def check(
 
     if html is not None and same_file(html, mesh):
         raise OptionError(f"--html {str(html)!r} is the mesh itself; choose another")
-    found = read_mesh(mesh)
+    found = read_mesh(mesh, unit=unit or "auto")
     report = judge(found, options=options)
     if html is not None:
         from femprep.report.page.quality import write_quality_page

@@ -17,6 +17,7 @@ from femprep.options import ExportOptions, PericardiumOptions, choose
 def convert(
     mesh: Annotated[Path, typer.Argument(help="Mesh to read: every format femprep writes, and what meshio reads.")],
     out: Annotated[Path, typer.Argument(help="File to write.")],
+    unit: shared.Unit = None,
     format: Annotated[
         str | None, typer.Option("--format", help="Format of the new file, where its ending does not tell.")
     ] = None,
@@ -43,7 +44,7 @@ def convert(
     from femprep.export.target import target_of
 
     kind = target_of(out, format).format  # what is wrong with the name is told at once
-    found = read_mesh(mesh)
+    found = read_mesh(mesh, unit=unit or "auto")
     if pericardium is not None:
         from femprep.anatomy import add_pericardium
 

@@ -7,10 +7,13 @@ from typing import Annotated
 
 import typer
 
+from femprep.cli import _arguments as shared
+
 
 def refine(
     mesh: Annotated[Path, typer.Argument(help="Mesh to read: every format femprep writes, and what meshio reads.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="File to write.")],
+    unit: shared.Unit = None,
     levels: Annotated[int, typer.Option(help="How often: each level halves the edges of all elements.")] = 1,
     format: Annotated[
         str | None, typer.Option("--format", help="Format of the new file, where its ending does not tell.")
@@ -34,7 +37,7 @@ def refine(
     from femprep.volume.refine import refine as cut
 
     kind = target_of(out, format).format  # what is wrong with the name is told at once
-    coarse = read_mesh(mesh)
+    coarse = read_mesh(mesh, unit=unit or "auto")
     with bars(quiet) as progress:
         fine = cut(coarse, levels, optimised=optimise, progress=progress)
     paths = write_mesh(fine, out, format=format)

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from femprep.cli import _arguments as shared
 from femprep.cli._apart import same_file
 from femprep.errors import OptionError
 
@@ -19,6 +20,7 @@ def transfer(
         list[str],
         typer.Option(help="Name of a field of FROM's elements or points, repeatable; region for its regions."),
     ],
+    unit: shared.Unit = None,
     format: Annotated[
         str | None, typer.Option("--format", help="Format of the new file, where its ending does not tell.")
     ] = None,
@@ -45,7 +47,7 @@ def transfer(
     place = target_of(out, format)  # what is wrong with the name is told at once
     if any(same_file(source, one) for one in (place.file, place.folder)) and not same_file(source, target):
         raise OptionError(f"--out {str(out)!r} is the mesh that the fields come from; choose another")
-    one, other = read_mesh(source), read_mesh(target)
+    one, other = (read_mesh(path, unit=unit or "auto") for path in (source, target))
     moved = bring(one, other, field, there_and_back=there_and_back)
     record = TransferRecord(**moved.info["transfer"]).model_copy(
         update={"source": source.name, "target": target.name}
@@ -60,8 +62,10 @@ def transfer(
     write_page(told, record.model_dump_json(indent=2) + "\n", "choose another name")
     if quiet:
         return
-    from femprep.cli._summary import print_losses, print_transfer
+    from femprep.cli._summary import print_left_out, print_losses, print_transfer
 
+    print_left_out(one)
+    print_left_out(other)
     print_transfer(record)
     for line in lines({"notices": moved.info.get("notices", ())[len(other.info.get("notices", ())) :]}):
         typer.echo(f"note: {line}")

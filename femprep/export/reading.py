@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import FemprepError, FileError, InputError
+from femprep.export.deck.units import stated_unit
 from femprep.export.deck.unread import UNREAD
 from femprep.export.foreign import from_meshio
 from femprep.export.hdf5 import require_hdf5
@@ -31,6 +32,7 @@ from femprep.export.through_meshio import meshio_mesh
 from femprep.export.turned import turned_tetrahedra
 from femprep.export.verdict import verdict_in
 from femprep.mesh.elements import ELEMENTS
+from femprep.mesh.length_unit import UNIT, in_millimetres
 from femprep.mesh.vtk.entities import refuse_entities
 from femprep.model import VolumeMesh
 from femprep.model.arrays import FARTHEST
@@ -38,7 +40,7 @@ from femprep.model.notice import Notice, noted
 from femprep.model.verdict import VERDICT
 
 
-def read_mesh(path: str | Path) -> VolumeMesh:
+def read_mesh(path: str | Path, *, unit: str = "auto") -> VolumeMesh:
     """Read a volume mesh.
 
     Parameters
@@ -48,6 +50,10 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         ``.feb`` (FEBio), ``.k`` (LS-DYNA), ``.pts`` or ``.elem`` (openCARP), ``.xdmf``, ``.msh`` (Gmsh), ``.med``,
         ``.mesh`` (Medit, its ``.sol`` files beside it), ``.e`` and ``.exo`` (Exodus II), a ``mesh-complete`` folder
         (svMultiPhysics), and most else that meshio reads.
+    unit : {"auto", "mm", "cm", "m", "um"}
+        Unit of length of the file. By default the one that the file states, or that its format always has; else the one
+        in which the mesh is of a heart's size. Where a heart of that size is possible in more than one unit (a rat's in
+        mm, a child's in cm), or in none, lengths are kept, and what needs mm refuses the mesh.
 
     Returns
     -------
@@ -55,14 +61,16 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         Files of ours give every region, facet tag, name and fibre back. Of others', regions and facet tags are taken
         from the tag arrays, physical groups and sets that the file holds; elements keep their orientation, so that a
         check finds inverted ones. ``info["source"]`` says what was taken from where, and what was left out, a
-        notice that as well. A region and facets of one name have it both, and numbers of their own. Lengths
-        are those of the file: femprep takes them as mm, except where a file of ours names another unit. The limits by
-        which a mesh of ours was judged come along, but from openCARP's files, which have no room for them.
+        notice that as well. A region and facets of one name have it both, and numbers of their own. Lengths are in mm;
+        ``info["file_unit"]`` holds the unit of the file, and a unit that was guessed is a notice. The limits by which
+        a mesh of ours was judged come along, but from openCARP's files, which have no room for them.
 
     Raises
     ------
     FileError
         The file is missing, damaged, of an unknown format, or holds no volume elements.
+    InputError
+        No heart is of such a size in the unit given, or the file states another one.
 
     Examples
     --------
@@ -87,7 +95,7 @@ def read_mesh(path: str | Path) -> VolumeMesh:
             raise InputError(f"holds no volume elements; give a mesh of {', '.join(ELEMENTS)}")
         _require_finite(mesh)
         require_own_edges(mesh)
-        mesh = _with_notice(mesh)
+        mesh = _with_unit(_with_notice(mesh), path)
         if path.suffix.lower() in _COMMENTED and (verdict := verdict_in(path)):
             mesh = replace(mesh, info={**mesh.info, VERDICT: verdict})
     except FemprepError as error:
@@ -96,7 +104,7 @@ def read_mesh(path: str | Path) -> VolumeMesh:
         # A parser that meets what it does not expect, of whatever library: the file is at fault, not the program.
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         raise FileError(f"{str(path)!r} is damaged or no mesh: {reason}") from error
-    return mesh
+    return in_millimetres(mesh, unit)
 
 
 def _require_finite(mesh: VolumeMesh) -> None:
@@ -119,11 +127,29 @@ def _with_notice(mesh: VolumeMesh) -> VolumeMesh:
     return replace(mesh, info=noted(mesh.info, Notice.of("left out", f"{words} of the file are left out")))
 
 
+def _with_unit(mesh: VolumeMesh, path: Path) -> VolumeMesh:
+    """The mesh with the unit of length that its file states, or its format always has."""
+    ending, unit = path.suffix.lower(), None
+    if ending == ".med":
+        unit = import_module("femprep.export.med.read").unit_of(path)
+    elif ending in (*_COMMENTED, *_CARP):
+        unit = "um" if ending in _CARP else stated_unit(path)
+    if UNIT in mesh.info or unit is None:
+        return mesh
+    by = "format" if ending in _CARP else "statement"
+    return replace(mesh, info={**mesh.info, UNIT: {"unit": unit, "by": by}})
+
+
 def _vtk(path: Path) -> VolumeMesh:
     from femprep.export.vtu.read import read_foreign, read_own
 
     own = read_own(path)
-    return own if own is not None else turned_tetrahedra(from_meshio(with_namemap(read_foreign(path), path)), _MANY)
+    if own is None:
+        return turned_tetrahedra(from_meshio(with_namemap(read_foreign(path), path)), _MANY)
+    # A unit that was in doubt when the file was written still is.
+    if own.info.get(UNIT, {}).get("by") in ("doubt", "default") or "mesher" in own.info:
+        return own
+    return replace(own, info={**own.info, UNIT: {"unit": "mm", "by": "statement"}})
 
 
 def _legacy_vtk(path: Path) -> VolumeMesh:
@@ -192,6 +218,9 @@ _MANY: Final = 0.4
 
 #: Endings of text files with comments, in which a mesh's verdict stands.
 _COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")
+
+#: Endings of openCARP's files, which are in micrometres.
+_CARP: Final = (".pts", ".elem", ".bpts", ".belem")
 
 #: Endings of files that are, or begin as, XML.
 _XML: Final = (".vtu", ".feb", ".xdmf", ".xmf", ".xml", ".pvtu", ".vtp", ".vti")

@@ -200,7 +200,7 @@ FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
                     "materials and an inflation step on request (inflation.xml)"
                 ),
                 elements="all",
-                units="as asked, not named",
+                units="as asked, named in the record of the mesh file",
                 read_by="VTK; svMultiPhysics (of July 2026), solved where FEMPREP_SVMULTIPHYSICS names it",
                 unread_by="SimVascular",
                 needs="svmultiphysics.step:require",

@@ -15,6 +15,7 @@ from femprep.export.losses import losses
 from femprep.export.table import FORMATS, require_formats
 from femprep.export.target import Target, require_file, target_of
 from femprep.export.vtk.surface_files import save_polydata
+from femprep.mesh.length_unit import require_unit
 from femprep.model import Surface, VolumeMesh, Wall
 from femprep.options import ExportOptions, choose, takes
 
@@ -61,7 +62,8 @@ def write_mesh(
     DiskFullError
         There is no room; nothing of it is left.
     InputError
-        The mesh has no elements, the format cannot hold it, or cell data ``fiber`` or ``sheet`` are no vectors.
+        The mesh has no elements, the format cannot hold it, cell data ``fiber`` or ``sheet`` are no vectors, or a unit
+        is asked for and that of the mesh is not known.
 
     Examples
     --------
@@ -84,6 +86,8 @@ def _write(mesh: VolumeMesh, target: Target, options: ExportOptions) -> list[Pat
     kind, folder = target.format, target.folder
     require_elements(mesh)
     require_vectors(mesh)
+    if kind.units.startswith("micrometres") or options.step != "none" or "length_unit" in options.model_fields_set:
+        require_unit(mesh)
     kind.require(content_of(mesh), options)
     with whole_files(folder.parent if kind.folder else folder) as (partial, moved):
         made = partial / folder.name if kind.folder else partial

@@ -23,7 +23,13 @@ class AnnotateOptions(StageOptions):
     """
 
     unit: Literal["auto", "mm", "cm", "m", "um"] = Field(
-        "auto", description="Unit of length of the file: guessed from the size of the heart, which is said, or given."
+        "auto",
+        description="Unit of length of the mesh file. By default the one that the file states, else the one in which "
+        "the mesh is of a heart's size.",
+    )
+    anatomy: Literal["auto", "left-atrium", "right-atrium"] = Field(
+        "auto",
+        description="What the mesh is, where an atrium alone is not recognised; its valve is the widest opening.",
     )
     names: dict[str, str] = Field(
         default_factory=dict,

@@ -203,10 +203,7 @@ def _unit(surfaces: Mapping[str, Surface], unit: str) -> tuple[str, float, list[
     if unit != "auto":
         check_size(f"surface {OUTER!r}", size[OUTER], unit)  # layers and columns between grow with the square of it
         return unit, MILLIMETRES[unit], []
-    try:
-        unit, diagonal = guess_unit(surfaces[OUTER].points)
-    except InputError as error:
-        raise InputError(str(error).replace("the mesh", f"surface {OUTER!r}")) from None
+    unit, diagonal = guess_unit(surfaces[OUTER].points, f"surface {OUTER!r}")
     words = f"lengths of the surfaces were taken to be in {unit}: the box around the heart is {{amount}} across"
     return unit, MILLIMETRES[unit], [Notice.of("assumed", words, amount=diagonal, unit="mm")]
 

@@ -20,7 +20,6 @@ from femprep.cli import main
 from femprep.mesh.measures.volume_elements import all_volumes
 from femprep.mesh.operations.turned import turned_cells
 from femprep.model import FACET_TAGS, REGION_TAGS, VolumeMesh
-from femprep.model.units import guess_unit
 from femprep.phantoms import lv_ellipsoid
 
 
@@ -81,7 +80,7 @@ def test_a_base_that_is_not_flat_is_told_by_its_creases() -> None:
     assert any(attempt.taken and attempt.way.startswith("creases") for attempt in found.attempts)
 
 
-@pytest.mark.parametrize(("factor", "unit"), [(1.0, "mm"), (0.1, "cm"), (1e-3, "m"), (1e3, "um")])
+@pytest.mark.parametrize(("factor", "unit"), [(1.0, "mm"), (1e-3, "m"), (1e3, "um")])
 def test_the_unit_is_guessed_from_the_size_and_said(factor: float, unit: str) -> None:
     truth = ellipsoid("wedge").mesh
     found = fp.annotate(bare(truth, points=truth.points * factor), fibres=None)
@@ -90,9 +89,12 @@ def test_the_unit_is_guessed_from_the_size_and_said(factor: float, unit: str) ->
     assert any(f"taken to be in {unit}" in notice["what"] for notice in found.mesh.info["notices"])
 
 
-def test_what_is_no_heart_in_any_unit_is_refused() -> None:
-    with pytest.raises(fp.InputError, match="--unit"):
-        guess_unit(np.array([[0.0, 0.0, 0.0], [1e9, 0.0, 0.0]]))
+def test_a_size_that_fits_two_units_is_asked_about_and_the_unit_answers() -> None:
+    truth = ellipsoid("wedge").mesh
+    small = bare(truth, points=truth.points * 0.1)
+    with pytest.raises(fp.InputError, match=r"--unit mm \(.* or --unit cm \("):
+        fp.annotate(small)
+    np.testing.assert_allclose(fp.annotate(small, fibres=None, unit="cm").mesh.points, truth.points, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["tetra", "wedge", "hexahedron"])
@@ -231,13 +233,13 @@ def test_the_command_writes_the_folder_with_every_attempt(tmp_path: Path, capsys
     truth = ellipsoid("hexahedron").mesh
     meshio.Mesh(truth.points / 10.0, [("hexahedron", truth.cells["hexahedron"])]).write(tmp_path / "paper.vtk")
     out = tmp_path / "named"
-    status = main(["annotate", str(tmp_path / "paper.vtk"), "-o", str(out), "--format", "abaqus"])
-    assert status in (0, 1), capsys.readouterr().err
+    status = main(["annotate", str(tmp_path / "paper.vtk"), "-o", str(out), "--format", "abaqus", "--unit", "cm"])
+    assert status == 0, capsys.readouterr().err
     record = json.loads((out / "run.json").read_text())
     assert {one["name"]: one["sure"] for one in record["facets"]} == {"endo": 1.0, "epi": 1.0, "base": 1.0}
     assert [one["name"] for one in record["regions"]] == ["lv"]
     assert record["regions"][0]["amount"] == pytest.approx(all_volumes(truth.points, truth.cells).sum(), abs=0.01)
-    assert [one["way"] for one in record["attempts"]] == ["closed sheets", "flat pieces"]
+    assert [one["way"] for one in record["attempts"]] == ["closed sheets", "atrium", "flat pieces"]
     assert record["source_unit"] == "cm"
     assert "*SURFACE" in (out / "mesh.inp").read_text().upper()
     assert "flat piece" in (out / "report.html").read_text()

@@ -130,7 +130,7 @@ def test_both_ventricles_are_named_however_their_base_is_cut(cut: str, cad: None
 def test_a_mirrored_heart_in_centimetres_of_ten_node_elements_is_named(cad: None, tmp_path: Path) -> None:
     ventricles(-22.0, above())
     truth = meshed(tmp_path / "theirs.msh", 10.0, name_of_ventricles(-22.0), order=2)
-    found = fp.annotate(bare(truth, 0.1))
+    found = fp.annotate(bare(truth, 0.1), unit="cm")
     assert found.unit == "cm"
     assert right(truth, found) == 1.0
     assert "fiber" in found.mesh.cell_data
@@ -161,20 +161,18 @@ def test_holes_through_a_closed_top_are_valves_and_no_vessels(cad: None, tmp_pat
 WAYS = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)]
 
 
-MOUTHS = [
-    (5, 7.0, "5 mouths: an atrium, and no ventricle"),
-    (3, 12.0, "3 mouths on opposite sides: an atrium, and no ventricle"),
-]
-
-
-@pytest.mark.parametrize(("count", "wide", "words"), slow_but(MOUTHS[1:], MOUTHS))
-def test_one_atrium_alone_is_no_ventricle(cad: None, tmp_path: Path, count: int, wide: float, words: str) -> None:
+@pytest.mark.parametrize(("count", "wide"), slow_but([(3, 12.0)], [(5, 7.0), (3, 12.0)]))
+def test_one_atrium_alone_is_no_ventricle(cad: None, tmp_path: Path, count: int, wide: float) -> None:
     middle = (0.0, 0.0, 0.0)
     veins = [[(3, gmsh.model.occ.addCylinder(*middle, *(60 * x for x in way), wide))] for way in WAYS[:count]]
     without(ball((30.0, 30.0, 30.0)), ball((26.0, 26.0, 26.0)), *veins)
     theirs = meshed(tmp_path / "theirs.msh", 5.0, lambda points: "wall")
-    with pytest.raises(fp.InputError, match=words):
-        fp.annotate(bare(theirs))
+    if count == 3:
+        with pytest.raises(fp.InputError, match="right-atrium"):
+            fp.annotate(bare(theirs))
+    found = fp.annotate(bare(theirs), anatomy="left-atrium", fibres=None)
+    assert set(found.mesh.facet_names) == {"endo_la", "epi", "mitral", "veins"}
+    assert len(found.openings) == count
 
 
 def test_bricks_that_end_in_terraces_are_named() -> None:

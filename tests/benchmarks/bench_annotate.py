@@ -88,13 +88,14 @@ def main() -> None:
     parser.add_argument("--named-by-makers", action="store_true", help="only with the names beside the file")
     parser.add_argument("--examples", action="store_true", help="the left ventricles of svMultiPhysics's examples")
     parser.add_argument("--named", type=Path, help="a surface with the array class")
+    parser.add_argument("--unit", default="auto", help="of the examples, or of the mesh that --named names")
     arguments = parser.parse_args()
     if arguments.named:
-        beside(arguments.mesh, pyvista.read(arguments.named))
+        beside(arguments.mesh, pyvista.read(arguments.named), arguments.unit)
         return
     if arguments.examples:
         for name in EXAMPLES:
-            example(arguments.mesh / name)
+            example(arguments.mesh / name, arguments.unit)
         return
     file = pyvista.read(arguments.mesh)
     names = json.loads(arguments.mesh.with_suffix(".namemap.json").read_text())["_surface_id_to_name"]
@@ -136,13 +137,13 @@ def main() -> None:
         print("verdict:", found.quality.failures or "passed")
 
 
-def example(folder: Path) -> None:
+def example(folder: Path, unit: str) -> None:
     """A left ventricle of SimVascular's: a file of elements, one of facets for each surface, perhaps two of fibres."""
     file = pyvista.read(folder / "mesh-complete.mesh.vtu")
     kind, cells = next((KINDS[int(code)], block) for code, block in file.cells_dict.items())
     mesh = VolumeMesh(np.asarray(file.points, dtype=float), {kind: cells.astype(np.int64)}, np.ones(file.n_cells))
     start = time.perf_counter()
-    found = fp.annotate(mesh, fibres={"endo_angle": 90.0, "epi_angle": -90.0})
+    found = fp.annotate(mesh, fibres={"endo_angle": 90.0, "epi_angle": -90.0}, unit=unit)
     print(f"\n## {folder}: {file.n_cells} {kind}, {time.perf_counter() - start:.1f} s")
     nodes, truth = [], []
     for name in ("endo", "epi", "base"):
@@ -158,10 +159,10 @@ def example(folder: Path) -> None:
     print("verdict:", found.quality.failures or "passed")
 
 
-def beside(path: Path, surface: pyvista.PolyData) -> None:
+def beside(path: Path, surface: pyvista.PolyData, unit: str) -> None:
     """A mesh whose facets are named as the nearest places of a surface are."""
     start = time.perf_counter()
-    found = fp.annotate(fp.read_mesh(path), names={}, fibres=None)
+    found = fp.annotate(fp.read_mesh(path, unit=unit), names={}, fibres=None)
     print(f"\n## {path}: {found.mesh.n_cells} elements, {time.perf_counter() - start:.1f} s")
     shell = shell_of(found.mesh)
     if "class" in surface.cell_data:

@@ -81,7 +81,7 @@ def test_check_shows_histograms_and_the_worst_elements(tmp_path: Path, capsys: p
     html = page.read_text(encoding="utf-8")
     assert html.count("<svg") == 4
     assert "Worst elements" in html
-    assert "Every check passed" in html
+    assert "No defects found" in html
     assert main(["check", str(path), "--html", str(tmp_path / "none" / "cube.html")]) == 2
     assert "cannot be written" in capsys.readouterr().err
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from exodus_file import letters, two_blocks, two_of, two_steps, variables, write
+from notices import reported
 from vtkmodules.vtkIOExodus import vtkExodusIIReader
 
 import femprep as fp
@@ -68,7 +69,7 @@ def test_data_of_the_first_step_are_read(tmp_path: Path, hdf5: bool) -> None:
     assert read.point_data["p"].tolist() == [40.0] * count
     np.testing.assert_array_equal(read.cell_data["fibre"], [[1, 2, 3], [-1, -2, -3], [-1, -2, -3]])
     assert set(read.cell_data) == {"fibre"}
-    assert [notice["what"] for notice in read.info["notices"]] == [
+    assert reported(read) == [
         "age is left out: 2 elements of 3 have none",
         "of 2 steps in time the first is read",
     ]
@@ -156,4 +157,4 @@ def test_sets_of_nodes_are_told(tmp_path: Path) -> None:
     found |= {"ns_prop1": np.array([7, 8], np.int32), "ns_names": letters(["", "rim"])}
     found |= {"node_ns1": np.array([1], np.int32), "node_ns2": np.array([1, 2], np.int32)}
     mesh = fp.read_mesh(write(tmp_path / "a.exo", found, ["tetra"], hdf5=True))
-    assert [one["what"] for one in mesh.info["notices"]] == ["sets of nodes 7, rim of the file are left out"]
+    assert reported(mesh) == ["sets of nodes 7, rim of the file are left out"]

@@ -9,6 +9,7 @@ import meshio
 import numpy as np
 import pytest
 from meshes import truncated_ellipsoid
+from notices import reported
 
 import femprep as fp
 
@@ -62,14 +63,14 @@ def test_a_group_of_all_elements_hides_no_other(first: str, tmp_path: Path) -> N
     mesh = read(tmp_path / "a.msh", first, "1 58")
     assert mesh.region.tolist() == [57, 58]
     assert mesh.info["tag_names"] == {"lesion": 57, "whole": 58}
-    assert "notices" not in mesh.info
+    assert not reported(mesh)
 
 
 def test_a_group_that_lacks_elements_is_told(tmp_path: Path) -> None:
     mesh = read(tmp_path / "a.msh", "2 58 57", "1 9")
     assert mesh.region.tolist() == [57, 9]
-    (notice,) = mesh.info["notices"]
-    assert notice["what"] == TOLD.format("whole")
+    (notice,) = reported(mesh)
+    assert notice == TOLD.format("whole")
 
 
 def test_groups_of_med(tmp_path: Path) -> None:
@@ -82,13 +83,13 @@ def test_groups_of_med(tmp_path: Path) -> None:
     found = fp.read_mesh(tmp_path / "a.med")
     names = found.info["tag_names"]
     assert found.region.tolist() == [names["left"], names["right"]]
-    assert "notices" not in found.info
+    assert not reported(found)
     meshio.Mesh(points, cells).write(tmp_path / "c.med")
     assert fp.read_mesh(tmp_path / "c.med").region.tolist() == [0, 0]
     mesh.cell_tags = {-1: ["left", "tip"], -2: []}
     mesh.write(tmp_path / "b.med")
-    (notice,) = fp.read_mesh(tmp_path / "b.med").info["notices"]
-    assert notice["what"] == TOLD.format("tip")
+    (notice,) = reported(fp.read_mesh(tmp_path / "b.med"))
+    assert notice == TOLD.format("tip")
 
 
 def test_a_number_of_ours_that_names_something_else_is_changed(tmp_path: Path) -> None:
@@ -97,8 +98,8 @@ def test_a_number_of_ours_that_names_something_else_is_changed(tmp_path: Path) -
     path.write_text(MESH.format("1 5", "1 58").replace('3 57 "lesion"', '3 5 "lesion"'))
     mesh = fp.read_mesh(path)
     assert dict(mesh.region_names) == {"lesion": 51, "whole": 58}
-    (notice,) = mesh.info["notices"]
-    assert notice["what"] == "numbers that are femprep's of something else are changed: 'lesion' from 5 to 51"
+    (notice,) = reported(mesh)
+    assert notice == "numbers that are femprep's of something else are changed: 'lesion' from 5 to 51"
     report = fp.check(mesh)
     assert list(report.regions) == ["lesion", "whole"]
     assert {one.region for one in report.worst} <= {"lesion", "whole"}

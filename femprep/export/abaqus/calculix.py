@@ -192,7 +192,7 @@ def _solution(
 
 
 def _read(dat: Path, supports: int) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]]:
-    """Reaction of all supports, N, displacements ``(n, 3)``, mm, strain and stress ``(n_cells, 9)``, kPa, at the end."""
+    """Reaction of all supports, N, displacements ``(n, 3)``, mm, strain, stress ``(n_cells, 9)``, kPa, at the end."""
     text = dat.read_text(encoding="ascii", errors="replace")
     forces = re.findall(rf"total force[^\n]*time  0\.1000000E\+01\n\s*{_NUMBER * 3}", text)[-supports:]
     parts = re.split(r"^ (displacements|strains|stresses) .*$", text, flags=re.MULTILINE)

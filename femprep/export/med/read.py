@@ -24,8 +24,8 @@ from femprep.model.verdict import VERDICT
 log = logging.getLogger(__name__)
 
 
-def unit_of(path: Path) -> str:
-    """Unit of length that a MED file names, ``"mm"`` where it names none of ours."""
+def unit_of(path: Path) -> str | None:
+    """Unit of length that a MED file names; None where it names none that is known."""
     import h5py
 
     with h5py.File(path, "r") as file:
@@ -33,7 +33,7 @@ def unit_of(path: Path) -> str:
             name = bytes(mesh.attrs.get("UNI", b"")).decode("latin-1")[:16].strip("\0 ")
             if name in UNITS:
                 return name
-    return "mm"
+    return None
 
 
 def _verdict_in(path: Path) -> dict[str, Any]:
@@ -67,7 +67,7 @@ def read(path: Path, mesh: Any) -> VolumeMesh:
         raise FileError(f"{str(path)!r} holds no volume elements")
     told = _choose(mesh)
     found = from_meshio(mesh)
-    points = found.points / UNITS[unit_of(path)].per_mm
+    points = found.points / UNITS[unit_of(path) or "mm"].per_mm
     data = {name: values for name, values in found.point_data.items() if name != "point_tags"}
     found = replace(found, points=points, point_data=data, info=noted({**found.info, **_verdict_in(path)}, *told))
     return with_node_sets(found, _node_groups(mesh))

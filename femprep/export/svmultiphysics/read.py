@@ -10,11 +10,13 @@ import numpy as np
 
 from femprep.errors import FileError
 from femprep.export.deck.names import Numbers
+from femprep.export.deck.units import UNITS
 from femprep.export.foreign import from_meshio
 from femprep.export.svmultiphysics.step import ORIGIN
 from femprep.export.vtk.xml import arrays_of, record_of
 from femprep.export.vtu.read import read_foreign
 from femprep.mesh.elements import FACET_TYPES
+from femprep.mesh.length_unit import UNIT
 from femprep.mesh.vtk.reading import load
 from femprep.model import IntArray, VolumeMesh
 from femprep.model.tags import FOREIGN
@@ -30,7 +32,7 @@ _NUMBERS: Final = ("GlobalElementID", "GlobalNodeID", "DOMAIN_ID", "ModelRegionI
 def read(folder: Path) -> VolumeMesh:
     """Read a folder: its mesh, each file of ``mesh-surfaces`` as a tagged facet set, its fibres.
 
-    Lengths are those of the files, which name no unit; what a file of ours says was taken off is put back.
+    The files name their unit only where femprep wrote them; an origin that was taken off is put back.
 
     Raises
     ------
@@ -41,7 +43,9 @@ def read(folder: Path) -> VolumeMesh:
         raise FileError(f"the folder {str(folder)!r} holds no {MESH}; name the file of a mesh")
     file = read_foreign(folder / MESH)
     mesh = from_meshio(file)
-    origin = record_of(file.field_data).get(ORIGIN, (0.0, 0.0, 0.0))
+    record = record_of(file.field_data)
+    origin, unit = record.get(ORIGIN, (0.0, 0.0, 0.0)), record.get(UNIT)
+    stated = {UNIT: {"unit": unit, "by": "statement"}} if unit else {}
     numbers = Numbers()
     numbers.regions.update(mesh.info.get(FOREIGN, {}))
     blocks: dict[str, list[tuple[IntArray, int]]] = {}
@@ -56,12 +60,12 @@ def read(folder: Path) -> VolumeMesh:
             cell_data[name] = np.concatenate(read_foreign(folder / fibres).cell_data["FIB_DIR"])
     return replace(
         mesh,
-        points=mesh.points + origin,
+        points=(mesh.points + origin) / (UNITS[unit].per_mm if unit else 1.0),
         facets={kind: np.concatenate([nodes for nodes, _ in parts]) for kind, parts in blocks.items()},
         facet_tag=np.concatenate([np.empty(0, dtype=np.int32), *tags]),
         cell_data=cell_data,
         point_data={name: values for name, values in mesh.point_data.items() if name not in _NUMBERS},
-        info={**mesh.info, "source": {**mesh.info["source"], "facet_tag": "mesh-surfaces"}, **numbers.info},
+        info={**mesh.info, "source": {**mesh.info["source"], "facet_tag": "mesh-surfaces"}, **numbers.info, **stated},
     )
 
 

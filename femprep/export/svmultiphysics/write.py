@@ -17,6 +17,7 @@ from femprep.export.vtk.polydata import polydata
 from femprep.export.vtk.xml import add_arrays, add_record, save
 from femprep.export.vtu.write import bare_grid
 from femprep.mesh.elements import match_facets
+from femprep.mesh.length_unit import UNIT
 from femprep.mesh.measures.triangles import normals
 from femprep.model import VolumeMesh, verdict_of
 from femprep.model.blocks import chosen_rows, nodes_of
@@ -44,7 +45,7 @@ def write(mesh: VolumeMesh, folder: Path, stem: str, options: ExportOptions) -> 
     add_arrays(grid.GetCellData(), {**ids, **mesh.cell_data}, "cell data")
     names = {name: _numbers(np.array([tag, 3])) for name, tag in region_names(mesh).items()}
     add_arrays(grid.GetFieldData(), names, "field data")
-    record = {VERDICT: verdict} if (verdict := verdict_of(mesh)) else {}
+    record = {UNIT: options.length_unit, **({VERDICT: verdict} if (verdict := verdict_of(mesh)) else {})}
     if origin.any():
         record[ORIGIN] = (origin * UNITS[options.length_unit].per_mm).tolist()
     add_record(grid, record)  # by which the folder is known as ours

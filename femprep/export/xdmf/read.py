@@ -16,6 +16,7 @@ from femprep.export.deck.units import UNITS
 from femprep.export.xdmf.grids import attributes_of, tags_of, topology_of, values_of
 from femprep.export.xdmf.tagged import read_tagged
 from femprep.export.xdmf.write import CELL_TAGS, FACET_TAGS, MESH
+from femprep.mesh.length_unit import UNIT
 from femprep.model import VolumeMesh
 from femprep.model.tags import foreign_names
 from femprep.model.verdict import VERDICT
@@ -50,6 +51,7 @@ def read_own(path: Path) -> VolumeMesh | None:
     info = _read_json(path, "info")
     scale = UNITS[info.get("length_unit", "mm")].per_mm
     points = values_of(whole.find("Geometry"), path) / scale
+    stated = {UNIT: {"unit": info["length_unit"], "by": "statement"}} if "length_unit" in info else {}
     written = _read_json(path, "markers")
     markers = [(foreign_names(info).get(tag, name), tag, dim) for name, (tag, dim) in written.items()]
     region = _tags(grids.get(CELL_TAGS), path, markers, 3, numbers)
@@ -63,7 +65,7 @@ def read_own(path: Path) -> VolumeMesh | None:
         facet_tag=facet_tag,
         cell_data=attributes_of(whole, "Cell", path),
         point_data=attributes_of(whole, "Node", path),
-        info={**numbers.info, **({VERDICT: info[VERDICT]} if VERDICT in info else {})},
+        info={**numbers.info, **stated, **({VERDICT: info[VERDICT]} if VERDICT in info else {})},
     )
 
 

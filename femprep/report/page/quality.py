@@ -60,7 +60,7 @@ def write_quality_page(report: QualityReport, path: Path, *, title: str, before:
     FileError
         The file cannot be written.
     """
-    verdict = '<p class="good">Every check passed.</p>'
+    verdict = f'<p class="good">{report.success[0].upper()}{report.success[1:]}.</p>'
     if not report.passed:
         lines = "".join(f"<li>{escape(line)}</li>" for line in report.failures)
         verdict = f'<p class="bad">Checks failed:</p><ul>{lines}</ul>'

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from femprep.errors import InputError
+from femprep.mesh.length_unit import is_external, require_unit, unit_doubt
 from femprep.mesh.measures.triangles import areas
 from femprep.mesh.measures.volume_elements import MEASURES, centroids, element_measures
 from femprep.mesh.topology import pieces
@@ -69,7 +70,8 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     Raises
     ------
     InputError
-        The mesh has no elements, an element type is not known, or points are not finite.
+        The mesh has no elements, an element type is not known, points are not finite, or a limit is a length or time
+        and the unit of the mesh's file is not known.
     OptionError
         A limit is out of range.
 
@@ -80,6 +82,8 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     """
     _check_input(mesh)
     limits, source = limits_for(mesh, choose(CheckOptions, options, changes))
+    if limits.minimum_time_step is not None or limits.maximum_edge_by_space_constant is not None:
+        require_unit(mesh)
     measures = {name: element_measures(mesh.points, block, name) for name, block in mesh.cells.items() if len(block)}
     found = {key: [values[key] for values in measures.values() if key in values] for key in MEASURES}
     overall = {key: own[0] if len(own) == 1 else np.concatenate(own) for key, own in found.items() if own}
@@ -96,6 +100,8 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         notes.append("no facet tags: boundary conditions have nothing to name")
     elif len(through) == 0:
         notes.append("elements through the wall are not counted: no facets tagged endo and epi")
+    if doubt := unit_doubt(mesh):
+        notes.append(doubt)
     small = overall["characteristic_length"]
     sizes: dict[str, float | None] = {
         "time_step": 1e3 * max(float(small.min()), 0.0) / limits.wave_speed,
@@ -105,6 +111,8 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
     }
     worst = _worst(mesh, measures, limits.worst)
     verdicts, failures = judge(measures, sound, facet_tags, sizes, limits, worst)
+    # A mesh of another program may be of parts that were not joined.
+    apart = [f"{sound.pieces} unconnected pieces"] if sound.pieces > 1 and is_external(mesh) else []
     used = mesh.points[nodes_of(mesh.cells)]
     low, high = used.min(axis=0).tolist(), used.max(axis=0).tolist()
     return QualityReport(
@@ -134,7 +142,7 @@ def check(mesh: VolumeMesh, *, options: CheckOptions | None = None, **changes: A
         options=limits,
         limits_from=source,
         limits=verdicts,
-        failures=(*failures, *carried_failures(mesh)),
+        failures=(*failures, *apart, *carried_failures(mesh)),
         notes=tuple(notes),
     )
 

@@ -6,22 +6,25 @@ The limits a mesh was judged by when it was made travel with it (:mod:`femprep.m
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, get_args
 
 from femprep.errors import InputError, OptionError
+from femprep.mesh.length_unit import is_external
 from femprep.model import VolumeMesh, verdict_of, with_verdict
 from femprep.options import CheckOptions, choose
 from femprep.options.check import MESHER_LIMITS
 
 #: Options of the check that are no limits.
 _NO_LIMITS = {"worst"}
+#: Limits that can be left out.
+_LIMITS = [name for name, field in CheckOptions.model_fields.items() if type(None) in get_args(field.annotation)]
 
 
 def limits_for(mesh: VolumeMesh, given: CheckOptions) -> tuple[CheckOptions, str]:
     """Limits for a mesh, and where they come from.
 
     Those given by hand win. For the others: those the mesh carries, unless a purpose is given; else those of the
-    purpose, of the mesher that made the mesh, the defaults.
+    purpose, of the mesher that made the mesh, the defaults. A mesh of another program has none without a purpose.
 
     Raises
     ------
@@ -31,14 +34,17 @@ def limits_for(mesh: VolumeMesh, given: CheckOptions) -> tuple[CheckOptions, str
     own = verdict_of(mesh)
     mesher = own.get("mesher") if own.get("mesher") in MESHER_LIMITS else None
     by_hand = sorted(given.model_fields_set - {"purpose"} - _NO_LIMITS)
+    made = f", mesher {mesher}" if mesher else ""
+    hand = f"; given by hand: {', '.join(by_hand)}" if by_hand else ""
     if "limits" in own and "purpose" not in given.model_fields_set:
         limits = _with(own["limits"], given)
         source = "the mesh's own, by which it was judged when it was made"
+    elif mesher is None and is_external(mesh) and "purpose" not in given.model_fields_set:
+        limits = CheckOptions(**{**dict.fromkeys(_LIMITS), **_given(given)})
+        return limits, f"none for a mesh of another program{hand}"
     else:
         limits = given.resolved(mesher or "tetwild")
         source = "the defaults"
-    made = f", mesher {mesher}" if mesher else ""
-    hand = f"; given by hand: {', '.join(by_hand)}" if by_hand else ""
     return limits, f"{source} (purpose {limits.purpose}{made}){hand}"
 
 

@@ -160,6 +160,19 @@ class QualityReport(Record):
         """
         return not self.failures
 
+    @property
+    def success(self) -> str:
+        """What there is to say of a mesh that passed: without limits on its elements their quality is not judged.
+
+        Examples
+        --------
+        >>> fp.check(mesh).success
+        'every check passed'
+        """
+        if any(one.kind != "exactly" for one in self.limits):
+            return "every check passed"
+        return "no defects found; the quality of the elements is not judged: --purpose sets limits"
+
     def __repr__(self) -> str:
         cells = ", ".join(f"{number} {kind}" for kind, number in self.cells.items())
         verdict = "passed" if self.passed else f"failed: {'; '.join(self.failures)}"

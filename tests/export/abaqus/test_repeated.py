@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from notices import reported
 
 import femprep as fp
 from femprep.errors import FileError
@@ -29,7 +30,7 @@ def read(folder: Path, more: str) -> fp.VolumeMesh:
 
 
 def told(mesh: fp.VolumeMesh) -> list[str]:
-    return [notice["what"] for notice in mesh.info.get("notices", ())]
+    return reported(mesh)
 
 
 def test_the_last_node_counts(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from notices import reported
 
 import femprep as fp
 from femprep.errors import FileError
@@ -43,9 +44,9 @@ def test_a_set_with_a_material_comes_first_and_one_of_all_last(sets: str, region
 
 def test_sets_that_share_elements_are_told(tmp_path: Path) -> None:
     mesh = read(tmp_path / "a.inp", DECK + LEFT + "*ELSET, ELSET=tip\n1, 2\n" + RIGHT)
-    (notice,) = mesh.info["notices"]
-    assert notice["what"] == "an element has one region: groups tip, b lack those that are in another group as well"
-    assert "notices" not in read(tmp_path / "b.inp", DECK + WHOLE + LEFT + RIGHT).info
+    (notice,) = reported(mesh)
+    assert notice == "an element has one region: groups tip, b lack those that are in another group as well"
+    assert not reported(read(tmp_path / "b.inp", DECK + WHOLE + LEFT + RIGHT))
 
 
 def test_sets_and_surfaces_of_one_name_in_two_parts_stay_apart(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from notices import reported
 
 import femprep as fp
 from femprep.errors import FileError
@@ -41,8 +42,8 @@ def test_abaqus_nodes_in_axes_of_their_own(tmp_path: Path) -> None:
 def test_rows_of_an_abaqus_surface_that_name_no_face_are_told(tmp_path: Path) -> None:
     mesh = read(tmp_path / "a.inp", ABAQUS + "*SURFACE, NAME=epi\nlv, s1\nlv,\nlv, SPOS\n")
     assert mesh.n_facets == 1
-    (notice,) = mesh.info["notices"]
-    assert notice["what"] == "rows of the surface 'epi' are left out, which name no face S1 to S6 of elements: 2"
+    (notice,) = reported(mesh)
+    assert notice == "rows of the surface 'epi' are left out, which name no face S1 to S6 of elements: 2"
 
 
 @pytest.mark.parametrize("rows", ["*NODE_TRANSFORM\n", "*PART_MOVE\n", "*PART_DUPLICATE\n", "*NODE_MERGE_SET\n"])

@@ -8,6 +8,7 @@ import meshio
 import numpy as np
 import pytest
 from meshes import truncated_ellipsoid
+from notices import reported
 
 import femprep as fp
 from femprep.model.tags import TAKEN
@@ -36,12 +37,12 @@ def foreign(path: Path, region: int, facet: int | None = None) -> Path:
 )
 def test_numbers_that_are_ours_are_told(region: int, facet: int | None, said: str | None, tmp_path: Path) -> None:
     mesh = fp.read_mesh(foreign(tmp_path / "a.mesh", region, facet))
-    assert [one["what"] for one in mesh.info.get("notices", ())] == ([f"{TAKEN}: {said}"] if said else [])
+    assert reported(mesh) == ([f"{TAKEN}: {said}"] if said else [])
 
 
 def test_whoever_names_regions_by_their_place_takes_none(tmp_path: Path) -> None:
     mesh = fp.read_mesh(foreign(tmp_path / "a.mesh", 2))
-    assert [one["what"] for one in mesh.info["notices"]] == [f"{TAKEN}: 2 for rv"]
+    assert reported(mesh) == [f"{TAKEN}: 2 for rv"]
     found = fp.annotate(mesh).mesh
     assert set(found.region_names) == {"lv"}
     assert not [one for one in found.info["notices"] if one["what"].startswith(TAKEN)]
@@ -50,10 +51,10 @@ def test_whoever_names_regions_by_their_place_takes_none(tmp_path: Path) -> None
 def test_names_in_comments_of_ours_are_read(tmp_path: Path) -> None:
     """Medit has none; another program's comments say nothing."""
     path = fp.write_mesh(truncated_ellipsoid("tetra"), tmp_path / "a.mesh")[0]
-    assert "notices" not in fp.read_mesh(path).info
+    assert not reported(fp.read_mesh(path))
     path.write_text(path.read_text().replace("# femprep volume mesh", "# a mesh"))
-    (notice,) = fp.read_mesh(path).info["notices"]
-    assert notice["what"].startswith(TAKEN)
+    (notice,) = reported(fp.read_mesh(path))
+    assert notice.startswith(TAKEN)
 
 
 @pytest.mark.parametrize("wrong", [2**31, -(2**31), 0.5])
@@ -64,7 +65,5 @@ def test_an_array_of_regions_that_holds_no_tags_is_told(wrong: float, tmp_path: 
     meshio.Mesh(mesh.points, [("tetra", mesh.cells["tetra"])], cell_data={"region": [region]}).write(tmp_path / "a.vtu")
     found = fp.read_mesh(tmp_path / "a.vtu")
     assert not found.region.any()
-    assert [one["what"] for one in found.info["notices"]] == [
-        "regions are left out: region is not of whole numbers of 32 bits"
-    ]
+    assert reported(found) == ["regions are left out: region is not of whole numbers of 32 bits"]
     np.testing.assert_array_equal(found.cell_data["region"], region)

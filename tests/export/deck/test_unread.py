@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import pyvista
 from meshes import truncated_ellipsoid, with_fibres
+from notices import reported
 
 import femprep as fp
 from femprep.anatomy import add_pericardium
@@ -18,7 +19,7 @@ LEFT = "{} of the file are left out"
 
 
 def told(path: Path) -> list[str]:
-    return [one["what"] for one in fp.read_mesh(path).info.get("notices", ())]
+    return reported(fp.read_mesh(path))
 
 
 def written(path: Path, old: str = "", new: str = "") -> Path:

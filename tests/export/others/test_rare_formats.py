@@ -8,6 +8,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from notices import reported
 
 import femprep as fp
 from femprep.errors import FileError
@@ -32,8 +33,8 @@ def test_a_flac3d_grid_and_its_groups(tmp_path: Path) -> None:
     faces = 'F T3 1 1 2 3\nF T3 2 2 3 5\nZGROUP "lv" SLOT 1\n2\n'
     two = fp.read_mesh(written(tmp_path / "b.f3grid", f"{POINTS}{ZONES}{faces}"))
     assert set(two.region.tolist()) == {0}
-    (notice,) = two.info["notices"]
-    assert notice["what"] == "groups zone:lv:1 are left out: meshio mistakes them where there are several types"
+    (notice,) = reported(two)
+    assert notice == "groups zone:lv:1 are left out: meshio mistakes them where there are several types"
 
 
 def test_a_number_that_a_flac3d_grid_cannot_hold_is_refused(tmp_path: Path) -> None:
@@ -67,7 +68,7 @@ def test_zones_of_tecplot_and_su2(tmp_path: Path) -> None:
     points = "0 0 0\n9 0 0\n0 9 0\n0 0 9\n"
     zone = f"ZONE N=4, E=1, F=FEPOINT, ET=TETRAHEDRON\n{points}1 2 3 4\n"
     mesh = fp.read_mesh(written(tmp_path / "a.dat", f'VARIABLES="X" "Y" "Z"\n{zone}{zone}'))
-    assert (mesh.n_cells, [one["what"] for one in mesh.info["notices"]]) == (1, ["of 2 zones the first is read"])
+    assert (mesh.n_cells, reported(mesh)) == (1, ["of 2 zones the first is read"])
     zone = f"NDIME= 3\nNELEM= 1\n10 0 1 2 3\nNPOIN= 4\n{points}"
     assert fp.read_mesh(written(tmp_path / "a.su2", f"NZONE= 1\n{zone}")).n_cells == 1
     with pytest.raises(FileError, match="has 2 zones"):
@@ -101,8 +102,8 @@ def test_arrays_that_are_no_numbers_are_left_out(tmp_path: Path) -> None:
     assert fp.read_mesh(written(tmp_path / "a.vol", text.format(7))).region.tolist() == [7]
     spoiled = fp.read_mesh(written(tmp_path / "b.vol", text.format(10**30)))
     assert (spoiled.region.tolist(), spoiled.cell_data) == ([0], {})
-    (notice,) = spoiled.info["notices"]
-    assert notice["what"].startswith("netgen:index is left out")
+    (notice,) = reported(spoiled)
+    assert notice.startswith("netgen:index is left out")
 
 
 def test_an_su2_mesh_that_is_cut_short_is_refused(tmp_path: Path) -> None:

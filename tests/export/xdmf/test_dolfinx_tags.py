@@ -7,6 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from notices import reported
 
 import femprep as fp
 from femprep.errors import FileError
@@ -53,7 +54,7 @@ def test_tags_are_found_by_their_nodes(tmp_path: Path) -> None:
     assert mesh.cell_data["scar"].tolist() == [0, 3]
     assert mesh.facets["triangle"].tolist() == [[0, 1, 2]]
     assert mesh.facet_tag.tolist() == [60]
-    assert [notice["what"] for notice in mesh.info["notices"]] == [
+    assert reported(mesh) == [
         "grids edges of the file are left out",
         "1 of 2 tetrahedra, whose nodes the file lists the other way round, are turned",
     ]
