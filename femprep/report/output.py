@@ -153,7 +153,7 @@ def written(
                 "command": command or None,
             }
         )
-        write_methods(methods(manifest), folder)
+        write_methods(methods(manifest, run.quality), folder)
         (folder / "report.html").write_text(
             report_page(manifest, run.quality, data=data, picture=picture, **content),
             encoding="utf-8",

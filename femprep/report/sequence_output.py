@@ -94,7 +94,8 @@ def write_sequence(
             notices=_of_phases({phase.record.name: phase.manifest.notices for phase in phases}),
             files=files_with(folder, "report.html", *FILES),
         )
-        write_methods(sequence_methods(phases[sequence.reference].manifest, manifest), folder)
+        first = phases[sequence.reference]
+        write_methods(sequence_methods(first.manifest, manifest, first.quality), folder)
         (folder / "report.html").write_text(sequence_page(phases, manifest), encoding="utf-8")
         return write_record(manifest, folder, sequence.seconds, own + spent)
 

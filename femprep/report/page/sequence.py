@@ -83,7 +83,7 @@ def sequence_page(phases: Sequence[Phase], manifest: SequenceManifest) -> str:
         data=full.data,
         ends=[(f"{one.record.name}, {words}", one.data) for one, words in zip(ends, _ENDS)],
         others=[(others[k].record.name, others[k].data.slices) for k in chosen],
-        methods=sequence_methods(reference.manifest, manifest).plain,
+        methods=sequence_methods(reference.manifest, manifest, reference.quality).plain,
         files=FILES,
         options=(manifest.options or reference.manifest.options).model_dump_json(indent=1),
     )

@@ -120,7 +120,7 @@ def report_page(
         picture=picture,
         scene=scene,
         scale=SCALE,
-        methods=methods(manifest).plain,
+        methods=methods(manifest, quality).plain,
         files=FILES,
         options=manifest.options.model_dump_json(indent=1),
     )
