@@ -197,6 +197,9 @@ class AnnotationManifest(_Made):
     facets: list[NameRecord] = Field(description="Names of facets.")
     regions: list[NameRecord] = Field(description="Names of regions.")
     openings: list[OpeningRecord] = Field(default_factory=list, description="Openings of cavities.")
+    thickness_mm: dict[str, float | None] | None = Field(
+        None, description="Mean thickness of the wall in each AHA segment by its name, mm; null without segments."
+    )
     attempts: list[AttemptRecord] = Field(description="Ways of reading the boundary, in the order they were tried.")
     stages: list[StageRecord] = Field(description="Stages in order.")
     details: dict[str, Any] = Field(default_factory=dict, description="What each stage reports.")

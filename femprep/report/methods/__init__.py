@@ -92,7 +92,13 @@ def methods(manifest: RunManifest, quality: QualityReport | None = None) -> Word
         parts += [*epicardium(manifest), *cuts(manifest), *thickness(manifest), *filling(manifest)]
     parts += [*elements(quality), *fidelity(manifest)]
     if meshed:
-        parts += [*fibres(manifest), *held(manifest), *activated(manifest), *solver(manifest)]
+        several, info = manifest.options.anatomy != "lv", manifest.details["volume"]
+        parts += [
+            *fibres(manifest.options.fibres, info, several=several),
+            *held(manifest),
+            *activated(manifest),
+            *solver(manifest),
+        ]
     return Words(" ".join(parts))
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 from femprep.anatomy.rules import DOSTE_RV
+from femprep.options import FibreOptions
 from femprep.report.manifest import RunManifest
 
 _SHAPES: Final = {"tetra": "tetrahedra", "wedge": "wedges", "hexahedron": "hexahedra"}
@@ -69,16 +71,14 @@ def _tetrahedra(manifest: RunManifest) -> list[str]:
     return found
 
 
-def fibres(manifest: RunManifest) -> list[str]:
-    """Coordinates, segments and fibres, where they were asked for."""
-    options = manifest.options.fibres
-    if options is None or not _made(manifest, "fibres"):
+def fibres(options: FibreOptions | None, info: Mapping[str, Any], *, several: bool) -> list[str]:
+    """Coordinates, segments and fibres of a mesh, from what its ``info`` holds; ``several``: of several chambers."""
+    if options is None or "fibres" in info.get("verdict", {}).get("failures", {}):
         return []
-    volume = manifest.details.get("volume", {})
-    record: dict[str, Any] = volume.get("fibres", {})
+    record: dict[str, Any] = info.get("fibres", {})
     angles = f"{options.endo_angle:+g} degrees at the endocardium to {options.epi_angle:+g} at the epicardium"
     right = (options.rv_endo_angle, options.rv_epi_angle)
-    if manifest.options.anatomy != "lv" and (right != (None, None) or options.rule == "doste"):
+    if several and (right != (None, None) or options.rule == "doste"):
         usual = DOSTE_RV if options.rule == "doste" else (options.endo_angle, options.epi_angle)
         endo = usual[0] if right[0] is None else right[0]
         epi = usual[1] if right[1] is None else right[1]
@@ -109,12 +109,12 @@ def fibres(manifest: RunManifest) -> list[str]:
             f"{options.epi_sheet_angle:+g} degrees"
         )
     found = [text + "."]
-    if options.atria == "piersanti" and "atria" in volume:
+    if options.atria == "piersanti" and "atria" in info:
         found.append(
             "Fibres of the atria run across Laplace fields between the openings of their valves and veins "
             "[@piersanti2021], without the bundles whose landmarks no opening gives."
         )
-    assumed = volume.get("axes", {}).get("info", {}).get("assumed", ())
+    assumed = info.get("axes", {}).get("info", {}).get("assumed", ())
     if record.get("mirrored"):
         told = "given as" if options.mirrored == "yes" else "recognised as"
         found.append(f"The heart was {told} a mirror image, and its fibres are mirrored accordingly.")

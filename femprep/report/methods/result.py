@@ -58,8 +58,8 @@ def fidelity(manifest: RunManifest) -> list[str]:
     if far := manifest.given_fidelity or manifest.fidelity:
         (first, *more), text = far, ""
         for one in more:
-            text += f", {_boundary(one.surface)} {one.mean_mm:.2f} and {one.greatest_mm:.1f} mm"
-        begin = _boundary(first.surface)
+            text += f", {boundary(one.surface)} {one.mean_mm:.2f} and {one.greatest_mm:.1f} mm"
+        begin = boundary(first.surface)
         found.append(
             f"{begin[0].upper()}{begin[1:]} lies {first.mean_mm:.2f} mm on average and {first.greatest_mm:.1f} mm at "
             f"most from {other}{text}."
@@ -77,11 +77,11 @@ def fidelity(manifest: RunManifest) -> list[str]:
     return found
 
 
-def _boundary(name: str) -> str:
+def boundary(name: str) -> str:
     """Facets or a closed surface, in words."""
     if name.startswith("endo"):
         return f"the endocardium of the {CHAMBERS.get(name.removeprefix('endo').removeprefix('_') or 'lv', name)}"
-    return "the epicardium" if name == "epi" else f"surface {name}"
+    return {"epi": "the epicardium", "base": "the base", "apex": "the apex"}.get(name, f"surface {name}")
 
 
 def solver(manifest: RunManifest | AnnotationManifest) -> list[str]:

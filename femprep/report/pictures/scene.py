@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
-from femprep.model import FloatArray, VolumeMesh, tag_name
+from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
+from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.report.pictures.colours import SEGMENTS, colour, region_colour
 from femprep.report.pictures.drawn import Drawn, drawn
 from femprep.report.pictures.shown import Shown
@@ -76,7 +77,7 @@ def _scene(content: Shown, qualities: Sequence[QualityReport]) -> tuple[dict[str
         "blocks": blocks,
         "facets": facets,
         "facetTags": _packed(_ranks(mesh.facet_tag)),
-        "facetNames": [{"name": name, "colour": colour(name)} for name in map(tag_name, np.unique(mesh.facet_tag))],
+        "facetNames": [{"name": name, "colour": colour(name)} for name in mesh.facet_names],
         "fields": _fields(mesh, {name: values[chosen.elements] for name, values in content.fields.items()}),
         "fibres": _fibres(mesh),
         "axes": axes,
@@ -196,6 +197,10 @@ def _axes(mesh: VolumeMesh) -> list[list[float]]:
     _, axes = np.linalg.eigh(np.cov(np.concatenate(centres).T))
     base = mesh.planes.get("base")
     up = axes[:, 2] if base is None else np.asarray(base.normal)
+    nodes = nodes_of(chosen_rows(mesh.facets, mesh.facet_tag == FACET_TAGS["base"]))
+    if base is None and len(nodes):
+        up = mesh.points[nodes].mean(axis=0) - np.concatenate(centres).mean(axis=0)
+        up /= np.linalg.norm(up)
     across = axes[:, 0] - up * float(axes[:, 0] @ up)
     if np.linalg.norm(across) < 0.1:
         across = axes[:, 1] - up * float(axes[:, 1] @ up)
