@@ -104,7 +104,7 @@ class _Made(Record):
     """When and by what a folder was made."""
 
     femprep: str = Field(__version__, description="Version of femprep.")
-    command: str | None = Field(None, description="The command line as typed; null for a run from Python.")
+    command: str | None = Field(None, description="The command line as typed; null from Python or a cohort.")
     date: str = Field(
         default_factory=lambda: datetime.now().astimezone().isoformat(timespec="seconds"),
         description="When the folder was written: ISO 8601, with the offset from UTC.",

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from femprep.report.manifest import AnnotationManifest, NameRecord
+from femprep.report.manifest import AnnotationManifest
 from femprep.report.methods import Words
 from femprep.report.methods.fill import fibres
 from femprep.report.methods.result import boundary, elements, solver
@@ -28,7 +27,8 @@ def annotation_methods(manifest: AnnotationManifest, quality: QualityReport) -> 
         f"{manifest.femprep}. The facets of its boundary were named {how}: {listed(areas)}. Its elements belong to the "
         f"region{'s' if len(volumes) > 1 else ''} {listed(volumes)}."
     )
-    unsure = _unsure([*manifest.facets, *manifest.regions])
+    named = [*manifest.facets, *manifest.regions]
+    unsure = [f"{one.name} ({100.0 * one.sure:.0f} %)" for one in named if one.sure < 0.9]
     if manifest.openings:
         found = [f"{one.name} (of {one.cavity}, {one.area_mm2 / 100.0:.1f} cm2)" for one in manifest.openings]
         text += f" Openings of its cavities are {listed(found)}."
@@ -37,7 +37,3 @@ def annotation_methods(manifest: AnnotationManifest, quality: QualityReport) -> 
     several = any(one.name == "endo_rv" for one in manifest.facets)
     anatomy = fibres(manifest.options.fibres, manifest.details["mesh"], several=several)
     return Words(" ".join([text, *elements(quality), *anatomy, *solver(manifest)]))
-
-
-def _unsure(records: Sequence[NameRecord]) -> list[str]:
-    return [f"{one.name} ({100.0 * one.sure:.0f} %)" for one in records if one.sure < 0.9]

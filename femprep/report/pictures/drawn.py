@@ -45,11 +45,6 @@ class Drawn:
     nodes: IntArray
     cuts: list[float]
 
-    @property
-    def thinned(self) -> bool:
-        """Whether the page holds a part of the mesh."""
-        return bool(self.cuts)
-
 
 def drawn(mesh: VolumeMesh, axes: Sequence[Sequence[float]], always: Iterable[int], most: int = MOST) -> Drawn:
     """Choose the elements that a page draws.

@@ -64,10 +64,10 @@ def _scene(content: Shown, qualities: Sequence[QualityReport]) -> tuple[dict[str
         for name, block in mesh.facets.items()
     ]
     note = content.note
-    if chosen.thinned:
+    if chosen.cuts:
         note += (
             f" The view draws {mesh.n_cells} of {content.mesh.n_cells} elements: those at the surface, at the borders "
-            f"of regions and segments, and along {len(chosen.cuts)} cuts in each direction, where the slider stops."
+            f"of regions and segments, and along {len(chosen.cuts)} cut(s) in each direction, where the slider stops."
         )
     found = {
         "points": _packed(points),
