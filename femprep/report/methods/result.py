@@ -55,26 +55,22 @@ def fidelity(manifest: RunManifest) -> list[str]:
     given = bool(manifest.input.surfaces)
     other = "the surface given" if given else "the outlines of its labels in the slices"
     found = []
-    if far := manifest.given_fidelity or manifest.fidelity:
-        (first, *more), text = far, ""
-        for one in more:
-            text += f", {boundary(one.surface)} {one.mean_mm:.2f} and {one.greatest_mm:.1f} mm"
-        begin = boundary(first.surface)
+    for one in manifest.given_fidelity or manifest.fidelity:
+        where = f"{one.mean_mm:.2f} mm on average and {one.greatest_mm:.1f} mm at most"
         found.append(
-            f"{begin[0].upper()}{begin[1:]} lies {first.mean_mm:.2f} mm on average and {first.greatest_mm:.1f} mm at "
-            f"most from {other}{text}."
+            f"{boundary(one.surface)} {where}" if found else f"{boundary(one.surface)} lies {where} from {other}"
         )
     pairs = []
-    for one in manifest.volumes:
-        beside = one.given_ml if given else one.segmentation_ml
-        if beside:
-            whole = f" (of {one.whole_ml:.1f} mL in all)" if one.whole_ml and one.part != "in all" else ""
-            pairs.append(f"{one.name} {one.mesh_ml:.1f} and {beside:.1f} mL{whole}")
+    for volume in manifest.volumes:
+        if beside := volume.given_ml if given else volume.segmentation_ml:
+            whole = f" (of {volume.whole_ml:.1f} mL in all)" if volume.whole_ml and volume.part != "in all" else ""
+            pairs.append(f"{volume.name} {volume.mesh_ml:.1f} and {beside:.1f} mL{whole}")
+    sentences = [f"{text[0].upper()}{text[1:]}." for text in [", ".join(found)] if text]
     if pairs:
         part = "" if manifest.volumes[0].part == "in all" else f" {manifest.volumes[0].part}"
         other = "the surfaces given" if given else "the labels"
-        found.append(f"Volumes of the mesh and of {other}{part} are: {'; '.join(pairs)}.")
-    return found
+        sentences.append(f"Volumes of the mesh and of {other}{part} are: {'; '.join(pairs)}.")
+    return sentences
 
 
 def boundary(name: str) -> str:

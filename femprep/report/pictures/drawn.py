@@ -15,7 +15,7 @@ import numpy as np
 
 from femprep.anatomy.part import part_of
 from femprep.mesh.elements import ELEMENTS, boundary_faces
-from femprep.model import BoolArray, FloatArray, IntArray, VolumeMesh
+from femprep.model import BoolArray, FloatArray, IntArray, TagArray, VolumeMesh
 from femprep.model.blocks import block_rows, chosen_rows, nodes_of
 
 #: Elements above which a page holds a part of them.
@@ -86,7 +86,7 @@ def drawn(mesh: VolumeMesh, axes: Sequence[Sequence[float]], always: Iterable[in
     return Drawn(part, elements, nodes, sorted(cuts))
 
 
-def _borders(corners: dict[str, IntArray], label: IntArray, count: int) -> BoolArray:
+def _borders(corners: dict[str, IntArray], label: TagArray, count: int) -> BoolArray:
     """Nodes of elements of more than one label, a mask of ``count``."""
     low, high = np.full(count, label.max()), np.full(count, label.min())
     for _, block, rows in block_rows(corners):
