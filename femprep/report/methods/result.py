@@ -54,7 +54,7 @@ def fidelity(manifest: RunManifest) -> list[str]:
     """How far the surfaces of the mesh lie from labels or given surfaces, and what volumes both enclose."""
     given = bool(manifest.input.surfaces)
     other = "the surface given" if given else "the outlines of its labels in the slices"
-    found = []
+    found: list[str] = []
     for one in manifest.given_fidelity or manifest.fidelity:
         where = f"{one.mean_mm:.2f} mm on average and {one.greatest_mm:.1f} mm at most"
         found.append(
