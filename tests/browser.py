@@ -17,6 +17,14 @@ _ARGUMENTS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--en
 @contextmanager
 def opened(path: Path, width: int = 1300, height: int = 900) -> Iterator[Any]:
     """A page, open; errors on its console, and whatever it asks the network for, fail the test when the block ends."""
+    with watched(path, width, height) as (page, wrong):
+        yield page
+    assert wrong == []
+
+
+@contextmanager
+def watched(path: Path, width: int = 1300, height: int = 900) -> Iterator[tuple[Any, list[str]]]:
+    """A page, open, and the list that errors on its console and addresses on the network are added to."""
     playwright = pytest.importorskip("playwright.sync_api", reason="drives a browser")
     program = shutil.which("chromium") or shutil.which("chromium-browser")
     if program is None:
@@ -30,6 +38,5 @@ def opened(path: Path, width: int = 1300, height: int = 900) -> Iterator[Any]:
         page.on("pageerror", lambda error: wrong.append(str(error)))
         page.on("request", lambda one: wrong.append(one.url) if one.url.startswith(("http:", "https:")) else None)
         page.goto(path.resolve().as_uri())
-        yield page
+        yield page, wrong
         browser.close()
-    assert wrong == []

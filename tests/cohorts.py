@@ -102,8 +102,8 @@ def rows(out: Path) -> dict[str, dict[str, object]]:
 def comparable(out: Path, without: Iterable[str] = ()) -> dict[str, bytes]:
     """Every file of a cohort that has to be the same whatever happened on the way.
 
-    Apart are the pages and ``timings.tsv``, which tell dates and seconds, and of ``run.json`` the seconds of stages and
-    the hashes of pages.
+    Apart are the pages and ``timings.tsv``, which tell dates and seconds, and of ``run.json`` the date, the seconds of
+    stages and the hashes of pages.
     """
     found = {}
     for path in sorted(out.rglob("*")):
@@ -115,6 +115,7 @@ def comparable(out: Path, without: Iterable[str] = ()) -> dict[str, bytes]:
             record = json.loads(content)
             for stage in record.get("stages", ()):
                 del stage["seconds"]
+            record.pop("date", None)
             for page in [file for file in record["sha256"] if file.endswith((".html", "run.json"))]:
                 del record["sha256"][page]
             content = json.dumps(record).encode()

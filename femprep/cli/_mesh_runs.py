@@ -21,7 +21,7 @@ SecondImages = tuple[Path | None, dict[str, tuple[int | str, ...]], dict[str, Pa
 
 
 def typed() -> str:
-    """The command as it was typed, for pages."""
+    """The command as it was typed, for records and pages."""
     return shlex.join(["femprep", *sys.argv[1:]])
 
 

@@ -38,7 +38,7 @@ def surface_names(objects: Iterable[str]) -> list[str]:
 
 def annotation_names(formats: Sequence[str]) -> list[str]:
     """Files of ``femprep annotate``."""
-    own = ("run.json", "quality.json", "report.html", "mesh.vtu", "facets.vtp")
+    own = ("run.json", "quality.json", "report.html", *FILES, "mesh.vtu", "facets.vtp")
     return [*own, *(name for format in formats for name in FORMATS[format].files)]
 
 

@@ -232,13 +232,15 @@ def _print_volumes(console: Console, manifest: Any) -> None:
             _number(item.mesh_ml, 4),
             _number(item.segmentation_ml if item.given_ml is None else item.given_ml, 4),
             _number(item.difference_percent, 2),
+            _number(item.whole_ml, 4),
             _number(item.extrapolated_ml or None, 3),
         )
         for item in manifest.volumes
     ]
-    beside = "surfaces given, mL" if manifest.input.surfaces else "segmentation, mL"
-    columns = ("", "mesh, mL", beside, "difference, %", "extrapolated, mL")
-    print_table(console, "Volumes", columns, rows)
+    beside = "surfaces given, mL" if manifest.input.surfaces else "labels, mL"
+    columns = ("", "mesh, mL", beside, "difference, %", "labels in all, mL", "extrapolated, mL")
+    parts = ", ".join(dict.fromkeys(item.part for item in manifest.volumes if item.part != "in all"))
+    print_table(console, f"Volumes {parts}".strip(), columns, rows)
 
 
 def _print_fidelity(console: Console, records: Any) -> None:

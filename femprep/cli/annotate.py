@@ -83,13 +83,14 @@ def annotate(
     require_lasting(out, [mesh])
 
     from femprep.annotation import annotate as name_parts
+    from femprep.cli._mesh_runs import typed
     from femprep.cli._progress import bars
     from femprep.export import read_mesh
     from femprep.report.annotated import write_annotation
 
     with bars(quiet or json) as progress:
         found = name_parts(read_mesh(mesh, unit=options.unit), options, progress)
-        manifest = write_annotation(found, out, source=mesh, progress=progress)
+        manifest = write_annotation(found, out, source=mesh, command=typed(), progress=progress)
     if json:
         typer.echo(manifest.model_dump_json(indent=2))
     elif not quiet:

@@ -54,6 +54,7 @@ def surface(
     """
     changes = by_path(surface, locals())
     options = read_options(config, structures=parse_structures(structure), **changes)
+    from femprep.cli._mesh_runs import typed
     from femprep.cli._names import surface_names
     from femprep.cli._progress import bars
     from femprep.report.folder.output_folder import require_writable
@@ -68,7 +69,7 @@ def surface(
     with bars(quiet or json) as progress:
         seg = read_segmentation(segmentation, structures=options.labels, options=options.image)
         fitted = fit_surfaces(seg, objects, options, progress)
-        manifest = write_surfaces(fitted, out, source=segmentation)
+        manifest = write_surfaces(fitted, out, source=segmentation, command=typed())
     if json:
         typer.echo(manifest.model_dump_json(indent=2))
     elif not quiet:

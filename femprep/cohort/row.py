@@ -49,7 +49,7 @@ def row_of_folder(subject: Subject, folder: Path) -> SubjectRecord:
         **_surfaces([run for _, run in runs]),
         **_elements(quality),
         **_solution([run for _, run in runs]),
-        thickness_mm=main[1].get("thickness_mm"),
+        thickness_mm=None if (thick := main[1].get("thickness_mm")) is None else list(thick.values()),
     )
 
 

@@ -1,4 +1,4 @@
-"""An annotated mesh in, its folder of files out: mesh, facets, decks, quality.json, run.json, report.html."""
+"""An annotated mesh in, its folder of files out: mesh, decks, quality.json, run.json, report.html, methods.md."""
 
 from __future__ import annotations
 
@@ -22,15 +22,26 @@ from femprep.report.manifest import (
     file_sha256,
     plain,
 )
+from femprep.report.methods import FILES
+from femprep.report.methods.annotation import annotation_methods
 from femprep.report.notices import lines
-from femprep.report.output import write_cavities
+from femprep.report.output import write_cavities, write_methods, write_quality
 from femprep.report.page.quality import write_quality_page
 from femprep.report.page.subject import table
-from femprep.report.pictures.bullseyes import report_bulls_eyes
+from femprep.report.pictures.bullseyes import report_bulls_eyes, thickness_of_segments
+from femprep.report.pictures.colours import SCALE
+from femprep.report.pictures.scene import scene
+from femprep.report.pictures.shown import Shown, shown
+from femprep.report.templates import render
 
 
 def write_annotation(
-    found: Annotation, out: str | Path, *, source: str | Path | None = None, progress: Progress | None = None
+    found: Annotation,
+    out: str | Path,
+    *,
+    source: str | Path | None = None,
+    command: str = "",
+    progress: Progress | None = None,
 ) -> AnnotationManifest:
     """Write the folder of an annotated mesh, whole or not at all.
 
@@ -42,6 +53,8 @@ def write_annotation(
         Folder to make; of one that femprep made before, the files it wrote are replaced.
     source : path, optional
         The file of the mesh; its name and hash go into ``run.json``.
+    command : str
+        What was typed, for ``run.json`` and the page.
     progress : callable, optional
         Called with ``(stage, fraction)``.
 
@@ -69,7 +82,9 @@ def write_annotation(
         left_out = write_cavities(found.mesh, folder)
         for name in found.options.formats:
             write_format(found.mesh, folder, name, options=found.options.export)
-        (folder / "quality.json").write_text(found.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
+        view = shown(found.mesh)
+        thickness = thickness_of_segments(found.mesh, view.whole)
+        write_quality(found.quality, thickness, folder)
         details = {"mesh": plain(found.mesh.info)}
         details["formats"] = noted(
             {}, *left_out, *(one for name in found.options.formats for one in losses(found.mesh, name))
@@ -78,6 +93,7 @@ def write_annotation(
         seconds = {**found.seconds, "write": time.perf_counter() - start}
         facets, regions = _names(found)
         manifest = AnnotationManifest(
+            command=command or None,
             source=path.name if path else None,
             source_sha256=file_sha256(path) if path and path.is_file() else None,
             source_unit=found.unit,
@@ -97,16 +113,19 @@ def write_annotation(
             attempts=[
                 AttemptRecord(way=a.way, taken=a.taken, why=a.why, figures=dict(a.figures)) for a in found.attempts
             ],
+            thickness_mm=thickness,
             stages=stage_records(seconds),
             details=details,
             notices=[*lines({}, details), *failed],
-            files=files_with(folder, "report.html"),
+            files=files_with(folder, "report.html", *FILES),
         )
+        words = annotation_methods(manifest, found.quality)
+        write_methods(words, folder)
         write_quality_page(
             found.quality,
             folder / "report.html",
             title=manifest.source or "mesh",
-            before=_page(manifest, found),
+            before=_page(manifest, found, view, words.plain),
         )
         manifest = write_record(manifest, folder, found.seconds, start)
     report("write", 1.0)
@@ -134,17 +153,22 @@ def _names(found: Annotation) -> tuple[list[NameRecord], list[NameRecord]]:
     return records(area), records(volume)
 
 
-def _page(manifest: AnnotationManifest, found: Annotation) -> str:
+def _page(manifest: AnnotationManifest, found: Annotation, view: Shown, words: str) -> str:
     def rows(records: list[NameRecord]) -> list[tuple[object, ...]]:
         return [(one.name, f"{100 * one.sure:.0f} %", one.amount, one.because) for one in records]
 
     ways = [(one.way, "taken" if one.taken else "not taken", one.why) for one in manifest.attempts]
     notices = "".join(f"<li>{escape(item)}</li>" for item in manifest.notices) or "<li>Nothing.</li>"
-    eyes = report_bulls_eyes(found.mesh) if "aha" in found.mesh.cell_data else []
+    eyes = report_bulls_eyes(found.mesh, view.whole)
+    content = {"scene": scene(view, found.quality), "scale": SCALE}
+    made = f"femprep {manifest.femprep}, {manifest.date}: {manifest.command or 'from Python'}"
     segments = f'<h2>AHA segments</h2><div class="grid">{"".join(eyes)}</div>' if eyes else ""
     return (
+        f'<h2 id="view">The mesh</h2>{render("view.html", **content)}{render("scripts.html", **content)}'
         f"<h2>Facets</h2>{table(rows(manifest.facets), ('', 'sure', 'area, mm2', 'told by'))}"
         f"<h2>Regions</h2>{table(rows(manifest.regions), ('', 'sure', 'volume, mm3', 'told by'))}"
         f"<h2>Ways of reading the boundary</h2>{table(ways)}"
         f"<h2>What was repaired, assumed or left out</h2><ul>{notices}</ul>{segments}"
+        f"<h2>For a paper</h2><p>{escape(words)}</p><p>With citation keys in {FILES[0]}; references in {FILES[1]}.</p>"
+        f"<h2>How it was made</h2><p>{escape(made)}</p>"
     )

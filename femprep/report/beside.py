@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -38,48 +39,64 @@ def volumes_beside_labels(
     -------
     list of VolumeRecord
     """
+    part = _part(planes)
+
+    def beside(title: str, facets: str, mesh_mm3: float, structure: str, beyond_mm3: float = 0.0) -> VolumeRecord:
+        labelled, whole = (labelled_volume(seg, structure, own) for own in (cutting(facets, planes).values(), ()))
+        return beside_voxels(title, mesh_mm3, labelled, beyond_mm3, part=part, whole_mm3=whole)
+
     found = []
     for facets in mesh.facet_names:
         if facets.startswith("endo"):
             name = facets.removeprefix("endo").removeprefix("_")
-            labelled = labelled_volume(seg, name or "lv", cutting(facets, planes).values())
-            found.append(beside_voxels(f"{name} cavity".strip(), cavity_volume(mesh, facets), labelled))
+            found.append(beside(f"{name} cavity".strip(), facets, cavity_volume(mesh, facets), name or "lv"))
     end = _end(objects, planes)
     walls, beyond = _regions(mesh, None), {} if end is None else _regions(mesh, end)
     tissue, extra = (sum(table.get(part, 0.0) for part in ("lv", "septum")) for table in (walls, beyond))
     left = "wall" if set(walls) == {"lv"} else "lv wall and septum"
-    found.append(beside_voxels(left, tissue, labelled_volume(seg, "myo", cutting("epi", planes).values()), extra))
+    found.append(beside(left, "epi", tissue, "myo", extra))
     others = [name for name in walls if name not in ("lv", "septum")]
-    return found + [
-        beside_voxels(
-            f"{name} wall", walls[name], labelled_volume(seg, f"{name}_wall", cutting(f"endo_{name}", planes).values())
-        )
-        for name in others
-    ]
+    return found + [beside(f"{name} wall", f"endo_{name}", walls[name], f"{name}_wall") for name in others]
 
 
 def volumes_beside_given(mesh: VolumeMesh, wall: Wall, own: OwnSurfaces) -> list[VolumeRecord]:
     """Volumes of cavities and wall of the mesh beside those of the given surfaces below the base."""
     given = {name: volume_below(surface, own.base) for name, surface in own.surfaces.items()}
+    part = _part(wall.planes)
     found = []
     for name in own.endo:
         facets = facets_of(name, own.anatomy)
         if facets in mesh.facet_names:
             title = "cavity" if facets == "endo" else f"{name} cavity"
-            found.append(_beside(title, cavity_volume(mesh, facets), given[name], "given_ml"))
+            found.append(_beside(title, cavity_volume(mesh, facets), given[name], "given_ml", part=part))
     whole = given[OUTER] - sum(given[name] for name in own.endo)
-    return [*found, _beside("wall", wall.volume, whole, "given_ml")]
+    return [*found, _beside("wall", wall.volume, whole, "given_ml", part=part)]
 
 
-def beside_voxels(name: str, mesh_mm3: float, voxels_mm3: float, beyond_mm3: float = 0.0) -> VolumeRecord:
-    """One volume of a mesh beside that of voxels (0: there are none), and how much lies beyond these; mm3."""
-    return _beside(name, mesh_mm3, voxels_mm3, "segmentation_ml", extrapolated_ml=beyond_mm3 / 1000.0)
+def beside_voxels(
+    name: str,
+    mesh_mm3: float,
+    voxels_mm3: float,
+    beyond_mm3: float = 0.0,
+    *,
+    part: str = "in all",
+    whole_mm3: float | None = None,
+) -> VolumeRecord:
+    """One volume of a mesh beside that of voxels (0: there are none), in a part of it and in all; mm3."""
+    whole = (voxels_mm3 if whole_mm3 is None else whole_mm3) / 1000.0
+    more = {"part": part, "whole_ml": whole, "extrapolated_ml": beyond_mm3 / 1000.0}
+    return _beside(name, mesh_mm3, voxels_mm3, "segmentation_ml", **more)
 
 
-def _beside(name: str, mesh_mm3: float, other_mm3: float, other: str, **more: float) -> VolumeRecord:
+def _part(planes: Mapping[str, Plane]) -> str:
+    """Which part of a heart lies between planes."""
+    return "in all" if not planes else "between base and apex plane" if "apex" in planes else "below the base"
+
+
+def _beside(name: str, mesh_mm3: float, other_mm3: float, other: str, **more: Any) -> VolumeRecord:
     """One volume of a mesh beside another one, which stands in the field of that name."""
     percent = 100.0 * (mesh_mm3 - other_mm3) / other_mm3 if other_mm3 > 0.0 else None
-    volumes = {"mesh_ml": mesh_mm3 / 1000.0, other: other_mm3 / 1000.0, **more}
+    volumes: dict[str, Any] = {"mesh_ml": mesh_mm3 / 1000.0, other: other_mm3 / 1000.0, **more}
     return VolumeRecord(name=name, difference_percent=percent, **volumes)
 
 

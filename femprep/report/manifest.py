@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import platform
 from collections.abc import Iterable, Mapping
+from datetime import datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -72,15 +73,24 @@ class StageRecord(Record):
 
 
 class VolumeRecord(Record):
-    """A volume beside the segmentation's."""
+    """A volume of the mesh compared with that of the segmentation, or of the surfaces given."""
 
     name: str = Field(description="What is measured.")
+    part: str = Field(
+        "in all",
+        description="Which part of it: below the base, between base and apex plane, or in all where no plane cuts it. "
+        "All volumes are of this part but whole_ml.",
+    )
     mesh_ml: float = Field(description="Volume enclosed by the mesh, mL.")
     segmentation_ml: float | None = Field(
         None, description="Volume of the voxels labelled so, before any repair, between the same planes, mL."
     )
     given_ml: float | None = Field(
         None, description="Volume of the surfaces that were given, between the same planes, mL."
+    )
+    whole_ml: float | None = Field(
+        None,
+        description="Volume of all voxels labelled so, also beyond the planes, mL; null where surfaces were given.",
     )
     difference_percent: float | None = Field(
         None, description="Mesh less segmentation, or less what was given, per cent of that."
@@ -91,9 +101,14 @@ class VolumeRecord(Record):
 
 
 class _Made(Record):
-    """By what a folder was made."""
+    """When and by what a folder was made."""
 
     femprep: str = Field(__version__, description="Version of femprep.")
+    command: str | None = Field(None, description="The command line as typed; null from Python or a cohort.")
+    date: str = Field(
+        default_factory=lambda: datetime.now().astimezone().isoformat(timespec="seconds"),
+        description="When the folder was written: ISO 8601, with the offset from UTC.",
+    )
     python: str = Field(default_factory=platform.python_version, description="Version of Python.")
     system: str = Field(default_factory=platform.platform, description="Operating system.")
     libraries: dict[str, str] = Field(default_factory=lambda: library_versions(), description="Versions of libraries.")
@@ -117,8 +132,10 @@ class RunManifest(_Made):
     given_fidelity: list[SurfaceFidelity] = Field(
         default_factory=list, description="How far each surface lies from the one that was given for it."
     )
-    thickness_mm: list[float | None] | None = Field(
-        None, description="Mean thickness of the wall in each of the 17 AHA segments, mm; null without segments."
+    thickness_mm: dict[str, float | None] | None = Field(
+        None,
+        description="Mean thickness of the wall in each of the 17 AHA segments by its name, in their order, mm; null "
+        "without segments.",
     )
     tissues: TissuesRecord | None = Field(
         None, description="Scar, border zone or other tissue of a second image, by AHA segment; null without one."
@@ -180,6 +197,9 @@ class AnnotationManifest(_Made):
     facets: list[NameRecord] = Field(description="Names of facets.")
     regions: list[NameRecord] = Field(description="Names of regions.")
     openings: list[OpeningRecord] = Field(default_factory=list, description="Openings of cavities.")
+    thickness_mm: dict[str, float | None] | None = Field(
+        None, description="Mean thickness of the wall in each AHA segment by its name, mm; null without segments."
+    )
     attempts: list[AttemptRecord] = Field(description="Ways of reading the boundary, in the order they were tried.")
     stages: list[StageRecord] = Field(description="Stages in order.")
     details: dict[str, Any] = Field(default_factory=dict, description="What each stage reports.")
@@ -211,11 +231,9 @@ class PhaseRecord(Record):
     displacement_maximum_mm: float = Field(description="Greatest one, mm.")
 
 
-class SequenceManifest(Record):
+class SequenceManifest(_Made):
     """What ``run.json`` of a sequence holds."""
 
-    femprep: str = Field(__version__, description="Version of femprep.")
-    length_unit: Literal["mm"] = Field("mm", description="Unit of all lengths.")
     coordinates: Literal["LPS"] = Field("LPS", description="World coordinates: left, posterior, superior.")
     options: Options | None = Field(None, description="All options of the sequence, defaults included.")
     reference: int = Field(description="Number of the phase the displacements are from.")

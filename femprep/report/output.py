@@ -40,6 +40,7 @@ from femprep.report.pictures.scene import scene
 from femprep.report.pictures.shown import Shown, shown
 from femprep.report.run import Run, Surfaces
 from femprep.report.volumes import voxel_volume
+from femprep.volume import QualityReport
 from femprep.wall import cavity_surface
 
 
@@ -66,7 +67,7 @@ def write_run(
     image : IntensityImage, optional
         The image that the labels were drawn on: the page shows it under the outlines.
     command : str
-        What was typed, for the page.
+        What was typed, for ``run.json`` and the page.
     progress : callable, optional
         Called with ``(stage, fraction)``.
 
@@ -127,7 +128,8 @@ def written(
             failed = verdict_of(run.mesh).get("failures", {})
             for name in (name for name in run.options.formats if name not in failed):
                 write_format(run.mesh, folder, name, options=run.options.export)
-            (folder / "quality.json").write_text(run.quality.model_dump_json(indent=2) + "\n", encoding="utf-8")
+            thickness = thickness_of_segments(run.mesh, view.whole)
+            write_quality(run.quality, thickness, folder)
             data, volumes, details = data_pictures(run, under), list(run.volumes), _details(run)
             report("write", 0.8)
             content = _content(run, view)
@@ -146,15 +148,16 @@ def written(
         manifest = _manifest(run, stages, source, volumes, details, files_with(folder, "report.html", *FILES))
         manifest = manifest.model_copy(
             update={
-                "thickness_mm": thickness_of_segments(run.mesh, view.whole),
+                "thickness_mm": thickness,
                 "image": None if under is None else image_record(under),
                 "tissues": run.quality.tissues,
                 "solution": run.solution,
+                "command": command or None,
             }
         )
-        write_methods(methods(manifest), folder)
+        write_methods(methods(manifest, run.quality), folder)
         (folder / "report.html").write_text(
-            report_page(manifest, run.quality, data=data, picture=picture, command=command, **content),
+            report_page(manifest, run.quality, data=data, picture=picture, **content),
             encoding="utf-8",
         )
         manifest = write_record(manifest, folder, run.seconds, start)
@@ -162,14 +165,16 @@ def written(
     return Written(manifest, view, data)
 
 
-def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | None = None) -> RunManifest:
+def write_surfaces(
+    fitted: Surfaces, out: str | Path, *, source: str | Path | None = None, command: str = ""
+) -> RunManifest:
     """Write the folder of closed surfaces alone: ``surfaces/*.vtp`` and ``run.json``, whole or not at all.
 
     Parameters
     ----------
     fitted : Surfaces
         What :func:`femprep.fit_surfaces` returned.
-    out, source
+    out, source, command
         As for :func:`write_run`.
 
     Returns
@@ -196,6 +201,7 @@ def write_surfaces(fitted: Surfaces, out: str | Path, *, source: str | Path | No
         ]
         details = {**_surface_details(fitted), "failures": list(fitted.failures)}
         manifest = _manifest(fitted, fitted.seconds, source, volumes, details, files_with(folder, *FILES))
+        manifest = manifest.model_copy(update={"command": command or None})
         write_methods(methods(manifest), folder)
         return write_record(manifest, folder, fitted.seconds, start)
 
@@ -231,6 +237,12 @@ def write_cavities(mesh: VolumeMesh, folder: Path) -> list[Notice]:
             words = f"the closed surface of the cavity {name} is left out: {error}"
             left_out.append(Notice.of("left out", words))
     return left_out
+
+
+def write_quality(quality: QualityReport, thickness: dict[str, float | None] | None, folder: Path) -> None:
+    """The quality report as a file of a folder, with the thickness of the wall in each segment."""
+    found = quality.model_copy(update={"thickness_mm": thickness})
+    (folder / "quality.json").write_text(found.model_dump_json(indent=2) + "\n", encoding="utf-8")
 
 
 def write_methods(words: Words, folder: Path) -> None:

@@ -50,7 +50,7 @@ def write_sequence(
     images : sequence of IntensityImage, optional
         The image that each was drawn on, for the pages.
     command : str
-        What was typed, for the page.
+        What was typed, for ``run.json`` and the page.
     progress : callable, optional
         Called with ``(stage, fraction)``.
 
@@ -83,6 +83,7 @@ def write_sequence(
         write_xdmf_series([run.mesh for run in sequence.runs], folder, "sequence", sequence.times)
         seconds = {**sequence.seconds, "write": time.perf_counter() - own - spent}
         manifest = SequenceManifest(
+            command=command or None,
             options=sequence.options,
             reference=sequence.reference,
             template=dict(sequence.template),
@@ -93,8 +94,9 @@ def write_sequence(
             notices=_of_phases({phase.record.name: phase.manifest.notices for phase in phases}),
             files=files_with(folder, "report.html", *FILES),
         )
-        write_methods(sequence_methods(phases[sequence.reference].manifest, manifest), folder)
-        (folder / "report.html").write_text(sequence_page(phases, manifest, command), encoding="utf-8")
+        first = phases[sequence.reference]
+        write_methods(sequence_methods(first.manifest, manifest, first.quality), folder)
+        (folder / "report.html").write_text(sequence_page(phases, manifest), encoding="utf-8")
         return write_record(manifest, folder, sequence.seconds, own + spent)
 
 

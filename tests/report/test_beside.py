@@ -39,6 +39,7 @@ def test_what_lies_beyond_the_last_slice_is_no_difference(layers: int) -> None:
     _, wall = volumes_beside_labels(box_mesh(-5.0, 10.0, layers), seg, objects, {"base": base})
     assert wall.segmentation_ml == pytest.approx(0.08)
     assert wall.mesh_ml == pytest.approx(0.12)
+    assert (wall.part, wall.whole_ml) == ("below the base", pytest.approx(0.096))
     assert wall.extrapolated_ml == pytest.approx(0.04)
     assert wall.difference_percent == pytest.approx(50.0)
     assert wall_difference([wall]) == pytest.approx(0.0, abs=1e-9)

@@ -6,11 +6,21 @@ import re
 from typing import Any
 
 import pytest
+from meshes import truncated_ellipsoid
 
+from femprep.model.shared_records.surface_fidelity import SurfaceFidelity
 from femprep.options import Options
-from femprep.report.manifest import InputRecord, PhaseRecord, RunManifest, SequenceManifest
+from femprep.report.manifest import (
+    InputRecord,
+    PhaseRecord,
+    RunManifest,
+    SequenceManifest,
+    SurfaceInput,
+    VolumeRecord,
+)
 from femprep.report.methods import Words, methods, sequence_methods
 from femprep.report.methods.bibliography import REFERENCES, bibtex
+from femprep.volume import check
 
 OPEN_APEX = {"mode": "closed", "extrapolated": True, "extrapolated_mm": 8.4, "uncapped_share": 1.0}
 #: Objects that surfaces were fitted to, by anatomy.
@@ -82,7 +92,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, Any], list[str]
         *({"fibres": {}, "pericardium": {}, "activation": {"fibre_speed": 0.5}}, {"apex": OPEN_APEX}),
         {"verdict": {"failures": {"fibres": ["fibres: not made: x"]}}},
         ["all nodes of the endocardia at once", "0.5, 0.3 and 0.17 m/s"],
-        ["Strocchi", "Caldwell", "Purkinje"],
+        ["Strocchi", "Caldwell", "Purkinje", "helix"],
     ),
     "outflow tracts": (
         *({"anatomy": "whole-heart", "fibres": {"rule": "doste"}}, {}, {}),
@@ -143,7 +153,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, Any], list[str]
         SWEPT,
         MATCHING,
         {},
-        ["pushed outwards, by up to 1.2 mm", "softened, by up to 0.6 mm"],
+        ["pushed outwards, by up to 1.2 mm", "locally smoothed, by up to 0.6 mm"],
         ["folded."],
     ),
     "biv": (
@@ -198,10 +208,10 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, Any], list[str]
     ),
     "fibres of a mirrored heart": (
         *(FIBRES, {}, {"axes": {"mirrored": True, "info": {}}, "fibres": {"mirrored": True}}),
-        ["found to be stored as its mirror image"],
-        ["taken not to be"],
+        ["recognised as a mirror image"],
+        ["assumed not to be"],
     ),
-    "fibres, nothing told": (FIBRES, {}, HAND, ["it was taken not to be", "where the septum lies"], ["found to be"]),
+    "fibres, nothing told": (FIBRES, {}, HAND, ["assumed not to be one", "does not show the septum"], ["recognised"]),
     "flipped": ({"flip": True}, {}, {}, ["The label map was mirrored first"], []),
     "shifts": (
         *({"image": {"correct_shifts": True}}, {}, {}),
@@ -222,6 +232,20 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, Any], list[str]
         ["of 2.5 mm"],
     ),
     "quadratic": ({"volume": {"order": 2, "optimise": False}}, {}, {}, ["Mid-side nodes of ten-node"], ["Freitag"]),
+    "given base": (
+        {"wall": {"base": (0.0, 0.0, 9.0, 0.0, 0.0, 1.0)}},
+        {"planes": {"base": {"source": "given"}}},
+        {},
+        ["cut at the base in a given plane"],
+        ["most basal slice"],
+    ),
+    "inflation": (
+        {"formats": ("abaqus",), "export": {"step": "inflation", "material": "neo-hookean", "pressure": 1.5}},
+        {},
+        {},
+        ["written into the input files", "pressure of 1.5 kPa", "neo-Hookean", "modulus of 30 kPa"],
+        ["CalculiX"],
+    ),
     "offset": ({"wall": {"base_offset": 3.0}}, {}, {}, ["That plane was moved by 3.0 mm"], ["nearer to the apex than"]),
 }
 
@@ -270,6 +294,49 @@ def test_references_are_whole() -> None:
         year = re.search(r"\d{4}$", REFERENCES[key].short)
         assert (year[0] if year else None) == fields.get("year"), key
         assert not year or year[0] in key
+
+
+def test_surfaces_of_both_ventricles_are_named_by_what_they_are() -> None:
+    record = manifest({"anatomy": "biv"}, {"planes": {"base": {"source": "given"}}})
+    far = {"method": "given", "vertices": 500, "distance_mean_mm": 0.125, "distance_greatest_mm": 1.5}
+    names = ("lv", "rv", "epi")
+    given = InputRecord(surfaces=[SurfaceInput(name=name, unit="mm", points=9, triangles=14) for name in names])
+    lies = {"mean_mm": 0.11, "p95_mm": 0.2, "greatest_mm": 1.25, "at_mm": (0.0, 0.0, 0.0)}
+    record = record.model_copy(
+        update={
+            "input": given,
+            "details": {**record.details, "surfaces": dict.fromkeys(names, far), "objects": {}},
+            "given_fidelity": [SurfaceFidelity(surface="endo_rv", given="rv", **lies)],
+            "volumes": [VolumeRecord(name="rv cavity", part="below the base", mesh_ml=99.0, given_ml=101.0)],
+        }
+    )
+    found = methods(record).plain
+    for words in (
+        "the endocardium of the left ventricle, the endocardium of the right ventricle and the common epicardium",
+        "at most 1.5 mm from the triangles given",
+        "The endocardium of the right ventricle lies 0.11 mm on average",
+        "the surfaces given below the base are: rv cavity 99.0 and 101.0 mL",
+    ):
+        assert words in found
+    assert "with its wall" not in found
+    ready = {name: {"vertices": 400, "method": "smooth"} for name in names}
+    found = methods(record.model_copy(update={"details": {**record.details, "surfaces": ready}})).plain
+    assert "used without change" in found
+    assert "labels" not in found
+
+
+@pytest.mark.parametrize("kind", ["tetra10", "hexahedron"])
+def test_elements_are_named_counted_and_measured(kind: str) -> None:
+    quality = check(truncated_ellipsoid(kind))
+    found = methods(manifest({}), quality).plain
+    assert f"{quality.cells[kind]} {'ten-node (quadratic)' if kind == 'tetra10' else 'eight-node (linear)'}" in found
+    assert f"at least {quality.measures['mean_ratio'].min:.2f}" in found
+
+
+def test_labels_count_below_the_base_and_in_all() -> None:
+    volume = VolumeRecord(name="cavity", part="below the base", mesh_ml=137.0, segmentation_ml=138.0, whole_ml=173.9)
+    found = methods(manifest({}).model_copy(update={"volumes": [volume]})).plain
+    assert "cavity 137.0 and 138.0 mL (of 173.9 mL in all)" in found
 
 
 def test_surfaces_alone_have_no_wall() -> None:

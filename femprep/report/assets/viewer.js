@@ -1,9 +1,9 @@
-// A mesh in, a view to turn, cut and colour out. Three.js draws; which faces are seen is found here.
+// A mesh in, a view to turn, cut and colour out. Three.js draws; which faces are visible is found here.
 "use strict";
 (async () => {
   const scene3d = JSON.parse(document.getElementById("scene").textContent);
-  const holder = document.getElementById("viewer");
   const byId = (id) => document.getElementById(id);
+  const holder = byId("viewer");
   const TYPES = { uint8: Uint8Array, int8: Int8Array, uint16: Uint16Array, uint32: Uint32Array };
   const CUT = new THREE.Color("#e0a196");
   const SCALE = JSON.parse(document.getElementById("scale").textContent).map((text) => new THREE.Color(text));
@@ -18,7 +18,7 @@
   try {
     renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
   } catch (error) {
-    holder.textContent = "This browser draws no 3-D (WebGL); the picture below shows the mesh.";
+    holder.textContent = "This browser cannot draw 3-D graphics (WebGL). Open the mesh in ParaView instead.";
     return;
   }
 
@@ -32,47 +32,74 @@
     return 0.5 * (low + high) * scene3d.step;
   });
   for (let i = 0; i < steps.length; i++) points[i] = steps[i] * scene3d.step - middle[i % 3];
+  const rest = points.slice();
   const here = (place) => place.map((x, axis) => x - scene3d.low[axis] - middle[axis]);
 
-  // A number for each set of corners: three of them tell a face of a conforming mesh.
-  const key = (nodes) => {
-    const sorted = nodes.slice().sort((a, b) => a - b);
-    return (sorted[0] * count + sorted[1]) * count + sorted[2];
-  };
-
-  // Every face of every element: corners, element, and the element on its other side.
-  const faces = [], owner = [], other = [], centres = [];
-  const met = new Map();
-  let elements = 0;
+  // Every face of every element: up to four corners, its element, and the element on its other side. Arrays of numbers
+  // throughout: a mesh may have millions of faces.
+  let elements = 0, faces = 0;
   for (const block of scene3d.blocks) {
-    const nodes = await unpack(block.nodes);
-    for (let first = 0; first < nodes.length; first += block.corners) {
-      const corners = nodes.subarray(first, first + block.corners);
-      const centre = [0, 0, 0];
-      for (const node of corners) for (let axis = 0; axis < 3; axis++) centre[axis] += points[3 * node + axis] / block.corners;
-      centres.push(centre);
-      for (const local of block.faces) {
-        const ring = local.map((corner) => corners[corner]);
-        const known = key(ring), twin = met.get(known);
-        if (twin === undefined) met.set(known, faces.length);
-        else other[twin] = elements;
-        faces.push(ring);
-        owner.push(elements);
-        other.push(twin === undefined ? -1 : owner[twin]);
+    block.nodes = await unpack(block.nodes);
+    block.count = block.nodes.length / block.corners;
+    elements += block.count;
+    faces += block.count * block.faces.length;
+  }
+  const rings = new Int32Array(4 * faces), owner = new Int32Array(faces), other = new Int32Array(faces).fill(-1);
+  const sides = new Uint8Array(faces), centres = new Float32Array(3 * elements);
+
+  // A hash table of faces by their three smallest corners, which identify a face of a conforming mesh.
+  let size = 1;
+  while (size < 2 * faces) size *= 2;
+  const table = new Int32Array(size).fill(-1), smallest = new Int32Array(3 * faces);
+  let a, b, c;
+  function find(nodes, at, count) {
+    a = nodes[at]; b = nodes[at + 1]; c = nodes[at + 2];
+    if (count === 4) {
+      const d = nodes[at + 3];
+      if (a > b && a > c && a > d) a = d; else if (b > c && b > d) b = d; else if (c > d) c = d;
+    }
+    if (a > b) [a, b] = [b, a];
+    if (b > c) [b, c] = [c, b];
+    if (a > b) [a, b] = [b, a];
+    let slot = Math.imul(a, 73856093) ^ Math.imul(b, 19349663) ^ Math.imul(c, 83492791);
+    slot = Math.imul(slot ^ (slot >>> 15), 0x2c1b3c6d);
+    for (slot = (slot ^ (slot >>> 12)) & (size - 1); table[slot] >= 0; slot = (slot + 1) & (size - 1)) {
+      const known = 3 * table[slot];
+      if (smallest[known] === a && smallest[known + 1] === b && smallest[known + 2] === c) break;
+    }
+    return slot;
+  }
+
+  let element = 0, face = 0;
+  for (const { nodes, corners, faces: locals } of scene3d.blocks) {
+    for (let first = 0; first < nodes.length; first += corners, element++) {
+      for (let k = 0; k < corners; k++) for (let axis = 0; axis < 3; axis++) centres[3 * element + axis] += points[3 * nodes[first + k] + axis] / corners;
+      for (const local of locals) {
+        for (let k = 0; k < local.length; k++) rings[4 * face + k] = nodes[first + local[k]];
+        sides[face] = local.length;
+        owner[face] = element;
+        const slot = find(rings, 4 * face, local.length), twin = table[slot];
+        if (twin < 0) {
+          table[slot] = face;
+          smallest[3 * face] = a; smallest[3 * face + 1] = b; smallest[3 * face + 2] = c;
+        } else {
+          other[twin] = element;
+          other[face] = owner[twin];
+        }
+        face++;
       }
-      elements++;
     }
   }
 
   // Tags of the boundary's faces.
   const tags = await unpack(scene3d.facetTags);
-  const tagOf = new Int16Array(faces.length).fill(-1);
+  const tagOf = new Int16Array(faces).fill(-1);
   let facet = 0;
   for (const block of scene3d.facets) {
     const nodes = await unpack(block.nodes);
     for (let first = 0; first < nodes.length; first += block.corners, facet++) {
-      const face = met.get(key(Array.from(nodes.subarray(first, first + block.corners))));
-      if (face !== undefined) tagOf[face] = tags[facet];
+      const known = table[find(nodes, first, block.corners)];
+      if (known >= 0) tagOf[known] = tags[facet];
     }
   }
 
@@ -99,7 +126,8 @@
   holder.replaceChildren(renderer.domElement);
   const controls = new THREE.OrbitControls(camera, renderer.domElement);
   controls.enableDamping = false;
-  const reach = Math.max(...centres.map((c) => Math.hypot(...c)), 1);
+  let reach = 1;
+  for (let i = 0; i < points.length; i += 3) reach = Math.max(reach, Math.hypot(points[i], points[i + 1], points[i + 2]));
   let parts = [];
 
   function reset() {
@@ -119,11 +147,11 @@
     }
     if (state.cut < 0) return kept;
     const normal = scene3d.axes[state.cut];
-    const height = centres.map((c) => c[0] * normal[0] + c[1] * normal[1] + c[2] * normal[2]);
+    const height = (array, i) => array[3 * i] * normal[0] + array[3 * i + 1] * normal[1] + array[3 * i + 2] * normal[2];
     let low = Infinity, high = -Infinity;
-    for (const h of height) { low = Math.min(low, h); high = Math.max(high, h); }
+    for (let i = 0; i < count; i++) { const h = height(rest, i); low = Math.min(low, h); high = Math.max(high, h); }
     const at = low + state.share * (high - low), sign = state.turned ? -1 : 1;
-    for (let e = 0; e < elements; e++) if (sign * (height[e] - at) > 0) kept[e] = 0;
+    for (let e = 0; e < elements; e++) if (sign * (height(centres, e) - at) > 0) kept[e] = 0;
     return kept;
   }
 
@@ -134,21 +162,22 @@
   }
 
   function surface(shown, colourOf, opacity) {
-    let triangles = 0, sides = 0;
-    for (const face of shown) { triangles += faces[face].length - 2; sides += faces[face].length; }
-    const position = new Float32Array(9 * triangles), colour = new Float32Array(9 * triangles), line = new Float32Array(6 * sides);
+    let corners = 0;
+    for (const face of shown) corners += sides[face];
+    const triangles = corners - 2 * shown.length;
+    const position = new Float32Array(9 * triangles), colour = new Float32Array(9 * triangles), line = new Float32Array(6 * corners);
     let p = 0, l = 0;
     for (const face of shown) {
-      const ring = faces[face], tint = colourOf(face);
-      for (let k = 1; k + 1 < ring.length; k++) {
-        for (const node of [ring[0], ring[k], ring[k + 1]]) {
-          for (let axis = 0; axis < 3; axis++) position[p + axis] = points[3 * node + axis];
+      const tint = colourOf(face), first = 4 * face, last = first + sides[face] - 1;
+      for (let k = first + 1; k < last; k++) {
+        for (const at of [first, k, k + 1]) {
+          for (let axis = 0; axis < 3; axis++) position[p + axis] = points[3 * rings[at] + axis];
           colour[p] = tint.r; colour[p + 1] = tint.g; colour[p + 2] = tint.b;
           p += 3;
         }
       }
-      for (let k = 0; k < ring.length; k++) {
-        for (const node of [ring[k], ring[(k + 1) % ring.length]]) for (let axis = 0; axis < 3; axis++) line[l++] = points[3 * node + axis];
+      for (let k = first; k <= last; k++) {
+        for (const at of [k, k < last ? k + 1 : first]) for (let axis = 0; axis < 3; axis++) line[l++] = points[3 * rings[at] + axis];
       }
     }
     const geometry = new THREE.BufferGeometry();
@@ -173,11 +202,16 @@
     for (const part of parts) { stage.remove(part); part.geometry.dispose(); part.material.dispose(); }
     parts = [];
     const kept = keep(), field = fields[state.field], shown = [];
-    for (let face = 0; face < faces.length; face++) if (kept[owner[face]] && (other[face] < 0 || !kept[other[face]])) shown.push(face);
+    for (let face = 0; face < faces; face++) {
+      // Of a mesh that is shown in part, faces towards elements left out are no boundary.
+      if (kept[owner[face]] && (other[face] < 0 ? !scene3d.cuts.length || tagOf[face] >= 0 : !kept[other[face]])) shown.push(face);
+    }
     surface(shown, (face) => shade(face, field), state.worst ? 0.18 : 1);
     if (state.worst) {
       const bad = new Set(state.worstOf.map((one) => one.element)), red = new THREE.Color("#d00000");
-      surface(faces.map((_, face) => face).filter((face) => bad.has(owner[face])), () => red, 1);
+      const worst = [];
+      for (let face = 0; face < faces; face++) if (bad.has(owner[face])) worst.push(face);
+      surface(worst, () => red, 1);
       for (const one of state.worstOf) {
         const ball = new THREE.Mesh(new THREE.SphereGeometry(reach / 60, 12, 8), new THREE.MeshBasicMaterial({ color: red, transparent: true, opacity: 0.5 }));
         ball.position.set(...here(one.place));
@@ -189,9 +223,9 @@
       const step = Math.max(1, Math.ceil(shown.length / 8000)), half = reach / 45, before = reach / 150;
       const line = new Float32Array(6 * Math.ceil(shown.length / step));
       for (let k = 0, l = 0; k < shown.length; k += step) {
-        const ring = faces[shown[k]], element = owner[shown[k]];
-        const middle = [0, 1, 2].map((axis) => ring.reduce((sum, node) => sum + points[3 * node + axis], 0) / ring.length);
-        const out = middle.map((x, axis) => x - centres[element][axis]), length = Math.hypot(...out) || 1;
+        const face = shown[k], element = owner[face], middle = [0, 0, 0];
+        for (let i = 0; i < sides[face]; i++) for (let axis = 0; axis < 3; axis++) middle[axis] += points[3 * rings[4 * face + i] + axis] / sides[face];
+        const out = middle.map((x, axis) => x - centres[3 * element + axis]), length = Math.hypot(...out) || 1;
         for (const sign of [-1, 1]) {
           for (let axis = 0; axis < 3; axis++) line[l++] = middle[axis] + before * out[axis] / length + sign * half * fibres[3 * element + axis] / 127;
         }
@@ -251,7 +285,7 @@
 
   // Phases of one heart: its points moved, its thickness and worst elements those of the phase.
   const phases = scene3d.phases || [];
-  const rest = points.slice(), thick = fields.find((field) => field.moves);
+  const thick = fields.find((field) => field.moves);
   for (const phase of phases) {
     phase.moved = await unpack(phase.moved);
     if (phase.thickness) phase.thickness = await unpack(phase.thickness);
@@ -282,7 +316,11 @@
   const listen = (id, event, take) => byId(id).addEventListener(event, (e) => { take(e.target); build(); });
   listen("colour", "change", (input) => { state.field = Number(input.value); });
   listen("cut", "change", (input) => { state.cut = Number(input.value); });
-  listen("share", "input", (input) => { state.share = Number(input.value) / 100; });
+  listen("share", "input", (input) => {
+    const nearest = (share, cut) => (Math.abs(cut - input.value / 100) < Math.abs(share - input.value / 100) ? cut : share);
+    state.share = scene3d.cuts.length ? scene3d.cuts.reduce(nearest) : input.value / 100;
+    input.value = 100 * state.share;
+  });
   listen("turned", "change", (input) => { state.turned = input.checked; });
   for (const name of ["edges", "fibres", "worst"]) listen(name, "change", (input) => { state[name] = input.checked; });
   if (!fibres) byId("fibres").parentElement.hidden = true;
@@ -303,4 +341,7 @@
   if (phases.length) move(scene3d.first);
   else build();
   window.femprepView = { state, camera, renderer, elements, points };
-})();
+})().catch((error) => {
+  document.getElementById("viewer").textContent = `The view failed (${error}). Open the mesh in ParaView instead, and please report this error.`;
+  throw error;
+});

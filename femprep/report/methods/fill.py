@@ -1,22 +1,15 @@
-"""A run's record in, sentences on its elements and on the fibres in them out."""
+"""A run's record in, sentences on how its wall was filled and on the fibres in it out."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 from femprep.anatomy.rules import DOSTE_RV
+from femprep.options import FibreOptions
 from femprep.report.manifest import RunManifest
 
-_ELEMENTS: Final = {
-    "tetra": "tetrahedra",
-    "tetra10": "ten-node tetrahedra",
-    "wedge": "wedges",
-    "wedge15": "fifteen-node wedges",
-    "wedge18": "eighteen-node wedges",
-    "hexahedron": "hexahedra",
-    "hexahedron20": "twenty-node hexahedra",
-    "hexahedron27": "27-node hexahedra",
-}
+_SHAPES: Final = {"tetra": "tetrahedra", "wedge": "wedges", "hexahedron": "hexahedra"}
 
 
 def filling(manifest: RunManifest) -> list[str]:
@@ -28,7 +21,7 @@ def filling(manifest: RunManifest) -> list[str]:
 
 def _swept(manifest: RunManifest) -> str:
     volume, layers = manifest.details.get("volume", {}), manifest.options.layers
-    kind = _ELEMENTS.get(volume.get("element", layers.element), "elements")
+    kind = _SHAPES.get(volume.get("element", layers.element), "elements")
     count = volume.get("layers", layers.layers)
     cells = "quadrilaterals" if volume.get("template") == "quad" else "triangles"
     text = (
@@ -78,16 +71,14 @@ def _tetrahedra(manifest: RunManifest) -> list[str]:
     return found
 
 
-def fibres(manifest: RunManifest) -> list[str]:
-    """Coordinates, segments and fibres, where they were asked for."""
-    options = manifest.options.fibres
-    if options is None:
+def fibres(options: FibreOptions | None, info: Mapping[str, Any], *, several: bool) -> list[str]:
+    """Coordinates, segments and fibres of a mesh, from what its ``info`` holds; ``several``: of several chambers."""
+    if options is None or "fibres" in info.get("verdict", {}).get("failures", {}):
         return []
-    volume = manifest.details.get("volume", {})
-    record: dict[str, Any] = volume.get("fibres", {})
+    record: dict[str, Any] = info.get("fibres", {})
     angles = f"{options.endo_angle:+g} degrees at the endocardium to {options.epi_angle:+g} at the epicardium"
     right = (options.rv_endo_angle, options.rv_epi_angle)
-    if manifest.options.anatomy != "lv" and (right != (None, None) or options.rule == "doste"):
+    if several and (right != (None, None) or options.rule == "doste"):
         usual = DOSTE_RV if options.rule == "doste" else (options.endo_angle, options.epi_angle)
         endo = usual[0] if right[0] is None else right[0]
         epi = usual[1] if right[1] is None else right[1]
@@ -102,34 +93,35 @@ def fibres(manifest: RunManifest) -> list[str]:
         rule = "by the rule of Bayer et al. as printed [@bayer2012]"
     else:
         rule = (
-            "by a rule after Bayer et al. [@bayer2012], in which frames from Laplace fields are interpolated first and "
-            "then turned by one angle that is linear in depth"
+            "by a rule after Bayer et al. [@bayer2012]: local frames from Laplace fields are interpolated first, and "
+            "then rotated by one angle that is linear in depth"
         )
-    depth = "measured by distance [@schuler2021]" if options.depth == "distance" else "the harmonic field itself"
+    depth = "a ratio of distances [@schuler2021]" if options.depth == "distance" else "the harmonic field itself"
     text = (
         "Ventricular coordinates [@schuler2021] and the segments of the American Heart Association [@cerqueira2002] "
-        f"were added to the wall. Fibres were laid {rule}: depth is {depth}, and the helix angle runs from {angles}, "
-        "positive where fibres climb to the right seen from outside with the base up [@streeter1969]"
+        f"were added to the wall. Fibre directions were assigned {rule}. The transmural depth is {depth}, and the "
+        f"helix angle changes from {angles}; it is positive where fibres climb to the right, seen from outside with "
+        "the base up [@streeter1969]"
     )
     if options.endo_sheet_angle or options.epi_sheet_angle:
         text += (
-            f"; the sheet angle, from the transmural direction, from {options.endo_sheet_angle:+g} to "
+            f". The sheet angle, measured from the transmural direction, changes from {options.endo_sheet_angle:+g} to "
             f"{options.epi_sheet_angle:+g} degrees"
         )
     found = [text + "."]
-    if options.atria == "piersanti" and "atria" in volume:
+    if options.atria == "piersanti" and "atria" in info:
         found.append(
             "Fibres of the atria run across Laplace fields between the openings of their valves and veins "
             "[@piersanti2021], without the bundles whose landmarks no opening gives."
         )
-    assumed = volume.get("axes", {}).get("info", {}).get("assumed", ())
+    assumed = info.get("axes", {}).get("info", {}).get("assumed", ())
     if record.get("mirrored"):
-        told = "told to be" if options.mirrored == "yes" else "found to be"
-        found.append(f"The heart is {told} stored as its mirror image, and its fibres are the mirror image likewise.")
+        told = "given as" if options.mirrored == "yes" else "recognised as"
+        found.append(f"The heart was {told} a mirror image, and its fibres are mirrored accordingly.")
     elif "hand" in assumed and options.mirrored == "auto":
-        found.append("Nothing told whether the heart is stored as its mirror image; it was taken not to be.")
+        found.append("The input does not show whether the heart is a mirror image; it was assumed not to be one.")
     if "septal" in assumed:
-        found.append("Nothing told where the septum lies; it was assumed to the right and in front.")
+        found.append("The input does not show the septum; it was assumed to lie to the right and in front.")
     return found
 
 
@@ -145,7 +137,7 @@ def held(manifest: RunManifest) -> list[str]:
 
 
 def activated(manifest: RunManifest) -> list[str]:
-    """Purkinje fibres and times of activation, where they were asked for."""
+    """Purkinje fibres and activation times, where they were asked for."""
     purkinje, activation = manifest.options.purkinje, manifest.options.activation
     found = []
     if purkinje is not None and _made(manifest, "purkinje"):
@@ -160,12 +152,12 @@ def activated(manifest: RunManifest) -> list[str]:
         speeds = f"{activation.fibre_speed:g}, {activation.sheet_speed:g} and {activation.normal_speed:g} m/s"
         measured = " [@caldwell2009]" if not activation.model_fields_set else ""
         found.append(
-            f"Times of activation, from {begin}, solve the eikonal equation on the mesh [@fu2013] with speeds of "
-            f"{speeds} along fibres, across them and across sheets{measured}."
+            f"Activation times, from {begin}, solve the eikonal equation on the mesh [@fu2013] with conduction "
+            f"velocities of {speeds} along fibres, across them and across sheets{measured}."
         )
     return found
 
 
 def _made(manifest: RunManifest, part: str) -> bool:
-    """Whether the mesh has a part that was asked for, or only the reason why not."""
+    """Whether the mesh has a part that was asked for."""
     return part not in manifest.details.get("volume", {}).get("verdict", {}).get("failures", {})

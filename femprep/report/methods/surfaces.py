@@ -10,7 +10,7 @@ from femprep.report.manifest import RunManifest
 #: How a template is put on an object's surface, by method.
 _METHODS: Final = {
     "smooth": "by estimating the surface whose mean curvature varies least among those that the labels allow, each "
-    "face between voxels weighted by what it tells of the surface's place (between slices by shape-based interpolation "
+    "face between voxels weighted by how precisely it locates the surface (between slices by shape-based interpolation "
     "[@raya1990]) and the smoothing chosen as that under which the labels are most likely [@wahba1985; @mackay1992]; "
     "on it {template} was placed evenly by way of a conformal map [@kazhdan2012]",
     "paper": "by carrying {template} along the gradient of a harmonic field to the surface that fits the boundary of "
@@ -20,6 +20,9 @@ _METHODS: Final = {
     "cells are even, by way of a conformal map [@kazhdan2012]",
 }
 #: Of surfaces that were given.
+_READY: Final = (
+    "Template surfaces made by femprep before were used without change: {what}, with {vertices} vertices{each}."
+)
 _GIVEN: Final = (
     "{template} was placed evenly on {what}, with {vertices} vertices{each}, by way of a conformal map [@kazhdan2012], "
     "on average {mean:.2f} mm and at most {greatest:.1f} mm from the triangles given."
@@ -39,7 +42,7 @@ _NAMES: Final = {
     "la_epi": "the left atrium with its wall",
     "ra_epi": "the right atrium with its wall",
 }
-_CHAMBERS: Final = {"rv": "right ventricle", "la": "left atrium", "ra": "right atrium"}
+CHAMBERS: Final = {"lv": "left ventricle", "rv": "right ventricle", "la": "left atrium", "ra": "right atrium"}
 
 
 def listed(items: list[str]) -> str:
@@ -54,7 +57,9 @@ def image(manifest: RunManifest) -> list[str]:
         found.append("The label map was mirrored first.")
     if out := manifest.options.image.leave_out:
         drawn = manifest.input.notes.get("left_out", {}).get("drawn_anew", [])
-        anew = f"; {listed([str(k) for k in drawn])} drawn from their neighbours [@raya1990]" if drawn else ""
+        anew = (
+            f"; {listed([str(k) for k in drawn])} were interpolated from their neighbours [@raya1990]" if drawn else ""
+        )
         found.append(f"Labels of slices {listed([str(k) for k in out])} were left out{anew}.")
     if not manifest.options.image.correct_shifts:
         return found
@@ -81,34 +86,37 @@ def fitting(manifest: RunManifest) -> list[str]:
         info = surfaces.get(name, {})
         options = manifest.options.surface
         method, cells = info.get("method", options.method), info.get("cells", options.cells)
+        if manifest.input.surfaces:
+            method = _GIVEN if "distance_mean_mm" in info else _READY
         fitted.setdefault((method, cells, info.get("vertices", options.vertices)), []).append(name)
     found = []
     for (method, cells, vertices), names in fitted.items():
+        what = listed([_named(manifest, name) for name in names])
+        each = " each" if len(names) > 1 else ""
         if method not in _METHODS:
-            far = [surfaces[name] for name in names if "distance_mean_mm" in surfaces[name]]
-            what = listed([_named(manifest, name) for name in names])
-            text = _GIVEN.format(
+            text = method.format(
                 template=_TEMPLATES[cells],
-                what=f"the surface of {what}" if len(names) == 1 else f"the surfaces of {what}",
+                what=what,
                 vertices=vertices,
-                each=" each" if len(names) > 1 else "",
-                mean=max(one["distance_mean_mm"] for one in far),
-                greatest=max(one["distance_greatest_mm"] for one in far),
+                each=each,
+                mean=max(surfaces[name].get("distance_mean_mm", 0.0) for name in names),
+                greatest=max(surfaces[name].get("distance_greatest_mm", 0.0) for name in names),
             )
             found.append(text[0].upper() + text[1:])
             continue
         how = _METHODS[method].replace("{template}", _TEMPLATES[cells])
-        what = listed([_named(manifest, name) for name in names])
-        each = " each" if len(names) > 1 else ""
         found.append(f"Closed surfaces of {what}, with {vertices} vertices{each}, were generated {how}.")
     again = [name for name in objects if surfaces.get(name, {}).get("redrawn")]
     if again:
         what = listed([_named(manifest, name) for name in again])
-        found.append(f"The triangles of {what} were drawn anew on that surface.")
+        found.append(f"The triangles of {what} were remeshed.")
     return found
 
 
 def _named(manifest: RunManifest, name: str) -> str:
+    if manifest.input.surfaces:
+        outer = "the epicardium" if manifest.options.anatomy == "lv" else "the common epicardium"
+        return outer if name == "epi" else f"the endocardium of the {CHAMBERS[name]}"
     return _NAMES["lv_epi"] if name == "epi" and "volume" in manifest.details else _NAMES.get(name, name)
 
 
@@ -127,14 +135,14 @@ def epicardium(manifest: RunManifest) -> list[str]:
     labelled = [name for name in chambers if f"{name}_epi" in objects]
     assumed = [name for name in chambers if name not in labelled]
     bodies = ["the left ventricle with its labelled wall"]
-    bodies += [f"the {_CHAMBERS[name]} with its labelled wall" for name in labelled]
-    bodies += [f"the cavity of the {_CHAMBERS[name]} grown by {thickness[name]:g} mm" for name in assumed]
+    bodies += [f"the {CHAMBERS[name]} with its labelled wall" for name in labelled]
+    bodies += [f"the cavity of the {CHAMBERS[name]} grown by {thickness[name]:g} mm" for name in assumed]
     text = (
         f"The common epicardium is the surface of the union of {listed(bodies)}, and of all cavities grown by "
         f"{wall.minimum_thickness:g} mm, joined with rounded grooves by a smooth minimum of distances [@quilez]."
     )
     if assumed:
-        whose = listed([_CHAMBERS[name] for name in assumed])
+        whose = listed([CHAMBERS[name] for name in assumed])
         text += f" The labels have no wall of the {whose}: its thickness was assumed."
     return [text]
 

@@ -23,11 +23,14 @@ def cuts(manifest: RunManifest) -> list[str]:
     both = " and the right ventricle is open" if manifest.options.anatomy == "biv" else ""
     clipped = manifest.options.wall.apex == "clipped"
     apical = ", and at the apex in the plane of the most apical slice with such a ring" if clipped else ""
-    found = [
-        "Surfaces were cut at the base in the plane of the most basal slice in which the myocardium closes around the "
-        f"left ventricle's cavity{both}{apical} [@skrinjar2009]."
-    ]
     base = wall.get("planes", {}).get("base", {})
+    if base.get("source") == "given":
+        found = [f"Surfaces were cut at the base in a given plane{apical}."]
+    else:
+        found = [
+            "Surfaces were cut at the base in the plane of the most basal slice in which the myocardium closes around "
+            f"the left ventricle's cavity{both}{apical} [@skrinjar2009]."
+        ]
     if ACROSS in base.get("source", ""):
         found.append(
             "Slices were those of the label map resampled across the left ventricle's long axis, from the end of its "
@@ -73,7 +76,7 @@ def _openings(manifest: RunManifest) -> list[str]:
 
 
 def thickness(manifest: RunManifest) -> list[str]:
-    """What was pushed, thickened, filled, smoothed or softened."""
+    """What was pushed, thickened, filled or smoothed."""
     wall = manifest.details.get("wall", {})
     records, found = wall.get("repaired", []), []
     least = manifest.options.wall.minimum_thickness
@@ -105,7 +108,7 @@ def thickness(manifest: RunManifest) -> list[str]:
         )
     if matching.get("softened_mm"):
         found.append(
-            "Where they bend too sharply for layers of elements the surfaces were softened, by up to "
+            "Where they bend too sharply for layers of elements, the surfaces were locally smoothed, by up to "
             f"{matching['softened_mm']:.1f} mm."
         )
     return found

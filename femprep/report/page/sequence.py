@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -28,8 +27,6 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 52.0, 690.0, 14.0, 190.0
 _SLICES: Final = 24
 #: What the phases of the greatest and the least cavity are called.
 _ENDS: Final = ("end-diastole", "end-systole")
-#: Segments of the left ventricle.
-_SEGMENTS: Final = 17
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,15 +49,13 @@ class Phase:
     data: DataPictures
 
 
-def sequence_page(phases: Sequence[Phase], manifest: SequenceManifest, command: str = "") -> str:
+def sequence_page(phases: Sequence[Phase], manifest: SequenceManifest) -> str:
     """The page as text.
 
     Parameters
     ----------
     phases : sequence of Phase
     manifest : SequenceManifest
-    command : str
-        What was typed.
     """
     reference = phases[manifest.reference]
     full = max(phases, key=lambda one: one.record.cavity_ml)
@@ -88,10 +83,8 @@ def sequence_page(phases: Sequence[Phase], manifest: SequenceManifest, command: 
         data=full.data,
         ends=[(f"{one.record.name}, {words}", one.data) for one, words in zip(ends, _ENDS)],
         others=[(others[k].record.name, others[k].data.slices) for k in chosen],
-        methods=sequence_methods(reference.manifest, manifest).plain,
+        methods=sequence_methods(reference.manifest, manifest, reference.quality).plain,
         files=FILES,
-        command=command,
-        date=time.strftime("%Y-%m-%d %H:%M %Z"),
         options=(manifest.options or reference.manifest.options).model_dump_json(indent=1),
     )
 
@@ -193,7 +186,5 @@ def _eyes(full: Phase, least: Phase) -> list[str]:
     ]
 
 
-def _segments(values: Sequence[float | None] | None) -> Any:
-    if values is None or len(values) != _SEGMENTS:
-        return None
-    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+def _segments(values: Mapping[str, float | None] | None) -> Any:
+    return None if values is None else np.array(list(values.values()), dtype=np.float64)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from femprep.model.markup import escape
-from femprep.report.manifest import RunManifest
+from femprep.report.manifest import RunManifest, VolumeRecord
 from femprep.report.methods import FILES, methods
 from femprep.report.page.checks import check_lines
 from femprep.report.pictures.colours import SCALE
@@ -58,10 +57,6 @@ def table(rows: Sequence[tuple[Any, ...]], head: Sequence[str] = ()) -> str:
     return "<table>" + "".join(lines) + "</table>"
 
 
-_VOLUMES = ("", "mesh, mL", "segmentation, mL", "difference, %", "of it extrapolated beyond the labels, mL")
-_VOLUMES_GIVEN = ("", "mesh, mL", "surfaces given, mL", "difference, %")
-
-
 def report_page(
     manifest: RunManifest,
     quality: QualityReport,
@@ -74,7 +69,6 @@ def report_page(
     colours: Mapping[str, str],
     picture: str | None,
     scene: Mapping[str, Any],
-    command: str = "",
 ) -> str:
     """The page as text.
 
@@ -96,14 +90,12 @@ def report_page(
         ``data:`` address of the picture of the mesh.
     scene : mapping
         What the 3-D view shows.
-    command : str
-        What was typed.
     """
     given = bool(manifest.input.surfaces)
     volumes: list[tuple[Any, ...]] = [
         (v.name, v.mesh_ml, v.given_ml, v.difference_percent)
         if given
-        else (v.name, v.mesh_ml, v.segmentation_ml, v.difference_percent, v.extrapolated_ml or None)
+        else (v.name, v.mesh_ml, v.segmentation_ml, v.difference_percent, v.whole_ml, v.extrapolated_ml or None)
         for v in manifest.volumes
     ]
     return render(
@@ -118,7 +110,7 @@ def report_page(
         solution=manifest.solution,
         worst=_worst(quality),
         figures=table(figures),
-        volumes=table([tuple(map(_rounded, row)) for row in volumes], _VOLUMES_GIVEN if given else _VOLUMES),
+        volumes=table([tuple(map(_rounded, row)) for row in volumes], volume_columns(manifest.volumes, given)),
         stages=table([(s.name, round(s.seconds, 2)) for s in manifest.stages], ("stage", "s")),
         histograms=histograms,
         fidelity=fidelity,
@@ -128,12 +120,19 @@ def report_page(
         picture=picture,
         scene=scene,
         scale=SCALE,
-        methods=methods(manifest).plain,
+        methods=methods(manifest, quality).plain,
         files=FILES,
-        command=command,
-        date=time.strftime("%Y-%m-%d %H:%M %Z"),
         options=manifest.options.model_dump_json(indent=1),
     )
+
+
+def volume_columns(records: Sequence[VolumeRecord], given: bool) -> tuple[str, ...]:
+    """Heads of the table of volumes: which part of what is compared with what."""
+    part = " " + records[0].part if records and records[0].part != "in all" else ""
+    if given:
+        return "", f"mesh{part}, mL", f"surfaces given{part}, mL", "difference, %"
+    more = "labels in all, mL", "of the mesh: extrapolated beyond the labels at the apex, mL"
+    return "", f"mesh{part}, mL", f"labels{part}, mL", "difference, %", *more
 
 
 def _rounded(value: Any) -> Any:

@@ -9,6 +9,7 @@ from typing import Final, Literal
 import numpy as np
 
 from femprep.anatomy import bulls_eye_svg, segment_means, wall_thickness
+from femprep.anatomy.aha import SEGMENTS
 from femprep.errors import InputError
 from femprep.mesh.measures.volume_elements import element_measures
 from femprep.model import FloatArray, VolumeMesh
@@ -103,12 +104,15 @@ def draw(
 
 def thickness_of_segments(
     mesh: VolumeMesh, measured: Mapping[str, FloatArray] | None = None
-) -> list[float | None] | None:
-    """Mean thickness of the wall in each of the 17 AHA segments, mm; None where the mesh has none."""
+) -> dict[str, float | None] | None:
+    """Mean thickness of the wall in each of the 17 AHA segments by its name, mm; None where the mesh has none."""
     if "aha" not in mesh.cell_data:
         return None
     values = segment_values(mesh, element_field(mesh, "thickness", measured)).tolist()
-    return [round(value, 4) if math.isfinite(value) else None for value in values]
+    return {
+        SEGMENTS[number]: round(value, 4) if math.isfinite(value) else None
+        for number, value in enumerate(values, start=1)
+    }
 
 
 def report_bulls_eyes(mesh: VolumeMesh, measured: Mapping[str, FloatArray] | None = None) -> list[str]:

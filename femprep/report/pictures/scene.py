@@ -11,8 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
-from femprep.model import FloatArray, VolumeMesh, tag_name
+from femprep.model import FACET_TAGS, FloatArray, VolumeMesh
+from femprep.model.blocks import chosen_rows, nodes_of
 from femprep.report.pictures.colours import SEGMENTS, colour, region_colour
+from femprep.report.pictures.drawn import Drawn, drawn
 from femprep.report.pictures.shown import Shown
 from femprep.volume import QualityReport
 
@@ -38,37 +40,52 @@ def scene(content: Shown, quality: QualityReport) -> dict[str, Any]:
     quality : QualityReport
         Whose worst elements are shown.
     """
-    mesh = content.mesh
+    return _scene(content, [quality])[0]
+
+
+def _scene(content: Shown, qualities: Sequence[QualityReport]) -> tuple[dict[str, Any], Drawn]:
+    """The scene of a mesh with the worst elements of the first quality; and what is drawn, with those of all."""
+    axes = _axes(content.mesh)
+    worst = {content.element(item.element) for quality in qualities for item in quality.worst}
+    chosen = drawn(content.mesh, axes, worst)
+    mesh = chosen.mesh
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     size = float((high - low).max())
     points = np.rint((mesh.points - low) * (_STEPS / size)).astype(np.uint16)
     number = np.uint16 if len(points) <= _STEPS else np.uint32
-    blocks, centres = [], []
+    blocks = []
     for name, block in mesh.cells.items():
         kind = ELEMENTS[name]
         corners = block[:, : kind.corners]
         faces = [[node for node in face if node < kind.corners] for face in kind.faces]
         blocks.append({"corners": kind.corners, "faces": faces, "nodes": _packed(corners.astype(number))})
-        centres.append(mesh.points[corners].mean(axis=1))
     facets = [
         {"corners": FACET_CORNERS[name], "nodes": _packed(block[:, : FACET_CORNERS[name]].astype(number))}
         for name, block in mesh.facets.items()
     ]
-    return {
+    note = content.note
+    if chosen.cuts:
+        note += (
+            f" The view draws {mesh.n_cells} of {content.mesh.n_cells} elements: those at the surface, at the borders "
+            f"of regions and segments, and along {len(chosen.cuts)} cut(s) in each direction, where the slider stops."
+        )
+    found = {
         "points": _packed(points),
-        "note": content.note,
+        "note": note.strip(),
         "low": low.tolist(),
         "step": size / _STEPS,
         "blocks": blocks,
         "facets": facets,
         "facetTags": _packed(_ranks(mesh.facet_tag)),
-        "facetNames": [{"name": name, "colour": colour(name)} for name in map(tag_name, np.unique(mesh.facet_tag))],
-        "fields": _fields(mesh, content.fields),
+        "facetNames": [{"name": name, "colour": colour(name)} for name in mesh.facet_names],
+        "fields": _fields(mesh, {name: values[chosen.elements] for name, values in content.fields.items()}),
         "fibres": _fibres(mesh),
-        "axes": _axes(mesh, np.concatenate(centres)),
-        "worst": _worst(content, quality),
+        "axes": axes,
+        "cuts": chosen.cuts,
+        "worst": _worst(content, qualities[0], chosen),
         "phases": [],
     }
+    return found, chosen
 
 
 def moving_scene(
@@ -88,22 +105,23 @@ def moving_scene(
     first : int
         The phase that the others are moved from, and that is shown first.
     """
-    found = scene(contents[first], qualities[first]) | {"fibres": None}
-    base = contents[first].mesh.points
+    found, chosen = _scene(contents[first], [qualities[first], *qualities])
+    found["fibres"] = None
+    base = chosen.mesh.points
     limits = _limits(np.concatenate([one.fields["thickness"] for one in contents]))
-    each = base.size + contents[first].mesh.n_cells
+    each = base.size + chosen.mesh.n_cells
     kept = _spread(len(contents), max(2, MOST_BYTES // each), first)
     phases = []
     for number in kept:
-        moved = contents[number].mesh.points - base
+        moved = contents[number].mesh.points[chosen.nodes] - base
         step = max(float(np.abs(moved).max()) / 127.0, 1e-9)
         phases.append(
             {
                 "name": names[number],
                 "step": step,
                 "moved": _packed(np.rint(moved / step).astype(np.int8)),
-                "thickness": _packed(_steps(contents[number].fields["thickness"], limits)),
-                "worst": _worst(contents[number], qualities[number]),
+                "thickness": _packed(_steps(contents[number].fields["thickness"][chosen.elements], limits)),
+                "worst": _worst(contents[number], qualities[number], chosen),
             }
         )
     for field in found["fields"]:
@@ -122,10 +140,10 @@ def _spread(count: int, most: int, first: int) -> list[int]:
     return sorted({*chosen, first})
 
 
-def _worst(content: Shown, quality: QualityReport) -> list[dict[str, Any]]:
+def _worst(content: Shown, quality: QualityReport, chosen: Drawn) -> list[dict[str, Any]]:
     return [
         {
-            "element": content.element(item.element),
+            "element": int(np.searchsorted(chosen.elements, content.element(item.element))),
             "measure": item.measure,
             "value": item.value,
             "place": list(item.centroid),
@@ -173,11 +191,16 @@ def _fibres(mesh: VolumeMesh) -> dict[str, Any] | None:
     return _packed(np.rint(127.0 * np.asarray(mesh.cell_data["fiber"])).astype(np.int8))
 
 
-def _axes(mesh: VolumeMesh, centres: FloatArray) -> list[list[float]]:
+def _axes(mesh: VolumeMesh) -> list[list[float]]:
     """Three directions at right angles, of which the last is the long axis, towards the base."""
-    _, axes = np.linalg.eigh(np.cov(centres.T))
+    centres = [mesh.points[block[:, : ELEMENTS[name].corners]].mean(axis=1) for name, block in mesh.cells.items()]
+    _, axes = np.linalg.eigh(np.cov(np.concatenate(centres).T))
     base = mesh.planes.get("base")
     up = axes[:, 2] if base is None else np.asarray(base.normal)
+    nodes = nodes_of(chosen_rows(mesh.facets, mesh.facet_tag == FACET_TAGS["base"]))
+    if base is None and len(nodes):
+        up = mesh.points[nodes].mean(axis=0) - np.concatenate(centres).mean(axis=0)
+        up /= np.linalg.norm(up)
     across = axes[:, 0] - up * float(axes[:, 0] @ up)
     if np.linalg.norm(across) < 0.1:
         across = axes[:, 1] - up * float(axes[:, 1] @ up)

@@ -17,9 +17,8 @@ from femprep.mesh.measures.volume_elements import all_volumes
 from femprep.model import FloatArray, IntArray, VolumeMesh
 from femprep.model.products import unit_vectors
 from femprep.report.pictures.bullseyes import quality_measures
+from femprep.report.pictures.drawn import MOST
 
-#: Elements that a view shows at most where there is a coarser mesh.
-MOST: Final = 250_000
 #: Measures of quality that are shown.
 QUALITY: Final = ("mean_ratio", "minimum_dihedral")
 

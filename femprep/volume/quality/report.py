@@ -142,6 +142,11 @@ class QualityReport(Record):
     tissues: TissuesRecord | None = Field(
         None, description="Scar, border zone or other tissue of a second image, by AHA segment; null without one."
     )
+    thickness_mm: dict[str, float | None] | None = Field(
+        None,
+        description="Mean thickness of the wall in each of the 17 AHA segments by its name, mm; null without segments, "
+        "and before the folder of the run is written.",
+    )
     given_fidelity: tuple[SurfaceFidelity, ...] | None = Field(
         None, description="Distance to the surfaces that were given; null where none were."
     )

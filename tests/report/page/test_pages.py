@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import browser
 import numpy as np
 import pytest
+from meshes import truncated_ellipsoid, with_fibres
 
 import femprep as fp
 from femprep.cohort.reasons import REASONS
@@ -203,3 +205,24 @@ def test_lights_of_checks() -> None:
     lines = check_lines([line(20.0, True), line(10.5, True), line(9.0, False)])
     assert [one["light"] for one in lines] == ["red", "amber", "green"]
     assert all(one["remedy"] for one in lines)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("heights", "around"), [(26, 104), (50, 130)], ids=["130,000", "312,000 thinned"])
+def test_view_of_a_large_mesh(tmp_path: Path, heights: int, around: int) -> None:
+    seg = lv_ellipsoid().segmentation(spacing=(1.4, 1.4, 8.0))
+    options = {"surface": {"vertices": 300}, "volume": {"mesher": "sweep", "edge_length": 6.0}}
+    mesh = with_fibres(truncated_ellipsoid("tetra", heights=heights, around=around, layers=8))
+    run = replace(fp.mesh_segmentation(seg, **options), mesh=mesh, quality=fp.check(mesh))
+    fp.write_run(run, tmp_path / "out")
+    assert (tmp_path / "out" / "report.html").stat().st_size < 8_000_000
+    with browser.opened(tmp_path / "out" / "report.html") as page:
+        page.wait_for_function(f"{VIEW} && {VIEW}.state.shown > 0")
+        assert page.locator("#colour option").count() >= 4
+        whole = picture(page)
+        page.select_option("#cut", "0")
+        page.fill("#share", "45")
+        assert picture(page) != whole
+        thinned = mesh.n_cells > 250_000
+        assert page.locator("#share").input_value() == ("50" if thinned else "45")
+        assert (f"of {mesh.n_cells} elements" in page.locator("body").inner_text()) == thinned
