@@ -22,8 +22,8 @@ from femprep.image.reading.nifti_floats import require_finite
 from femprep.image.reading.rectangular import is_sheared, rectangular_labels
 from femprep.image.reading.segments import Segment, chosen_segments, merged_layers, require_layers, segments_of
 from femprep.image.segmentation import Segmentation, count_labels
-from femprep.model import FloatArray, Notice, noted, records
-from femprep.options import PRESETS, ImageOptions, choose, takes
+from femprep.model import TISSUES, FloatArray, Notice, noted, records
+from femprep.options import PRESETS, ImageOptions, choose, likely_preset, takes
 
 log = logging.getLogger(__name__)
 
@@ -125,12 +125,14 @@ def read_segmentation(
         "right_handed": grid.right_handed,
         "notices": records(*(Notice.of("assumed", line) for line in notes + doubts)),
     }
+    names, said = _in_wall(names, set(count))
+    info["notices"] += records(*(Notice.of("assumed", line) for line in said))
     seg = Segmentation(labels, grid, names, info)
     if not names:
         why = f"preset {preset!r} takes segments by their names, and {file} has none" if preset else "no structures"
         raise OptionError(
             f"{why}: give a preset ({', '.join(sorted(set(PRESETS) - {preset}))}) or labels by name, as in lv=3 and "
-            f"myo=2; labels there: {seg.label_table()}"
+            f"myo=2; labels there: {seg.label_table()}{likely_preset(seg.present)}"
         )
     return seg
 
@@ -233,6 +235,22 @@ def _names(
             )
         names[name] = tuple(n if isinstance(n, str) else int(n) for n in own)
     return names
+
+
+def _in_wall(names: Mapping[str, tuple[int, ...]], there: set[int]) -> tuple[dict[str, tuple[int, ...]], list[str]]:
+    """The structures with tissue such as scar as part of the myocardium, and without labels that a map lacks."""
+    found, said = dict(names), []
+    chambers = {number for name, own in names.items() if name not in TISSUES for number in own}
+    tissue = {n: name for name in TISSUES for n in names.get(name, ()) if n in there - chambers}
+    if tissue and "myo" in names:
+        found["myo"] = (*names["myo"], *tissue)
+        said.append(f"{', '.join(dict.fromkeys(tissue.values()))} is taken as part of the myocardium (myo)")
+    for name, own in found.items():
+        here = tuple(number for number in own if number in there)
+        if 0 < len(here) < len(own):
+            found[name] = here
+            said.append(f"of the labels {own} of {name} the map holds {here} alone")
+    return found, said
 
 
 def _of_segments(
