@@ -16,8 +16,9 @@ import numpy.typing as npt
 from femprep.errors import DiskFullError, FileError, InputError, cannot_write
 from femprep.image.grid import Grid
 from femprep.image.reading.affine import FLAT, sform
-from femprep.image.reading.files import format_of, require_whole
+from femprep.image.reading.files import format_of, header_of, require_whole
 from femprep.image.reading.native import captured_stderr, require_memory
+from femprep.image.reading.nifti_header import pose_note
 from femprep.image.reading.rectangular import is_sheared, sharpest_angle
 from femprep.model import FloatArray
 
@@ -55,6 +56,8 @@ def read_content(file: Path, frame: int | None = None, *, sheared: bool = False)
     """
     with _sheared_taken(sheared):
         image = _read(file, frame)
+    if format_of(file) == "NiftiImageIO" and (note := pose_note(header_of(file), image.origin, image.direction)):
+        image.notes.append(note)
     matrix = sform(image.header)
     if matrix is None or not is_sheared(matrix[:, :3]):
         return image
