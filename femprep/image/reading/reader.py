@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,9 @@ from femprep.image.reading.segments import Segment, chosen_segments, merged_laye
 from femprep.image.segmentation import Segmentation, count_labels
 from femprep.model import TISSUES, FloatArray, Notice, noted, records
 from femprep.options import PRESETS, ImageOptions, choose, likely_preset, takes
+
+#: Numbers this near to whole ones are labels that went through floating point or a scale.
+_ROUNDED: Final = 0.01
 
 log = logging.getLogger(__name__)
 
@@ -94,7 +97,8 @@ def read_segmentation(
     if segments:
         array, names, named, said = _of_segments(array, segments, names, known=preset == "slicer" or not names)
         notes += said
-    labels = _labels(array, file)
+    labels, said = _labels(array, file)
+    notes += said
     spacing, source, found, doubts = _spacing(spacing, header, labels.shape, chosen.spacing)
     notes += found
     if chosen.resample and is_sheared(direction * spacing):
@@ -290,11 +294,14 @@ def _spacing(
     return found.spacing, found.source, notes, doubts
 
 
-def _labels(array: npt.NDArray[Any], file: Path) -> npt.NDArray[np.integer[Any]]:
-    """Label numbers in the smallest unsigned type, read-only; refuses fractions and negative numbers."""
+def _labels(array: npt.NDArray[Any], file: Path) -> tuple[npt.NDArray[np.integer[Any]], list[str]]:
+    """Label numbers in the smallest unsigned type, read-only, and what was rounded; refuses other numbers."""
+    said = []
     if np.issubdtype(array.dtype, np.floating):
         with np.errstate(invalid="ignore"):  # NaN of the kind that signals
-            whole = np.isfinite(array) & (array == np.rint(array))
+            rounded = np.rint(array)
+            off = np.abs(array - rounded)
+            whole = np.isfinite(array) & (off <= _ROUNDED)
         if not whole.all():
             value = float(array[~whole][0])
             wrong = int(array.size - np.count_nonzero(whole))
@@ -303,6 +310,9 @@ def _labels(array: npt.NDArray[Any], file: Path) -> npt.NDArray[np.integer[Any]]
                 f"{file}: {some} (the first is {value:.6g}), so that it is no label map; "
                 "threshold it, or resample with nearest neighbour"
             )
+        if count := int(np.count_nonzero(off)):
+            said.append(f"{count} voxels within {float(off.max()):.2g} of whole numbers were rounded to them")
+            array = rounded
     low, high = array.min(), array.max()
     if low < 0:
         raise InputError(f"{file}: has negative labels (the lowest is {int(low)}); labels are 0 and above")
@@ -310,4 +320,4 @@ def _labels(array: npt.NDArray[Any], file: Path) -> npt.NDArray[np.integer[Any]]
         raise InputError(f"{file}: has label {high:.6g}, which is too large; is it a label map?")
     labels = array.astype(np.min_scalar_type(int(high)), order="K", copy=False)
     labels.setflags(write=False)
-    return labels
+    return labels, said
