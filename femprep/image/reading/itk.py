@@ -230,7 +230,7 @@ def _several(file: Path, reader: Any) -> str:
     if np.abs(frames.sum(axis=0) - 1.0).max() < _SUM and frames.min() >= 0:
         return f"; its {len(frames)} channels add to 1 in every voxel, as probabilities of classes do{_ARGMAX}"
     held = [number for number, frame in enumerate(frames, 1) if frame.any()]
-    listed = ", ".join(map(str, held[:_LISTED])) + (", ..." if len(held) > _LISTED else "")
+    listed = ", ".join(map(str, held[:_LISTED])) or "none"
     words = (
         f"; frames {listed or 'none'} of {len(frames)} hold labels: choose one by --frame N (of --image FILE:N), or mesh them as "
         "phases of one heart by --sequence"
