@@ -10,10 +10,11 @@ import gzip
 import os
 import re
 import zlib
+from difflib import get_close_matches
 from pathlib import Path
 from typing import BinaryIO
 
-from femprep.errors import FileError, ResourceError
+from femprep.errors import FileError, ResourceError, did_you_mean
 from femprep.image.reading.affine import FLAT
 from femprep.image.reading.native import memory
 from femprep.image.reading.nifti_header import LONGEST_HEADER, has_finite_affine, has_flat_axes, nifti_bytes
@@ -59,7 +60,8 @@ def require_file(path: Path) -> None:
     FileError
     """
     if not path.exists():
-        raise FileError(f"{path}: no such file")
+        there = sorted(other.name for other in path.parent.iterdir()) if path.parent.is_dir() else []
+        raise FileError(f"{path}: no such file{did_you_mean(get_close_matches(path.name, there, n=1))}")
     if path.is_dir():
         raise FileError(f"{path}: is a folder, expected an image file (DICOM series have to be converted first)")
     if not path.is_file():  # to open a pipe waits for whoever writes into it

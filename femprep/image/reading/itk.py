@@ -230,10 +230,10 @@ def _several(file: Path, reader: Any) -> str:
     if np.abs(frames.sum(axis=0) - 1.0).max() < _SUM and frames.min() >= 0:
         return f"; its {len(frames)} channels add to 1 in every voxel, as probabilities of classes do{_ARGMAX}"
     held = [number for number, frame in enumerate(frames, 1) if frame.any()]
-    listed = ", ".join(map(str, held[:_LISTED])) or "none"
+    listed = ", ".join(map(str, held[:_LISTED])) + (", ..." if len(held) > _LISTED else "")
     words = (
-        f"; frames {listed or 'none'} of {len(frames)} hold labels: choose one by --frame N (of --image FILE:N), or mesh them as "
-        "phases of one heart by --sequence"
+        f"; {len(frames)} frames, of which those that hold labels are {listed or 'none'}: choose one by --frame N (of "
+        "--image FILE:N), or mesh them as phases of one heart by --sequence"
     )
     if (frames.min(), frames.max()) != (0, 1) or np.any((frames != 0) & (frames != 1)):
         return words

@@ -95,7 +95,8 @@ def read_segmentation(
     names = _names(structures, preset, by_name=bool(segments))
     named: dict[str, str] = {}
     if segments:
-        array, names, named, said = _of_segments(array, segments, names, known=preset == "slicer" or not names)
+        known = preset == "slicer" or not names
+        array, names, named, said = _of_segments(array, segments, names, float(np.prod(spacing)), known=known)
         notes += said
     labels, said = _labels(array, file)
     notes += said
@@ -258,19 +259,21 @@ def _in_wall(names: Mapping[str, tuple[int, ...]], there: set[int]) -> tuple[dic
 
 
 def _of_segments(
-    array: npt.NDArray[Any], segments: Sequence[Segment], names: Mapping[str, Any], *, known: bool
+    array: npt.NDArray[Any], segments: Sequence[Segment], names: Mapping[str, Any], voxel: float, *, known: bool
 ) -> tuple[npt.NDArray[np.uint16], dict[str, tuple[int, ...]], dict[str, str], list[str]]:
     """One label map of segments; its labels by structure; what each label is of; what overlapped.
 
     Segments that no structure names have labels of their own behind those of the structures.
     """
     wanted = {name: (own,) if isinstance(own, int | str) else own for name, own in names.items()}
-    chosen = chosen_segments(segments, wanted, known=known)
     layers = array if array.ndim == 4 else array[None]
+    volumes = {one: np.count_nonzero(layers[one.layer] == one.label) * voxel / 1e3 for one in segments}
+    chosen = chosen_segments(segments, wanted, known=known, volumes=volumes)
     taken = [one for parts in chosen.values() for one in parts]
-    others = [one for one in segments if one not in taken and np.any(layers[one.layer] == one.label)]
+    others = [one for one in segments if one not in taken and volumes[one]]
     labels, numbers, said = merged_layers(layers, chosen, others)
-    named = {str(number): name for number, name in enumerate([*chosen, *(one.name for one in others)], 1)}
+    parts = [*(",".join(one.name for one in own) for own in chosen.values()), *(one.name for one in others)]
+    named = {str(number): name for number, name in enumerate(parts, 1)}
     return labels, numbers, named, said
 
 
