@@ -132,8 +132,8 @@ class Segmentation:
                 known = ", ".join(sorted(self.structures)) or "none"
                 such = next(map(repr, self.info.get("segments", {}).values()), "3")
                 raise InputError(
-                    f"structure {name!r} is not defined (defined: {known}); name its labels, for instance {name}={such}; "
-                    f"labels there: {self.label_table() or 'none'}"
+                    f"structure {name!r} is not defined (defined: {known}); name its labels, for instance "
+                    f"{name}={such}; labels there: {self.label_table() or 'none'}"
                 )
             for number in self.structures[name]:
                 if number not in self.present:

@@ -150,6 +150,17 @@ def own_tissue(seg: Segmentation) -> Segmentation | None:
     return replace(seg, structures=found, info={"file": seg.info.get("file")}) if found else None
 
 
+def without_tissues(seg: Segmentation) -> Segmentation:
+    """A heart's label map without names of tissues, which stay part of its wall, with a notice of that."""
+    if own_tissue(seg) is None:
+        return seg
+    rest = {name: own for name, own in seg.structures.items() if name not in TISSUES}
+    notice = Notice.of(
+        "left out", "tissue such as scar is no region of a sequence's meshes; femprep transfer brings it"
+    )
+    return replace(seg, structures=rest, info=noted(seg.info, notice))
+
+
 def _record(
     field: TissueField,
     names: list[str],
