@@ -246,7 +246,7 @@ def mesh(
         raise OptionError(
             "--regions takes a label map and its tissues: --regions lge.nii.gz scar=1 border=2"
             if regions
-            else f"{next(iter(tissues))}=... names tissue of a second image; give it by --regions FILE"
+            else f"{next(iter(tissues))}=... names tissue: --regions FILE gives its image, --structure its label in SEG"
         )
     if given["sequence"] and (regions or sample):
         raise OptionError("--regions and --sample belong to one heart; leave --sequence out, then femprep transfer")
