@@ -233,7 +233,7 @@ def _several(file: Path, reader: Any) -> str:
     listed = ", ".join(map(str, held[:_LISTED])) + (", ..." if len(held) > _LISTED else "")
     words = (
         f"; {len(frames)} frames, of which those that hold labels are {listed or 'none'}: choose one by --frame N (of "
-        "--image FILE:N), or mesh them as phases of one heart by --sequence"
+        "--image FILE:N, counted from 1), or mesh them as phases of one heart by --sequence"
     )
     if (frames.min(), frames.max()) != (0, 1) or np.any((frames != 0) & (frames != 1)):
         return words
