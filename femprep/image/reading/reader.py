@@ -116,6 +116,7 @@ def read_segmentation(
     count = count_labels(labels)
     if set(count) <= {0}:
         raise NoLabelError(f"{file}: holds no label, all {labels.size} voxels are 0; is it a label map?")
+    parts, said = _in_wall(names, set(count))
     info = {
         **({"segments": named} if named else {}),
         "file": str(file),
@@ -128,11 +129,9 @@ def read_segmentation(
         "labels": {str(n): c for n, c in count.items()},
         "absent": {n: gone for n, v in names.items() if (gone := [i for i in v if i not in count])},
         "right_handed": grid.right_handed,
-        "notices": records(*(Notice.of("assumed", line) for line in notes + doubts)),
+        "notices": records(*(Notice.of("assumed", line) for line in notes + doubts + said)),
     }
-    names, said = _in_wall(names, set(count))
-    info["notices"] += records(*(Notice.of("assumed", line) for line in said))
-    seg = Segmentation(labels, grid, names, info)
+    seg = Segmentation(labels, grid, parts, info)
     if not names:
         why = f"preset {preset!r} takes segments by their names, and {file} has none" if preset else "no structures"
         raise OptionError(
@@ -254,7 +253,7 @@ def _in_wall(names: Mapping[str, tuple[int, ...]], there: set[int]) -> tuple[dic
         here = tuple(number for number in own if number in there)
         if 0 < len(here) < len(own):
             found[name] = here
-            said.append(f"of the labels {own} of {name} the map holds {here} alone")
+            said.append(f"the map holds no label {', '.join(str(n) for n in own if n not in here)} of {name}")
     return found, said
 
 

@@ -473,7 +473,7 @@ def test_presets_with_scar_count_it_as_wall_and_do_without_it(tmp_path):
         by_hand = read_segmentation(path, {"lv": 1, "myo": 2, "scar": 3})
         assert by_hand.structures["myo"] == seg.structures["myo"]
         assert np.array_equal(by_hand.mask("myo"), seg.mask("myo"))
-    assert any("do not" in notice["what"] or "alone" in notice["what"] for notice in seg.info["notices"])
+    assert any("no label 4 of myo" in notice["what"] for notice in seg.info["notices"])
 
 
 def test_what_is_not_there_is_answered_with_what_is(tmp_path):
