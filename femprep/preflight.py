@@ -14,7 +14,7 @@ import numpy as np
 from femprep.activation.growth import require_growth
 from femprep.anatomy import VentricularAxes, ventricular_axes
 from femprep.anatomy.laplace.fields import require_ventricle
-from femprep.anatomy.tissue.regions import require_tissues
+from femprep.anatomy.tissue.regions import own_tissue, require_tissues
 from femprep.errors import InputError, MissingDependencyError, OptionError
 from femprep.export.abaqus.calculix import require_calculix
 from femprep.export.content import Content
@@ -34,6 +34,8 @@ from femprep.wall.anatomies import CHAMBERS, Layout
 
 #: Voxels at which a sizing field is asked, at most.
 _MOST_VOXELS: Final = 20_000
+#: Volume of a left ventricle, with its wall, up to which it may be a rodent's, mm3; a newborn's is larger.
+_SMALL: Final = 1e4
 
 
 def check_options(options: Options) -> None:
@@ -100,7 +102,7 @@ def check_second_images(
     ------
     OptionError, InputError
     """
-    if options.conforming and tissue is None:
+    if options.conforming and tissue is None and not (isinstance(heart, Segmentation) and own_tissue(heart)):
         raise OptionError(
             "conforming cuts elements along the tissue of a second image; give it by --regions FILE scar=1"
         )
@@ -163,6 +165,7 @@ def check_labels(seg: Segmentation, layout: Layout, options: Options) -> Ventric
     for obj in layout.objects.values():
         check_fit(obj, options.surface)
     _check_planes(layout)
+    _check_scale(layout, options)
     if options.volume.mesher == "tetwild":
         _check_amount(seg, layout, options)
     if options.fibres is None:
@@ -228,6 +231,28 @@ def _check_planes(layout: Layout) -> None:
             )
     if not np.all([distance < 0.0 for distance in away.values()], axis=0).any():
         raise InputError("nothing of the cavity lies between base and apex plane; change base_offset")
+
+
+def _check_scale(layout: Layout, options: Options) -> None:
+    """Refuse lengths of a human heart, where nobody gave others, that the wall of a small one is too thin for."""
+    cavity, body = layout.objects["lv"], layout.objects.get("lv_epi") or layout.objects["epi"]
+    side = sum(_side(obj.mask, obj.grid.spacing, obj.stack_axis) for obj in (cavity, body))
+    thick = 2.0 * (body.volume - cavity.volume) / side
+    # By option: how thick the wall has to be for its default, over that, and the share of a wall that suits it.
+    lengths = {"minimum_thickness": (2.0, 0.1)}
+    for name, option, share in (("rv", "rv_wall_thickness", 0.3), ("la", "atrial_wall_thickness", 0.2)):
+        if name in layout.objects and f"{name}_epi" not in layout.objects:
+            lengths[option] = (1.0, share)
+    wall = options.wall
+    if body.volume > _SMALL or all(
+        name in wall.model_fields_set or n * getattr(wall, name) < thick for name, (n, _) in lengths.items()
+    ):
+        return
+    wanted = " ".join(f"--{name.replace('_', '-')} {share * thick:.1g}" for name, (_, share) in lengths.items())
+    raise OptionError(
+        f"the wall of the left ventricle is about {thick:.2g} mm thick by the labels, too thin for lengths that suit a "
+        f"human heart: give {wanted} --edge-length {thick / 3.0:.1g}, or --spacing where the voxel sizes are wrong"
+    )
 
 
 def _check_amount(seg: Segmentation, layout: Layout, options: Options) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from femprep.anatomy.tissue.regions import without_tissues
 from femprep.errors import InputError, OptionError
 from femprep.image import Segmentation
 from femprep.model import Progress, noted
@@ -76,6 +77,7 @@ def mesh_sequence(
     if options.anatomy != "lv":
         raise OptionError(f"option 'anatomy' is {options.anatomy!r}; a sequence is swept, which meshes lv alone")
     options = _with(options, volume={"mesher": "sweep"})
+    phases = [without_tissues(seg) for seg in phases]
     # Cubic voxels do not tell the stack: all phases are cut across the one of the reference.
     phases = [replace(seg, grid=replace(seg.grid, stack=phases[reference].grid.stack)) for seg in phases]
     stages = Stages(None)

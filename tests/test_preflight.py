@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import femprep as fp
 from femprep.cli import main
 from femprep.errors import FileError, InputError, MissingDependencyError, OptionError, ResourceError, StageError
 from femprep.options import Options
-from femprep.phantoms import four_chambers, lv_ellipsoid
+from femprep.phantoms import biventricular, four_chambers, lv_ellipsoid
 from femprep.pipeline import fit_surfaces, mesh_segmentation
 
 Refusal = Callable[..., str]
@@ -176,6 +177,17 @@ def test_an_edge_length_is_advised_that_the_wall_bears_once_it_is_thickened(refu
     thin = lv_ellipsoid((20.0, 20.0, 40.0), (20.6, 20.6, 40.6), 14.0).segmentation(spacing=(0.3, 0.3, 3.0))
     assert "choose at most 1.2," in refusal(thin, volume={"edge_length": 3.5})
     assert "choose at most 0.7" in refusal(thin, volume={"edge_length": 3.5}, wall={"minimum_thickness": 0.2})
+
+
+@pytest.mark.parametrize(("anatomy", "more"), [("lv", ()), ("biv", ("--rv-wall-thickness 0.",))])
+def test_lengths_of_a_human_heart_are_refused_for_a_mouse(
+    refusal: Refusal, anatomy: str, more: tuple[str, ...]
+) -> None:
+    seg = biventricular().segmentation(spacing=(2.0, 2.0, 8.0))
+    mouse = replace(seg, grid=replace(seg.grid, spacing=seg.grid.spacing / 10.0))
+    said = refusal(mouse, anatomy=anatomy, **({"volume": {"mesher": "sweep"}} if anatomy == "lv" else {}))
+    for option in ("--minimum-thickness 0.", "--edge-length 0.", *more):
+        assert option in said
 
 
 def test_edge_lengths_against_wall_and_memory(refusal: Refusal, ventricle, heart) -> None:

@@ -61,7 +61,7 @@ def _print_tissues(console: Console, record: Any) -> None:
         )
         for one in record.tissues
     ]
-    print_table(console, "Tissue of the second image", columns, rows)
+    print_table(console, "Tissue", columns, rows)
 
 
 def print_surfaces(fitted: Any, manifest: Any, out: Path) -> None:

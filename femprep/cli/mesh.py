@@ -54,6 +54,7 @@ def mesh_options(
     resample: shared.Resample = None,
     leave_out: shared.LeaveOut = None,
     correct_shifts: shared.CorrectShifts = None,
+    fill_papillary: shared.FillPapillary = None,
     flip: Annotated[bool | None, option(Options, "flip", "--flip", panel=INPUT)] = None,
     sequence: Annotated[
         bool,
@@ -215,7 +216,7 @@ def mesh(
         Path | None,
         typer.Option(
             help="Label map of scar, border zone, fat..., of any grid and pose; behind it NAME=LABEL[,LABEL...]: scar, "
-            "border, fat, edema, hypoperfused, and healthy for the rest of the wall.",
+            "border, fat, edema, hypoperfused, no_reflow, and healthy for the rest of the wall.",
             rich_help_panel=IMAGES,
         ),
     ] = None,
@@ -253,7 +254,7 @@ def mesh(
         raise OptionError(
             "--regions takes a label map and its tissues: --regions lge.nii.gz scar=1 border=2"
             if regions
-            else f"{next(iter(tissues))}=... names tissue of a second image; give it by --regions FILE"
+            else f"{next(iter(tissues))}=... names tissue: --regions FILE gives its image, --structure its label in SEG"
         )
     if given["sequence"] and (regions or sample):
         raise OptionError("--regions and --sample belong to one heart; leave --sequence out, then femprep transfer")

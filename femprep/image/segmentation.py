@@ -18,7 +18,7 @@ from femprep.image.object import LabelObject, make_object, rotation
 from femprep.image.slices import SliceTable, slice_table
 from femprep.model import BoolArray, FloatArray, Immutable
 from femprep.model.arrays import integers, mapping
-from femprep.options import ImageOptions, choose, takes
+from femprep.options import ImageOptions, choose, likely_preset, takes
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,14 +130,16 @@ class Segmentation(Immutable):
         for name in structures:
             if name not in self.structures:
                 known = ", ".join(sorted(self.structures)) or "none"
+                such = next(map(repr, self.info.get("segments", {}).values()), "3")
                 raise InputError(
-                    f"structure {name!r} is not defined (defined: {known}); name its labels, for instance {name}=3"
+                    f"structure {name!r} is not defined (defined: {known}); name its labels, for instance "
+                    f"{name}={such}; labels there: {self.label_table() or 'none'}"
                 )
             for number in self.structures[name]:
                 if number not in self.present:
                     raise InputError(
                         f"label {number} of structure {name!r} does not occur in {self._source}; "
-                        f"labels there: {self.label_table() or 'none'}"
+                        f"labels there: {self.label_table() or 'none'}{likely_preset(self.present)}"
                     )
                 found.append(number)
         return tuple(dict.fromkeys(found))

@@ -143,6 +143,24 @@ def require_tissues(image: Segmentation) -> None:
         image.numbers(name)
 
 
+def own_tissue(seg: Segmentation) -> Segmentation | None:
+    """The tissues that a heart's own label map names, as an image of them; None where it holds none."""
+    held = {name: tuple(n for n in seg.structures.get(name, ()) if n in seg.present) for name in TISSUES}
+    found = {name: own for name, own in held.items() if own}
+    return replace(seg, structures=found, info={"file": seg.info.get("file")}) if found else None
+
+
+def without_tissues(seg: Segmentation) -> Segmentation:
+    """A heart's label map without names of tissues, which stay part of its wall, with a notice of that."""
+    if own_tissue(seg) is None:
+        return seg
+    rest = {name: own for name, own in seg.structures.items() if name not in TISSUES}
+    notice = Notice.of(
+        "left out", "tissue such as scar is no region of a sequence's meshes; femprep transfer brings it"
+    )
+    return replace(seg, structures=rest, info=noted(seg.info, notice))
+
+
 def _record(
     field: TissueField,
     names: list[str],

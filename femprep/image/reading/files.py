@@ -10,10 +10,11 @@ import gzip
 import os
 import re
 import zlib
+from difflib import get_close_matches
 from pathlib import Path
 from typing import BinaryIO
 
-from femprep.errors import FileError, ResourceError
+from femprep.errors import FileError, ResourceError, did_you_mean
 from femprep.image.reading.affine import FLAT
 from femprep.image.reading.native import memory
 from femprep.image.reading.nifti_header import LONGEST_HEADER, has_finite_affine, has_flat_axes, nifti_bytes
@@ -59,7 +60,8 @@ def require_file(path: Path) -> None:
     FileError
     """
     if not path.exists():
-        raise FileError(f"{path}: no such file")
+        there = sorted(other.name for other in path.parent.iterdir()) if path.parent.is_dir() else []
+        raise FileError(f"{path}: no such file{did_you_mean(get_close_matches(path.name, there, n=1))}")
     if path.is_dir():
         raise FileError(f"{path}: is a folder, expected an image file (DICOM series have to be converted first)")
     if not path.is_file():  # to open a pipe waits for whoever writes into it
@@ -93,6 +95,14 @@ def require_whole(path: Path) -> str:
     except OSError as error:  # of a name in the header that no file can have
         raise FileError(f"{path}: it or the file of its voxels cannot be read ({error.strerror}); {REMEDY}") from None
     return reader
+
+
+def header_of(path: Path) -> bytes:
+    """The first bytes of a NIfTI file, unpacked where it is compressed."""
+    with open(path, "rb") as file:
+        compressed = file.read(2) == b"\x1f\x8b"
+    with gzip.open(path, "rb") if compressed else open(path, "rb") as stream:
+        return stream.read(LONGEST_HEADER)
 
 
 def _require_whole_nifti(path: Path) -> None:

@@ -121,9 +121,15 @@ def plain(name: str) -> str:
 
 
 def chosen_segments(
-    segments: Sequence[Segment], wanted: Mapping[str, Sequence[int | str]], *, known: bool
+    segments: Sequence[Segment],
+    wanted: Mapping[str, Sequence[int | str]],
+    *,
+    known: bool,
+    volumes: Mapping[Segment, float] | None = None,
 ) -> dict[str, list[Segment]]:
     """The segments of each structure, by name or label; ``known`` takes names that are usual where none is given.
+
+    ``volumes``, mL, are for the message.
 
     Raises
     ------
@@ -131,7 +137,11 @@ def chosen_segments(
         A name is none of the file's, or none is known; the message lists them all.
     """
     found: dict[str, list[Segment]] = {}
-    listed = ", ".join(f"{one.label} {one.name!r}" for one in segments) or "none"
+    sizes = {one: f" ({volume:.3g} mL)" for one, volume in (volumes or {}).items()}
+    listed = ", ".join(f"{one.label} {one.name!r}{sizes.get(one, '')}" for one in segments) or "none"
+    usual = {name for name, names in SLICER.items() if any(plain(one.name) in names for one in segments)}
+    if {"lv", "myo"} <= usual and not known:
+        listed += "; --preset slicer takes those with usual names"
     for structure, names in wanted.items():
         own = found.setdefault(structure, [])
         for name in names:

@@ -31,6 +31,8 @@ NAMES: Final[Mapping[tuple[str, str | None], str]] = {
     ("la", None): "veins",
     ("ra", None): "veins",
 }
+#: Structures outside a cavity, beside the background, that its opening leads into: cavities of vessels.
+_VESSELS: Final = {"lv": "aorta", "rv": "pulmonary_artery"}
 #: An opening is taken from labels where they touch over at least this area, mm2, that fills at least this share of its
 #: circle and lies within this share of its radius (root mean square) of a plane.
 _AREA, _FULL, _FLAT = 60.0, 0.5, 0.35
@@ -90,9 +92,7 @@ def find_openings(seg: Segmentation) -> list[Opening]:
     found: dict[tuple[str, str | None], list[Opening]] = {}
     labels = np.asarray(seg.labels)
     for (cavity, beyond), name in NAMES.items():
-        inside, other = (
-            np.isin(labels, (0,) if part is None else seg.structures.get(part, ())) for part in (cavity, beyond)
-        )
+        inside, other = (np.isin(labels, _numbers(seg, cavity, part)) for part in (cavity, beyond))
         own = found[cavity, beyond] = []
         for centres, normals, areas in _contacts(seg, inside, other):
             opening = _opening(name, cavity, beyond, centres, normals, areas)
@@ -107,6 +107,12 @@ def find_openings(seg: Segmentation) -> list[Opening]:
         if not found[ventricle, atrium]:
             found[ventricle, atrium] = _across_leaflets(found[ventricle, None], found[atrium, None])
     return [opening for own in found.values() for opening in (own if own and own[0].name == "veins" else own[:1])]
+
+
+def _numbers(seg: Segmentation, cavity: str, part: str | None) -> tuple[int, ...]:
+    """Labels of a structure; of the outside of a cavity those of the vessel behind its opening, too."""
+    vessel = seg.structures.get(_VESSELS.get(cavity, ""), ())
+    return (0, *vessel) if part is None else seg.structures.get(part, ())
 
 
 def _across_leaflets(ventricle: list[Opening], atrium: list[Opening]) -> list[Opening]:
@@ -220,8 +226,7 @@ def check_openings(seg: Segmentation, openings: list[Opening]) -> None:
         met = np.zeros(len(steps), dtype=labels.dtype)
         met[inside] = labels[tuple(index[inside].T)]
         within, beyond = (
-            np.isin(met, (0,) if part is None else seg.structures.get(part, ()))
-            for part in (opening.cavity, opening.beyond)
+            np.isin(met, _numbers(seg, opening.cavity, part)) for part in (opening.cavity, opening.beyond)
         )
         if not (within.any() and beyond[int(np.argmax(within)) :].any()):
             raise InputError(

@@ -212,7 +212,7 @@ def test_what_does_not_fit_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     seg = phantom()
     path = write_seg(tmp_path / "heart.dcm", seg, masks_of(seg))
     with pytest.raises(
-        fp.OptionError, match=r"no segment 'Blod' in the file; .*it holds 1 'LV blood pool', 2 'Myocardium'"
+        fp.OptionError, match=r"no segment 'Blod' in the file; .*it holds 1 'LV blood pool' .*mL.*, 2 'Myocardium'"
     ):
         fp.read_segmentation(path, {"lv": "Blod"})
     with pytest.raises(fp.InputError, match="a DICOM SEG holds one"):

@@ -282,13 +282,20 @@ def test_voxels_that_are_no_numbers_are_found_in_the_other_byte_order(tmp_path, 
 def test_several_frames_are_refused_and_a_single_one_is_taken(tmp_path, ending):
     path = tmp_path / f"frames.{ending}"
     one = image(heart().labels.T.copy())
-    SimpleITK.WriteImage(SimpleITK.JoinSeries([one, one]), str(path))
-    with pytest.raises(InputError, match=r"4-D image \(30 x 40 x 12 x 2\).*one frame(?!.*--mask)"):
+    SimpleITK.WriteImage(SimpleITK.JoinSeries([one, one * 0, one]), str(path))
+    with pytest.raises(
+        InputError, match=r"4-D image \(30 x 40 x 12 x 3\).*3 frames, .* 1, 3: .*--sequence(?!.*--mask)"
+    ):
         read_segmentation(path, preset="acdc")
     masks = [image((label == heart().labels.T).astype(np.uint8)) for label in (0, 2, 3)]
     SimpleITK.WriteImage(SimpleITK.JoinSeries(masks), str(path))
     with pytest.raises(InputError, match=r"4-D image .*0 and 1 alone.*--mask lv=FILE"):
         read_segmentation(path, preset="acdc")
+    classes = [image(np.where(label == heart().labels.T, 0.94, 0.02).astype(np.float32)) for label in range(4)]
+    for several in (SimpleITK.JoinSeries(classes), SimpleITK.Compose(classes)):
+        SimpleITK.WriteImage(several, str(path))
+        with pytest.raises(InputError, match="argmax"):
+            read_segmentation(path, preset="acdc")
     SimpleITK.WriteImage(SimpleITK.JoinSeries([one]), str(path))
     np.testing.assert_array_equal(read_segmentation(path, preset="acdc").labels, heart().labels)
 
@@ -402,6 +409,45 @@ def test_nothing_is_written_to_standard_error(tmp_path, nifti):
     assert done.stderr == "said by us\n"
 
 
+def test_poses_that_disagree_are_reported(tmp_path, nifti):
+    def said(**fields: tuple[str, int, tuple[float, ...]]) -> list[str]:
+        content = bytearray(nifti)
+        for kind, place, values in fields.values():
+            struct.pack_into(kind, content, place, *values)
+        path = tmp_path / "changed.nii"
+        path.write_bytes(content)
+        notices = read_segmentation(path, preset="acdc").info["notices"]
+        return [notice["what"] for notice in notices if "qform" in notice["what"]]
+
+    assert said() == []
+    sign = struct.unpack_from("<f", nifti, 76)[0]
+    (line,) = said(pixdim=("<f", 76, (-1.0 if sign >= 0 else 1.0,)))
+    assert "mirrored, turned by 0.0 degrees" in line
+    assert "the sform was taken" in line
+    quaternion = np.array(struct.unpack_from("<3f", nifti, 256))
+    now = Rotation.from_quat([*quaternion, np.sqrt(1.0 - quaternion @ quaternion)])
+    turned = (now * Rotation.from_euler("z", 30, degrees=True)).as_quat()
+    (line,) = said(quaternion=("<3f", 256, tuple(turned[:3] * np.sign(turned[3]))))
+    assert "turned by 30.0 degrees" in line
+    offset = struct.unpack_from("<3f", nifti, 268)
+    (line,) = said(offset=("<3f", 268, (offset[0] + 12.0, *offset[1:])))
+    assert "turned by 0.0 degrees, 12.0 mm apart" in line
+    assert said(offset=("<3f", 268, (offset[0] + 0.1, *offset[1:]))) == []
+    assert said(offset=("<3f", 268, (0.0, 0.0, 0.0)), codes=("<2h", 252, (0, 2))) == []
+
+
+def test_labels_that_went_through_floats_are_rounded(tmp_path):
+    path = tmp_path / "heart.nii.gz"
+    labels = heart().labels.T
+    SimpleITK.WriteImage(image(labels * np.float32(0.9999)), str(path))
+    seg = read_segmentation(path, preset="acdc")
+    assert np.array_equal(seg.labels.T, labels)
+    assert any("rounded" in notice["what"] for notice in seg.info["notices"])
+    SimpleITK.WriteImage(image(labels * np.float32(0.97)), str(path))
+    with pytest.raises(InputError, match="no integers"):
+        read_segmentation(path, preset="acdc")
+
+
 # --- structures ----------------------------------------------------------------------------------------------------
 
 
@@ -414,6 +460,31 @@ def test_structures_by_hand_replace_those_of_the_preset(tmp_path):
     assert np.count_nonzero(seg.mask("lv")) == 12 * 12 * 7 + 1
     with pytest.raises(InputError, match=r"label 5 of structure 'scar' does not occur in .*heart.nii.gz"):
         seg.object("scar")
+
+
+def test_presets_with_scar_count_it_as_wall_and_do_without_it(tmp_path):
+    path = tmp_path / "heart.nii.gz"
+    labels = np.where(heart().labels == 3, 1, heart().labels)
+    for scarred in (False, True):
+        labels[5:9, 10:14, 4] = 3 if scarred else 2
+        write_segmentation(Segmentation(labels, heart().grid, {"lv": (1,)}), path)
+        seg = read_segmentation(path, preset="emidec")
+        assert seg.structures["myo"] == ((2, 3) if scarred else (2,))
+        by_hand = read_segmentation(path, {"lv": 1, "myo": 2, "scar": 3})
+        assert by_hand.structures["myo"] == seg.structures["myo"]
+        assert np.array_equal(by_hand.mask("myo"), seg.mask("myo"))
+    assert any("no label 4 of myo" in notice["what"] for notice in seg.info["notices"])
+
+
+def test_what_is_not_there_is_answered_with_what_is(tmp_path):
+    path = tmp_path / "heart.nii.gz"
+    write_segmentation(heart(), path)
+    with pytest.raises(InputError, match=r"labels there: 1, 2, 3, of .* mL; did you mean --preset acdc or "):
+        read_segmentation(path, preset="mmwhs").object("lv")
+    with pytest.raises(InputError, match=r"structure 'la' is not defined .* labels there: 1, 2, 3"):
+        read_segmentation(path, preset="acdc").object("la")
+    with pytest.raises(FileError, match=r"no such file; did you mean 'heart.nii.gz'"):
+        read_segmentation(tmp_path / "hart.nii.gz", preset="acdc")
 
 
 def test_structures_that_cannot_be(tmp_path):

@@ -121,6 +121,14 @@ def test_labels_that_touch_the_background_show_an_artery():
     assert (found.name, found.cavity, found.beyond) == ("aortic", "lv", None)
 
 
+def test_a_labelled_vessel_is_the_outside_of_its_ventricle():
+    seg = voxels((1.0, 1.0, 1.0))
+    structures = {"lv": (1,), "myo": (2, 6), "aorta": (5,)}
+    (found,) = find_openings(fp.Segmentation(seg.labels, seg.grid, structures))
+    assert (found.name, found.cavity, found.beyond) == ("aortic", "lv", None)
+    assert find_openings(fp.Segmentation(seg.labels, seg.grid, {"lv": (1,), "myo": (2, 6)})) == []
+
+
 def test_a_valve_without_leaflets_joins_the_chambers_it_parts():
     seg = voxels((1.0, 1.0, 1.0))
     labels = np.array(seg.labels)
