@@ -6,7 +6,8 @@ Every message is one line: what is wrong, where, the value found, and what to do
 from __future__ import annotations
 
 import errno
-from typing import ClassVar, Final
+from collections.abc import Iterable
+from typing import ClassVar, Final, NamedTuple
 
 #: What the system says where no room is left: on the disk, within a quota, within a limit of the size of a file.
 _FULL: Final = frozenset({errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)})
@@ -14,8 +15,38 @@ _FULL: Final = frozenset({errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", er
 _LONGEST: Final = 100
 
 
+class Advice(NamedTuple):
+    """One thing that can be done about an error.
+
+    Attributes
+    ----------
+    words : str
+        A clause that names the option as it is typed: ``"move the base by --base-offset"``.
+    option : str
+        Path of that option, ``"wall.base_offset"``; empty where the labels or a surface have to change.
+    value : object
+        The value that the words name; None where the user chooses it.
+    """
+
+    words: str
+    option: str = ""
+    value: object = None
+
+
+def as_advice(one: Advice | str) -> Advice:
+    """Advice of words alone names no option."""
+    return Advice(one) if isinstance(one, str) else one
+
+
 class FemprepError(Exception):
     """Base of all errors of femprep.
+
+    Parameters
+    ----------
+    *args
+        What is wrong, where, and the value found.
+    advice : iterable of Advice or str
+        What to do about it: alternatives, which the message names at its end.
 
     Examples
     --------
@@ -27,6 +58,13 @@ class FemprepError(Exception):
     """
 
     exit_status: ClassVar[int] = 3
+
+    def __init__(self, *args: object, advice: Iterable[Advice | str] = ()) -> None:
+        super().__init__(*args)
+        self.advice = tuple(map(as_advice, advice))
+
+    def __str__(self) -> str:
+        return "; ".join(filter(None, (super().__str__(), alternatives(self.advice))))
 
 
 class FemprepWarning(UserWarning):
@@ -132,6 +170,12 @@ class QualityError(FemprepError, RuntimeError):
     """
 
     exit_status = 1
+
+
+def alternatives(advice: Iterable[Advice]) -> str:
+    """Advice as the end of a line: one thing, or another."""
+    *first, last = [one.words for one in advice] or [""]
+    return f"{', '.join(first)}, or {last}" if first else last
 
 
 def did_you_mean(names: list[str]) -> str:

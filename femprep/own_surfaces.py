@@ -17,6 +17,7 @@ from femprep.mesh.topology import volume
 from femprep.model import Progress, Surface
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
+from femprep.options.advice import GIVE_BASE, GIVEN_SURFACES, advice_within
 from femprep.preflight import check_options, check_second_images
 from femprep.report.beside import volumes_beside_given
 from femprep.report.run import Run
@@ -85,15 +86,15 @@ def mesh_surfaces(
         raise OptionError(f"anatomy is {options.anatomy!r}, but surfaces {', '.join(surfaces)} are those of {anatomy}")
     options = choose(Options, options, {"anatomy": anatomy})
     stages = Stages(progress)
-    check_options(options)
-    with stages("surfaces"):
-        own = prepare_surfaces(surfaces, unit=options.unit, options=options.wall)
-        second = tissue is not None or bool(images)
-        _check(own, options, second)
-        points = np.concatenate([surface.points for surface in own.surfaces.values()])
-        check_second_images(points, options, tissue, images or {})
-    fitted = _fitted(own, options, stages)
-    wall, mesh = fill(fitted, options, stages)
+    with advice_within(options, GIVEN_SURFACES):
+        check_options(options)
+        with stages("surfaces"):
+            own = prepare_surfaces(surfaces, unit=options.unit, options=options.wall)
+            _check(own, options, tissue is not None or bool(images))
+            points = np.concatenate([surface.points for surface in own.surfaces.values()])
+            check_second_images(points, options, tissue, images or {})
+        fitted = _fitted(own, options, stages)
+        wall, mesh = fill(fitted, options, stages)
     if anatomy != "lv":
         with stages("regions"):
             mesh = on_wall(mesh, lambda part: replace(part, region=regions_by_place(part)))
@@ -121,15 +122,11 @@ def _check(own: OwnSurfaces, options: Options, second: bool) -> None:
             (options.volume.mesher == "sweep", "the sweep"),
         ):
             if wanted:
-                raise OptionError(
-                    f"{name} need{'s' if name == 'the sweep' else ''} a base, and the surfaces are closed all round; "
-                    "give the base plane by --base X,Y,Z,NX,NY,NZ"
-                )
-    if options.volume.mesher != "tetwild" or options.volume.sizing is not None:
-        return
+                needs = "needs" if name == "the sweep" else "need"
+                raise OptionError(f"{name} {needs} a base, and the surfaces are closed all round", advice=[GIVE_BASE])
     outer, *inner = (closed_beyond(s.points, s.triangles) for s in (own.epi, *own.endo.values()))
     tissue = volume(*outer) - sum(volume(*one) for one in inner)
-    side = sum(float(areas(surface.points, surface.triangles).sum()) for surface in own.surfaces.values())
+    side = sum(float(areas(*one).sum()) for one in (outer, *inner))
     if tissue > 0.0:
         check_roughly(tissue, side, options.wall.minimum_thickness, options.volume)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from femprep.anatomy import (
@@ -13,13 +13,15 @@ from femprep.anatomy import (
     ventricular_axes,
 )
 from femprep.anatomy.tissue.regions import own_tissue
-from femprep.image import IntensityImage, Segmentation, align_slices, leave_out_slices
+from femprep.errors import FemprepError
+from femprep.image import IntensityImage, LabelObject, Segmentation, align_slices, leave_out_slices
 from femprep.image.papillary import fill_helps, fill_papillary
 from femprep.image.size import require_heart_size
 from femprep.image.unnamed import require_named
 from femprep.model import Progress
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
+from femprep.options.advice import SURFACES_ALONE, Fixed
 from femprep.preflight import check_apart, check_labels, check_options, check_second_images
 from femprep.report.beside import volumes_beside_labels, wall_difference
 from femprep.report.run import Run, Surfaces
@@ -28,7 +30,7 @@ from femprep.stages.furnish import concluded, furnish
 from femprep.surface import fit_surface
 from femprep.surface.fit import check_fit
 from femprep.volume import check
-from femprep.volume.quality.advice import advised, what_helps, with_shape_help
+from femprep.volume.quality.advice import surfaces_reached, what_helps, with_hints, with_shape_help
 from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.volume.quality.limits import judge_wall_volume
 from femprep.wall.anatomies import ANATOMIES, Layout, lay_out, structures_of
@@ -84,14 +86,35 @@ def mesh_segmentation(
     >>> run.quality.passed  # doctest: +SKIP
     True
     """
-    options = choose(Options, options, changes)
+    return mesh_map(seg, choose(Options, options, changes), progress, {}, tissue, images)
+
+
+def mesh_map(
+    seg: Segmentation,
+    options: Options,
+    progress: Progress | None,
+    fixed: Fixed,
+    tissue: Segmentation | None = None,
+    images: Mapping[str, IntensityImage] | None = None,
+) -> Run:
+    """As :func:`mesh_segmentation`; nothing that the command fixes is advised."""
     _log.debug("options: %s", options)
     stages = Stages(progress)
     check_second_images(seg, options, tissue, images or {})
-    seg, layout, axes = begin(seg, options, stages)
+    given = seg
+    seg, layout, axes = begin(given, options, stages, fixed)
     if tissue is None and options.anatomy != "whole-heart":
         tissue = own_tissue(seg)
-    with advised(seg, options):
+
+    def reached(other: Options) -> str | None:
+        if other.image == options.image:
+            return ""
+        try:
+            return surfaces_reached(_prepared(given, other, Stages(None)), other)
+        except FemprepError:
+            return None
+
+    with with_hints(seg, options, fixed, reached):
         fitted = ANATOMIES[options.anatomy](seg, layout, options, stages)
         wall, mesh = fill(fitted, options, stages)
     filled = mesh
@@ -101,8 +124,8 @@ def mesh_segmentation(
         report("quality", 0.6)
         volumes = volumes_beside_labels(filled, seg, fitted.objects, wall.planes)
         fidelity = mesh_fidelity(mesh, fitted.outlines, seg.grid, quality.options.maximum_label_distance)
-        judged = judge_wall_volume(with_shape_help(quality, options), wall_difference(volumes))
-        helps = what_helps(seg, fidelity, fitted, options)
+        judged = judge_wall_volume(with_shape_help(quality, options, fixed), wall_difference(volumes))
+        helps = what_helps(seg, fidelity, fitted, options, fixed)
         helps += fill_helps(seg) if helps else []
         judged = with_fidelity(judged, fidelity, helps)
     mesh, judged, solved = concluded(mesh, quality, judged, options, stages)
@@ -110,20 +133,46 @@ def mesh_segmentation(
     return Run(seg, options, *made, **solved)
 
 
-def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmentation, Layout, VentricularAxes | None]:
-    """All that labels and options tell, and every refusal that follows from it, before anything takes long."""
+Begun = tuple[Segmentation, Layout, VentricularAxes | None]
+
+
+def begin(seg: Segmentation, options: Options, stages: Stages, fixed: Fixed) -> Begun:
+    """All that labels and options tell, and every refusal that follows from it, before anything takes long.
+
+    Advice that names a value is tried, as far as this.
+    """
+
+    with with_hints(seg, options, fixed, _passes(lambda other: _begin(seg, other, Stages(None)))):
+        return _begin(seg, options, stages)
+
+
+def _passes(attempt: Callable[[Options], object]) -> Callable[[Options], str | None]:
+    """Of options, nothing to add to the advice where an attempt with them succeeds; None where it fails."""
+
+    def reached(options: Options) -> str | None:
+        try:
+            attempt(options)
+        except FemprepError:
+            return None
+        return ""
+
+    return reached
+
+
+def _begin(seg: Segmentation, options: Options, stages: Stages) -> Begun:
     check_options(options)
     check_apart(seg.structures)
     require_heart_size(seg, structures_of(seg, options.anatomy).values())
     require_order(seg)
-    seg = _prepared(flip(seg) if options.flip else seg, options, stages)
+    seg = _prepared(seg, options, stages)
     layout = lay_out(seg, options, stages)
     with stages("preflight"):
         return seg, layout, check_labels(seg, layout, options)
 
 
 def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:
-    """The segmentation with its heart's axes; slices left out, or moved back against breath-hold shifts, if asked."""
+    """The segmentation with its heart's axes; flipped, slices left out, or moved back against shifts, if asked."""
+    seg = flip(seg) if options.flip else seg
     if options.image.leave_out:
         seg = leave_out_slices(seg, options.image.leave_out)
     if options.image.correct_shifts:
@@ -163,15 +212,21 @@ def fit_surfaces(
     options = options or Options()
     stages = Stages(progress)
     require_heart_size(seg, objects.values())
-    seg = _prepared(seg, options, stages)
-    with stages("objects"):
-        found = {name: seg.object(*parts, name=name, options=options.image) for name, parts in objects.items()}
-        for obj in found.values():
-            check_fit(obj, options.surface)
+
+    def begun(other: Options, stages: Stages) -> tuple[Segmentation, dict[str, LabelObject]]:
+        prepared = _prepared(seg, other, stages)
+        with stages("objects"):
+            made = {name: prepared.object(*parts, name=name, options=other.image) for name, parts in objects.items()}
+            for obj in made.values():
+                check_fit(obj, other.surface)
+        return prepared, made
+
     surfaces = {}
-    for name, obj in found.items():
-        with stages(f"surface {name}") as report:
-            fitted = fit_surface(obj, options=options.surface, progress=report)
-            surfaces[name] = replace(fitted, name=name)
-    fidelity = surface_fidelity(surfaces, [Outline(name, obj) for name, obj in found.items()], seg.grid)
-    return Surfaces(seg, options, found, surfaces, fidelity, stages.seconds)
+    with with_hints(seg, options, SURFACES_ALONE, _passes(lambda other: begun(other, Stages(None)))):
+        prepared, found = begun(options, stages)
+        for name, obj in found.items():
+            with stages(f"surface {name}") as report:
+                fitted = fit_surface(obj, options=options.surface, progress=report)
+                surfaces[name] = replace(fitted, name=name)
+    fidelity = surface_fidelity(surfaces, [Outline(name, obj) for name, obj in found.items()], prepared.grid)
+    return Surfaces(prepared, options, found, surfaces, fidelity, stages.seconds)

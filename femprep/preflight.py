@@ -10,20 +10,23 @@ from importlib.util import find_spec
 from typing import Final
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 
 from femprep.activation.growth import require_growth
 from femprep.anatomy import VentricularAxes, ventricular_axes
 from femprep.anatomy.laplace.fields import require_ventricle
 from femprep.anatomy.tissue.regions import own_tissue, require_tissues
-from femprep.errors import InputError, MissingDependencyError, OptionError
+from femprep.errors import Advice, InputError, MissingDependencyError, OptionError
 from femprep.export.abaqus.calculix import require_calculix
 from femprep.export.content import Content
 from femprep.export.inflation import require as require_step
 from femprep.export.table import refusals
 from femprep.image import Grid, IntensityImage, Segmentation
+from femprep.image.topology import used_box
 from femprep.mesh.elements import QUADRATIC
 from femprep.model import TISSUES, FloatArray
 from femprep.options import Options
+from femprep.options.advice import GIVE_BASE, MOVE_BASE
 from femprep.report.volumes import voxel_extent
 from femprep.surface.fit import check_fit
 from femprep.sweeping.matching.resolution import check_columns, corners_of
@@ -32,6 +35,8 @@ from femprep.volume.sizing import lengths_at
 from femprep.volume.validate import ROUGH, check_roughly, check_sizing
 from femprep.wall.anatomies import CHAMBERS, Layout
 
+#: Voxels around the heart for walls that are assumed.
+_ROOM: Final = 5
 #: Voxels at which a sizing field is asked, at most.
 _MOST_VOXELS: Final = 20_000
 #: Volume of a left ventricle, with its wall, up to which it may be a rodent's, mm3; a newborn's is larger.
@@ -166,14 +171,15 @@ def check_labels(seg: Segmentation, layout: Layout, options: Options) -> Ventric
         check_fit(obj, options.surface)
     _check_planes(layout)
     _check_scale(layout, options)
-    if options.volume.mesher == "tetwild":
-        _check_amount(seg, layout, options)
+    _check_amount(seg, layout, options)
     if options.fibres is None:
         return None
     try:
         return ventricular_axes(seg, basal_end=options.wall.basal_end, mirrored=options.fibres.mirrored)
     except InputError as error:
-        raise InputError(f"fibres need the axes of the heart: {error}; or leave fibres out") from None
+        error.args = (f"fibres need the axes of the heart: {error.args[0]}",)
+        error.advice += (Advice("leave fibres out"),)
+        raise
 
 
 def _check_content(options: Options, openings: list[str]) -> None:
@@ -185,9 +191,12 @@ def _check_content(options: Options, openings: list[str]) -> None:
         except InputError as error:
             shown = ", ".join(openings) or "none"
             raise OptionError(
-                f"fibres need a base or a valve to begin from; openings of this whole heart: {shown} ({error}); cut "
-                "valves open by openings 'labels' (--openings labels) or at a given plane (--valve mitral=...), or "
-                "leave fibres out"
+                f"fibres need a base or a valve to begin from; openings of this whole heart: {shown} ({error})",
+                advice=[
+                    Advice("cut valves open by --openings labels", "wall.openings", "labels"),
+                    Advice("cut them at a given plane (--valve mitral=...)", "wall.valves"),
+                    Advice("leave fibres out"),
+                ],
             ) from None
     for name, reason in refusals(content, options.formats, options.export).items():
         raise OptionError(f"format {name!r}: {reason}")
@@ -224,13 +233,13 @@ def _check_planes(layout: Layout) -> None:
         reach = voxel_extent(cavity, planes[name])
         if distance.min() >= 0.0 or distance.max() <= -reach:
             side = "cuts all of it away" if distance.min() >= 0.0 else "cuts nothing away"
-            advice = "change --base" if planes[name].source == "given" else "change --base-offset"
             raise InputError(
                 f"the {name} plane misses the cavity and {side} (its voxels lie {distance.min():.1f} to "
-                f"{distance.max():.1f} mm from it along its normal); {advice}"
+                f"{distance.max():.1f} mm from it along its normal)",
+                advice=[GIVE_BASE if planes[name].source == "given" else MOVE_BASE],
             )
     if not np.all([distance < 0.0 for distance in away.values()], axis=0).any():
-        raise InputError("nothing of the cavity lies between base and apex plane; change base_offset")
+        raise InputError("nothing of the cavity lies between base and apex plane", advice=[MOVE_BASE])
 
 
 def _check_scale(layout: Layout, options: Options) -> None:
@@ -257,19 +266,27 @@ def _check_scale(layout: Layout, options: Options) -> None:
 
 def _check_amount(seg: Segmentation, layout: Layout, options: Options) -> None:
     """Elements asked for against the wall and the memory, by voxels."""
-    pairs = [
-        (layout.objects[name.removesuffix("_epi") if "_" in name else "lv"], body)
-        for name, body in layout.objects.items()
-        if name.endswith("epi")
-    ]
-    tissue = sum(body.volume - cavity.volume for cavity, body in pairs)
+    wall, spacing = options.wall, seg.grid.spacing
+    chambers = {name: own for name, own in CHAMBERS.items() if name in layout.objects}
+    parts = [part for own in chambers.values() for part in own if part in seg.structures]
+    around = seg.mask(*parts)
+    box = used_box(around)
+    around = np.pad(around[box], _ROOM)
+    cavities = {name: np.pad(seg.mask(name)[box], _ROOM) for name in chambers}
+    blood = np.any(list(cavities.values()), axis=0)
+    assumed = {"rv": wall.rv_wall_thickness, "la": wall.atrial_wall_thickness, "ra": wall.atrial_wall_thickness}
+    for name, thickness in assumed.items():
+        if name in chambers and CHAMBERS[name][1] not in parts:
+            around |= distance_transform_edt(~cavities[name], sampling=spacing) <= thickness
+    tissue = float(np.count_nonzero(around & ~blood)) * seg.grid.voxel_volume
     if tissue <= 0.0:
         return
-    side = sum(_side(obj.mask, obj.grid.spacing, obj.stack_axis) for pair in pairs for obj in pair)
-    blood = sum(obj.volume for name, obj in layout.objects.items() if not name.endswith("epi"))
-    filled = blood if options.blood_pool else 0.0
-    thickness = check_roughly(tissue, side, options.wall.minimum_thickness, options.volume, filled)
-    if options.volume.sizing is None and options.volume.elements_through_wall is None:
+    side = sum(_side(mask, spacing, seg.stack_axis) for mask in (around, *cavities.values()))
+    filled = np.count_nonzero(blood) * seg.grid.voxel_volume if options.blood_pool else 0.0
+    thickness = check_roughly(tissue, side, wall.minimum_thickness, options.volume, filled, seg.grid.pixel)
+    if options.volume.sizing is None and (
+        options.volume.elements_through_wall is None or options.volume.mesher == "sweep"
+    ):
         return
     inside = np.argwhere(seg.mask("myo"))
     where = seg.grid.to_world(inside[:: max(1, len(inside) // _MOST_VOXELS)])

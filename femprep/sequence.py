@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +14,10 @@ from femprep.image import Segmentation
 from femprep.model import Progress, noted
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
-from femprep.pipeline import begin, mesh_segmentation
+from femprep.options.advice import SEQUENCE, followable
+from femprep.options.base import with_groups
+from femprep.options.run import LEFT_ALONE, TETWILD
+from femprep.pipeline import begin, mesh_map
 from femprep.report.run import Run, SequenceRun
 from femprep.sweeping import displacements, template_of
 from femprep.wall import phase_base_offsets
@@ -75,40 +78,36 @@ def mesh_sequence(
     if len(moments) != count or np.any(np.diff(moments) <= 0.0):
         raise InputError(f"times of {count} phases have to be as many and increase, not {list(moments)}")
     if options.anatomy != "lv":
-        raise OptionError(f"option 'anatomy' is {options.anatomy!r}; a sequence is swept, which meshes lv alone")
-    options = _with(options, volume={"mesher": "sweep"})
+        advice = followable([LEFT_ALONE, TETWILD], None, SEQUENCE)
+        raise OptionError(f"a sequence is swept, which anatomy {options.anatomy} cannot be", advice=advice)
+    options = with_groups(options, volume={"mesher": "sweep"})
     phases = [without_tissues(seg) for seg in phases]
     # Cubic voxels do not tell the stack: all phases are cut across the one of the reference.
     phases = [replace(seg, grid=replace(seg.grid, stack=phases[reference].grid.stack)) for seg in phases]
     stages = Stages(None)
     with stages("preflight of all phases"):
-        offsets = phase_base_offsets(phases, options=options.wall)
+        offsets = [options.wall.base_offset] * count
+        with suppress(InputError):  # a base that labels do not show is given, or a phase refused for it
+            offsets = phase_base_offsets(phases, options=options.wall)
         for number, seg in enumerate(phases):  # a phase that cannot be meshed is known before the first is
             try:
-                begin(seg, _with(options, wall={"base_offset": offsets[number]}), Stages(None))
+                begin(seg, with_groups(options, wall={"base_offset": offsets[number]}), Stages(None), SEQUENCE)
             except InputError as error:
-                raise InputError(f"phase {number}: {error}") from error
+                error.args = (f"phase {number}: {error.args[0]}",)
+                raise
 
     def run(number: int, chosen: Options) -> Run:
         report = progress or (lambda stage, fraction: None)
-        own = _with(chosen, wall={"base_offset": offsets[number]})
+        own = with_groups(chosen, wall={"base_offset": offsets[number]})
         moved = base_moved_with_phases(offsets[number] - chosen.wall.base_offset)
         seg = replace(phases[number], info=noted(phases[number].info, *moved))
-        return mesh_segmentation(seg, own, progress=lambda stage, fraction: report(f"{number} {stage}", fraction))
+        return mesh_map(seg, own, lambda stage, fraction: report(f"{number} {stage}", fraction), SEQUENCE)
 
     first = run(reference, options)
     template = template_of(first.mesh)
-    same = _with(options, sweep=dict(template))
+    same = with_groups(options, sweep=dict(template))
     runs = [first if number == reference else run(number, same) for number in range(count)]
     with stages("displacements"):
         moved = displacements([one.mesh for one in runs], reference)
     runs = [replace(one, mesh=mesh) for one, mesh in zip(runs, moved)]
     return SequenceRun(tuple(runs), moments, reference, dict(template), options, stages.seconds)
-
-
-def _with(options: Options, **groups: dict[str, Any]) -> Options:
-    """The options with some of a group's changed, the others as given."""
-    changed = {
-        name: choose(type(getattr(options, name)), getattr(options, name), values) for name, values in groups.items()
-    }
-    return choose(Options, options, changed)

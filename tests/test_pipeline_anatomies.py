@@ -111,7 +111,7 @@ def test_ventricles_and_their_blood_by_the_command_line_with_fibres(tmp_path):
 
 
 def test_the_sweep_refuses_several_cavities():
-    with pytest.raises(OptionError, match="mesher 'sweep' fills the wall between two surfaces"):
+    with pytest.raises(OptionError, match="mesher 'sweep' fills the wall of anatomy lv"):
         fp.mesh_segmentation(biventricular().segmentation(), anatomy="biv", volume={"mesher": "sweep"})
 
 

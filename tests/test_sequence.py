@@ -144,7 +144,7 @@ def test_another_heart_on_the_template_has_its_connectivity(out: Path, tmp_path:
     ("arguments", "message"),
     [
         ([], "add --sequence"),
-        (["--sequence", "--mesher", "tetwild"], "need the sweep"),
+        (["--sequence", "--mesher", "tetwild"], "unlike the sweep"),
         (["--sequence", "--template", "none.vtu"], "none.vtu"),
     ],
 )

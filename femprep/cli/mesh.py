@@ -32,6 +32,7 @@ from femprep.options import (
     VolumeOptions,
     WallOptions,
 )
+from femprep.options.advice import SEQUENCE, TEMPLATE, advice_within
 
 WALL, VOLUME, IMAGES = "Wall", "Volume mesh", "Further images"
 
@@ -156,9 +157,11 @@ def mesh_options(
 ) -> Options:
     """Options of a run from those of the command line, a file, and a template; all commands that mesh take them."""
     same = _read_template(template)
-    if sequence or same:
+    fixed = SEQUENCE if sequence else TEMPLATE if same else {}
+    if fixed:
         if mesher not in (None, "sweep"):
-            raise OptionError(f"--mesher {mesher} keeps no connectivity; --sequence and --template need the sweep")
+            advice = ["leave it out", *fixed.values()]
+            raise OptionError(f"--mesher {mesher} keeps no connectivity, unlike the sweep", advice=advice)
         mesher = "sweep"
     changes = by_path(mesh_options, locals())
     changes |= {
@@ -178,8 +181,9 @@ def mesh_options(
         },
         **{f"sweep__{name}": value for name, value in same.items()},
     }
-    options = read_options(config, **changes)
-    require_step(locals(), options.export.step != "none" or options.solve != "none", "--solve ccx or ")
+    with advice_within(None, fixed):
+        options = read_options(config, **changes)
+        require_step(locals(), options.export.step != "none" or options.solve != "none", "--solve ccx or ")
     return options
 
 

@@ -130,8 +130,9 @@ REASONS: Final[tuple[Reason, ...]] = (
     ),
     Reason(
         *("wall-too-thin", "refused", "The wall is thinner than can be meshed, or the surfaces cross."),
-        "Mend the labels where the message says; `--minimum-thickness` pushes the surfaces apart.",
+        "Mend the labels where the message says; a small heart needs a smaller `--minimum-thickness`.",
         (
+            "OptionError volume.validate:check_roughly",
             *("InputError wall.joining", "InputError wall.clipping.thickness", "InputError wall.chambers"),
             *("InputError sweeping", "StageError wall.chambers"),
         ),

@@ -85,7 +85,15 @@ def choose(kind: type[T], options: T | None, changes: dict[str, Any]) -> T:
     try:
         return kind(**{**values, **changes})
     except ValidationError as error:
-        raise OptionError(describe(error, kind)) from None
+        raised = [item.get("ctx", {}).get("error") for item in error.errors()]
+        advice = [one for own in raised for one in getattr(own, "advice", ())]
+        raise OptionError(describe(error, kind), advice=advice) from None
+
+
+def with_groups(options: T, **groups: dict[str, Any]) -> T:
+    """Options with some of a group's changed, the others as given."""
+    own = {name: getattr(options, name) for name in groups}
+    return choose(type(options), options, {name: choose(type(own[name]), own[name], groups[name]) for name in groups})
 
 
 def require_number(name: str, value: float, least: float, most: float = math.inf) -> None:
@@ -108,7 +116,7 @@ def describe(error: ValidationError, kind: type[StageOptions] | None = None) -> 
         if item["type"] == "extra_forbidden":
             parts.append(f"unknown option {name!r}" + did_you_mean(nearest(name, kind)))
         elif item["type"] == "value_error" and not name:  # options that do not go together
-            parts.append(str(item["ctx"]["error"]))
+            parts.append(str(item["ctx"]["error"].args[0]))
         else:
             parts.append(f"option {name!r} is {quoted(item['input'])}: {item['msg'][:1].lower()}{item['msg'][1:]}")
     return "; ".join(parts)

@@ -7,6 +7,7 @@ from typing import Any, Final, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from femprep.errors import Advice, OptionError
 from femprep.model.tags import TISSUES
 from femprep.options.activation import ActivationOptions, PurkinjeOptions
 from femprep.options.base import StageOptions
@@ -29,9 +30,13 @@ _READ_BY_ONE: Final = {
     "sweep": ("element", "template", "edge_length", "layers", "columns", "rows", "grading", "order", "toward"),
     "volume": (
         *("quality", "refinement", "gradation", "envelope", "stop_energy", "optimise"),
-        *("minimum_dihedral", "mean_ratio", "retries"),
+        *("minimum_dihedral", "mean_ratio", "retries", "sizing"),
     ),
 }
+
+#: Advice where the sweep cannot do what is asked.
+LEFT_ALONE: Final = Advice("mesh the left ventricle alone (--anatomy lv)", "anatomy", "lv")
+SWEEP, TETWILD = (Advice(f"use --mesher {mesher}", "volume.mesher", mesher) for mesher in ("sweep", "tetwild"))
 
 #: Anatomies that have the walls whose thickness is assumed.
 _WALLS_OF: Final = {"rv_wall_thickness": ("biv", "whole-heart"), "atrial_wall_thickness": ("whole-heart",)}
@@ -115,8 +120,9 @@ class Options(StageOptions):
     @model_validator(mode="after")
     def _one_cavity_is_swept(self) -> Options:
         if self.volume.mesher == "sweep" and self.anatomy != "lv":
-            raise ValueError(
-                f"mesher 'sweep' fills the wall between two surfaces: anatomy lv; {self.anatomy} needs --mesher tetwild"
+            raise OptionError(
+                f"mesher 'sweep' fills the wall of anatomy lv, not of {self.anatomy}",
+                advice=[LEFT_ALONE, TETWILD],
             )
         return self
 
@@ -124,15 +130,26 @@ class Options(StageOptions):
     def _what_the_mesher_does_not_read(self) -> Options:
         """An option that would be taken and ignored is refused."""
         mesher = self.volume.mesher
-        group, own = ("sweep", self.sweep) if mesher == "tetwild" else ("volume", self.volume)
-        for name in _READ_BY_ONE[group]:
-            if getattr(own, name) != type(own).model_fields[name].default:
-                other = "sweep" if mesher == "tetwild" else "tetwild"
-                raise ValueError(
-                    f"{group}.{name} is for mesher {other!r}, and this one is {mesher!r}, which has no such option; "
-                    f"leave it out, or add --mesher {other}"
-                )
+        for name in self.unread(mesher):
+            other = "sweep" if mesher == "tetwild" else "tetwild"
+            advice: list[Advice | str] = [
+                "leave it out",
+                *([SWEEP if other == "sweep" else TETWILD] if self.anatomy == "lv" else []),
+            ]
+            raise OptionError(f"mesher {mesher!r} does not read {name}, an option of mesher {other!r}", advice=advice)
         return self
+
+    def unread(self, mesher: str) -> list[str]:
+        """Options with another value than their default that a mesher does not read.
+
+        Examples
+        --------
+        >>> fp.Options(volume={"mesher": "sweep"}, sweep={"layers": 3}).unread("tetwild")
+        ['sweep.layers']
+        """
+        group, own = ("sweep", self.sweep) if mesher == "tetwild" else ("volume", self.volume)
+        kind = type(own).model_fields
+        return [f"{group}.{name}" for name in _READ_BY_ONE[group] if getattr(own, name) != kind[name].default]
 
     @model_validator(mode="after")
     def _walls_are_those_of_chambers(self) -> Options:
@@ -164,7 +181,9 @@ class Options(StageOptions):
     @model_validator(mode="after")
     def _blood_is_for_tetwild(self) -> Options:
         if self.blood_pool and self.volume.mesher == "sweep":
-            raise ValueError("mesher 'sweep' fills the wall alone; blood_pool needs --mesher tetwild")
+            raise OptionError(
+                "mesher 'sweep' fills the wall alone, without the blood", advice=["leave blood_pool out", TETWILD]
+            )
         if self.blood_pool and (self.wall.openings != "closed" or self.wall.valves):
             raise ValueError("blood_pool needs closed cavities; leave openings and valves of the wall out")
         if self.blood_pool and self.export.step != "none":

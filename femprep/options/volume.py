@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field
 
 from femprep.options.base import StageOptions
 
@@ -128,13 +128,6 @@ class VolumeOptions(StageOptions):
         description="Longest processor time of any run of the mesher, s; four times its estimate is enough for most.",
     )
     memory_limit: float = Field(8.0, gt=0, description="Largest memory the mesher may need, GB.")
-
-    @field_validator("sizing")
-    @classmethod
-    def _fields_are_for_tetwild(cls, value: str | None, info: ValidationInfo) -> str | None:
-        if value is not None and info.data.get("mesher") == "sweep":
-            raise ValueError("the sweep takes no sizing field; give layers and an edge_length, or --mesher tetwild")
-        return value
 
     @property
     def targets(self) -> MeshTargets:

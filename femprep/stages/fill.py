@@ -41,7 +41,8 @@ def _tetrahedra(fitted: WallSurfaces, options: Options, stages: Stages) -> tuple
         wall, mesh = _swept(fitted, options.model_copy(update={"sweep": options.sweep.model_copy(update=own)}), stages)
     except FemprepError as error:
         # Its cause is that of the mesher that was asked for; by that a cohort knows it.
-        raise StageError(f"{failed}; nor could the wall be swept: {error}") from failed
+        both = f"{failed.args[0]}; nor could the wall be swept: {error.args[0]}"
+        raise StageError(both, advice=(*failed.advice, *error.advice)) from failed
     words = f"fTetWild gave no mesh of the wall, which was swept instead, to the same tags: {failed}"
     runs = [record.model_dump(mode="json", exclude_none=True) for record in getattr(failed, "records", ())]
     info = noted({**mesh.info, "instead_of": "tetwild", "attempts": runs}, Notice.of("not reached", words))

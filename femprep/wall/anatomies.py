@@ -17,6 +17,7 @@ from femprep.image import LabelObject, Segmentation
 from femprep.model import Notice, Plane, Progress, Surface, endocardium, noted
 from femprep.model.stages import Stages
 from femprep.options import Options
+from femprep.options.advice import MORE_VERTICES
 from femprep.surface import fit_surface
 from femprep.surface.fitting.outlined import outline_surface
 from femprep.wall import (
@@ -339,7 +340,9 @@ def _enclose(
             break
         logger.warning("the epicardium folds at %d triangles in a groove, which is filled up further", folds)
     if best is None:
-        raise StageError("the epicardium does not follow the body it encloses; use more vertices or mend the labels")
+        raise StageError(
+            "the epicardium does not follow the body it encloses", advice=[MORE_VERTICES, "mend the labels"]
+        )
     folds, below, found = best  # what folds are left is mended, or refused, where the wall is built
     if below < np.inf:
         record = {"filled": "grooves of the epicardium, in which it folds", "up_to_mm_below_an_outline": below}

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.errors import InputError
+from femprep.errors import Advice, InputError
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import is_closed, volume
 from femprep.model import FloatArray, Notice, Plane, Surface, endocardium
@@ -245,7 +245,8 @@ def _require_inside(closed: Mapping[str, tuple[FloatArray, np.ndarray]], base: P
         if away > _OUTSIDE:
             raise InputError(
                 f"surface {name!r} lies up to {away:.1f} mm outside of surface {OUTER!r}, at {spot(at)}; the "
-                "endocardium must be inside: move it, or cut below by --base X,Y,Z,NX,NY,NZ"
+                "endocardium must be inside",
+                advice=["move it", Advice("cut below by --base X,Y,Z,NX,NY,NZ", "wall.base")],
             )
     names = list(inner)
     for k, name in enumerate(names):

@@ -3,18 +3,21 @@
     FEMPREP_DATA=... python tests/benchmarks/bench_advice.py --cohort OUT/cohort.tsv --options "--edge-length 5"
     FEMPREP_DATA=... python tests/benchmarks/bench_advice.py --fuzz cases.jsonl --table table.md --out rows.jsonl
     python tests/benchmarks/bench_advice.py --sum rows.jsonl more.jsonl --table table.md
+    python tests/benchmarks/bench_advice.py --cases --table table.md
 
 ``--cohort`` takes the subjects of an earlier run of ``femprep cohort`` over the ACDC maps that did not pass, with the
 options it had; where ``--then "OTHER/cohort.tsv --correct-shifts"`` names a run in which advice of theirs was followed
 already, what came of it is taken from there. ``--fuzz`` takes the label maps that did not pass among the records of
 ``tests/fuzz/run.py``. Each is run again with the first option that its line names and that has not been followed, until
 it passes or names no more. Options it names without a figure are taken as: ``--edge-length`` six tenths of what it was,
-``--vertices`` twice.
+``--vertices`` twice. ``--cases`` follows each advice of the small inputs of ``tests/advice_cases.py`` by itself, and
+names the functions of the package that advise and that none of them reaches.
 """
 
 from __future__ import annotations
 
 import argparse
+import ast
 import contextlib
 import csv
 import io
@@ -24,15 +27,18 @@ import os
 import re
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 sys.path[:0] = [str(Path(__file__).resolve().parent.parent)]
 
+from advice_cases import cases, followed  # noqa: E402
 from fuzz.cases import REAL, make_case  # noqa: E402
 from fuzz.sources import Sources  # noqa: E402
 
+import femprep  # noqa: E402
 from femprep.cli._app import app  # noqa: E402
 from femprep.cohort.reasons import DONE, REASONS, reason, reason_of, reason_of_failures  # noqa: E402
 from femprep.errors import FemprepError  # noqa: E402
@@ -165,6 +171,37 @@ def table(rows: list[dict[str, Any]]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def advising() -> set[str]:
+    """Functions of the package that raise an error with advice, ``module:function``."""
+    package = Path(femprep.__file__).parent
+    found = set()
+    for path in package.rglob("*.py"):
+        module = ".".join(path.relative_to(package).with_suffix("").parts)
+        for function in ast.walk(ast.parse(path.read_text())):
+            if isinstance(function, ast.FunctionDef) and any(map(_advises, ast.walk(function))):
+                found.add(f"{module}:{function.name}")
+    return found
+
+
+def _advises(node: ast.AST) -> bool:
+    return isinstance(node, ast.Raise) and any(
+        isinstance(one, ast.keyword) and one.arg == "advice" for one in ast.walk(node)
+    )
+
+
+def of_cases() -> str:
+    """What came of each advice of the small inputs, as Markdown, with counts."""
+    rows = [row for case in cases() for row in followed(case)]
+    lines = ["| input | raised in | advice | outcome |", "|---|---|---|---|"]
+    lines += [f"| {row.case} | `{row.site}` | {row.advice} | {row.outcome} |" for row in rows]
+    counts = Counter(row.outcome.partition(":")[0] for row in rows)
+    told = ", ".join(f"{outcome}: {count}" for outcome, count in counts.most_common())
+    left = sorted(advising() - {row.site for row in rows})
+    return "\n".join(
+        [*lines, "", f"{len(rows)} followed; {told}.", "", "Not reached: " + ", ".join(f"`{x}`" for x in left), ""]
+    )
+
+
 def main() -> None:
     """Command line of this script."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
@@ -177,8 +214,15 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="rows, added to this file; those in it are not run again")
     parser.add_argument("--sum", type=Path, nargs="*", help="no run: the table over rows of these files")
     parser.add_argument("--table", type=Path)
+    parser.add_argument("--cases", action="store_true", help="the small inputs of tests/advice_cases.py")
     given = parser.parse_args()
     logging.disable()
+    if given.cases:
+        text = of_cases()
+        print(text)
+        if given.table:
+            given.table.write_text(text)
+        return
     files = given.sum or ([given.out] if given.out and given.out.exists() else [])
     rows = [json.loads(line) for path in files for line in path.read_text().splitlines()]
     done = {row["map"] for row in rows}

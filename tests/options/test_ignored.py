@@ -18,10 +18,10 @@ SWEPT = {"mesher": "sweep"}
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"sweep": {"element": "hexahedron"}}, r"sweep\.element is for mesher 'sweep'"),
-        ({"sweep": {"layers": 3}}, r"sweep\.layers .*--mesher sweep"),
-        ({"volume": {**SWEPT, "quality": "best"}}, r"volume\.quality is for mesher 'tetwild'"),
-        ({"volume": {**SWEPT, "minimum_dihedral": 12.0}}, r"volume\.minimum_dihedral .*--mesher tetwild"),
+        ({"sweep": {"element": "hexahedron"}}, r"sweep\.element, .* of mesher 'sweep'"),
+        ({"sweep": {"layers": 3}}, r"sweep\.layers.*--mesher sweep"),
+        ({"volume": {**SWEPT, "quality": "best"}}, r"volume\.quality, .* of mesher 'tetwild'"),
+        ({"volume": {**SWEPT, "minimum_dihedral": 12.0}}, r"volume\.minimum_dihedral.*--mesher tetwild"),
         ({"wall": {"rv_wall_thickness": 4.0}}, r"wall\.rv_wall_thickness is for anatomy biv or whole-heart; lv has"),
         ({"anatomy": "biv", "wall": {"atrial_wall_thickness": 3.0}}, r"atrial_wall_thickness .* whole-heart; biv has"),
     ],
@@ -51,5 +51,5 @@ def test_the_command_line_says_which_mesher_has_it(tmp_path: Path, capsys: pytes
     maps = ["--structure", "lv=1", "--structure", "myo=2"]
     given = ["mesh", str(tmp_path / "map.nii.gz"), "-o", str(tmp_path / "out"), *maps]
     assert main([*given, "--element", "hexahedron"]) == 2
-    assert "add --mesher sweep" in " ".join(capsys.readouterr().err.split())
+    assert "use --mesher sweep" in " ".join(capsys.readouterr().err.split())
     assert not (tmp_path / "out").exists()

@@ -179,13 +179,14 @@ def test_edge_length_that_is_advised_is_accepted(thickness):
     check_thickness(thickness, VolumeOptions(edge_length=advised))
 
 
-def test_an_edge_length_is_held_to_the_thickness_a_wall_is_made():
-    """A tissue .6 mm thick: made 1 mm, it bears edges of 1.2 mm, and surely not those of three times that thickness."""
-    assert check_roughly(600.0, 2000.0, 1.0, VolumeOptions(edge_length=2.9)) == 1.0
-    assert check_roughly(600.0, 2000.0, 0.2, VolumeOptions(edge_length=1.7)) == pytest.approx(0.6)
-    for least, advised in ((1.0, "1.2,"), (0.2, "0.72,")):
-        with pytest.raises(OptionError, match=f"choose at most {advised}"):
-            check_roughly(600.0, 2000.0, least, VolumeOptions(edge_length=3.1))
+def test_before_there_is_a_wall_edges_are_held_to_its_tissue():
+    """A tissue .6 mm thick surely bears no edges of twice that, and is no heart's that is to be 1 mm thick."""
+    assert check_roughly(600.0, 2000.0, 0.2, VolumeOptions(edge_length=0.85)) == pytest.approx(0.6)
+    with pytest.raises(OptionError, match=r"choose at most 0\.6,"):
+        check_roughly(600.0, 2000.0, 0.2, VolumeOptions(edge_length=1.2))
+    for mesher in ("tetwild", "sweep"):
+        with pytest.raises(OptionError, match=r"--minimum-thickness 0\.2"):
+            check_roughly(600.0, 2000.0, 1.0, VolumeOptions(edge_length=0.9, mesher=mesher))
 
 
 @pytest.mark.parametrize("value", [-1.0, 0.0, float("nan")])

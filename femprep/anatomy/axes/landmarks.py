@@ -19,6 +19,7 @@ from femprep.image.long_axis import is_stack, long_axis
 from femprep.image.slices import relative_slope
 from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.model.products import unit_vectors
+from femprep.options.advice import GIVE_END
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
@@ -124,7 +125,7 @@ def _basal_end(area: npt.NDArray[Any], right: npt.NDArray[Any], basal_end: str) 
     if basal_end != "auto":
         return (1 if basal_end == "last" else -1), {**evidence, "given": basal_end}
     if slope + right_slope == 0.0:
-        raise InputError("both ends of the stack look alike, so the base cannot be found; give basal_end first or last")
+        raise InputError("both ends of the stack look alike, so the base cannot be found", advice=[GIVE_END])
     return (1 if slope + right_slope > 0 else -1), evidence
 
 

@@ -5,24 +5,30 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, Final
 
+from femprep.errors import Advice, alternatives
+from femprep.options import Options
+from femprep.options.advice import LONGER_EDGES, MORE_VERTICES, SHIFTS, SHORTER_EDGES, followable
+from femprep.options.run import SWEEP, TETWILD
 from femprep.volume.quality.report import LimitRecord
 
 #: A limit that is met by less than this share of it is amber.
 _NEAR: Final = 0.1
+_OTHER_EDGES: Final = "choose another --edge-length"
+_EVEN: Final = "choose even edge lengths: no sizing field, or a smaller gradation"
 #: What to do where a check is missed, by the beginning or end of its name.
-_REMEDIES: Final = (
-    ("label_distance", "mend the labels where the slices show red dots, or --correct-shifts"),
-    ("surface_distance", "more --vertices, a smaller --edge-length, or smooth sharp edges of the surface given"),
-    ("wall_volume_difference", "compare the outlines; mend the labels"),
-    ("off_plane", "another --edge-length"),
-    ("time_step", "a larger edge length, or look at the smallest elements"),
-    ("edge_by_space_constant", "a smaller --edge-length"),
-    ("size_ratio", "even edge lengths: no sizing field, or a smaller gradation"),
-    ("volume_ratio", "even edge lengths: no sizing field, or a smaller gradation"),
+_REMEDIES: Final[tuple[tuple[str, tuple[Advice | str, ...]], ...]] = (
+    ("label_distance", ("mend the labels where the slices show red dots", SHIFTS)),
+    ("surface_distance", (MORE_VERTICES, SHORTER_EDGES, "smooth sharp edges of the surface given")),
+    ("wall_volume_difference", ("compare the outlines and mend the labels",)),
+    ("off_plane", (_OTHER_EDGES,)),
+    ("time_step", (LONGER_EDGES, "look at the smallest elements")),
+    ("edge_by_space_constant", (SHORTER_EDGES,)),
+    ("size_ratio", (_EVEN,)),
+    ("volume_ratio", (_EVEN,)),
 )
-_SHAPE: Final = {
-    "tetwild": "--quality best, another --edge-length, or --mesher sweep",
-    "sweep": "another --edge-length, more --layers, or --mesher tetwild",
+_SHAPE: Final[dict[str, tuple[Advice | str, ...]]] = {
+    "tetwild": (Advice("choose --quality best", "volume.quality", "best"), _OTHER_EDGES, SWEEP),
+    "sweep": (_OTHER_EDGES, "choose more --layers", TETWILD),
 }
 #: Units of what is asked, by the end of a check's name.
 _UNITS: Final = (
@@ -33,17 +39,17 @@ _UNITS: Final = (
     ("volume_difference", "%"),
     ("time_step", "microseconds"),
 )
-_FAULT: Final = "another --edge-length; it should not happen, tell us"
+_FAULT: Final = "choose another --edge-length, and report this fault of femprep"
 
 
-def check_lines(limits: Iterable[LimitRecord], mesher: str = "tetwild") -> list[dict[str, Any]]:
+def check_lines(limits: Iterable[LimitRecord], options: Options) -> list[dict[str, Any]]:
     """A line for each limit, missed ones first.
 
     Parameters
     ----------
     limits : iterable of LimitRecord
-    mesher : str
-        That made the mesh, and is not advised again.
+    options : Options
+        Of the run that made the mesh: what they rule out is not advised.
     """
     lines = [
         {
@@ -52,7 +58,7 @@ def check_lines(limits: Iterable[LimitRecord], mesher: str = "tetwild") -> list[
             "asked": f"{item.kind} {item.limit:g}",
             "unit": next((unit for name, unit in _UNITS if item.name.endswith(name)), ""),
             "value": item.value,
-            "remedy": _remedy(item, mesher),
+            "remedy": _remedy(item, options),
         }
         for item in limits
     ]
@@ -66,7 +72,8 @@ def _light(item: LimitRecord) -> str:
     return "amber" if near else "green"
 
 
-def _remedy(item: LimitRecord, mesher: str) -> str:
+def _remedy(item: LimitRecord, options: Options) -> str:
     if item.kind == "exactly":
         return _FAULT
-    return next((words for name, words in _REMEDIES if name in item.name), _SHAPE.get(mesher, _SHAPE["tetwild"]))
+    advice = next((found for name, found in _REMEDIES if name in item.name), _SHAPE[options.volume.mesher])
+    return alternatives(followable(advice, options, {}))

@@ -91,7 +91,7 @@ def sequence_page(phases: Sequence[Phase], manifest: SequenceManifest) -> str:
 
 def _row(phase: Phase, manifest: SequenceManifest, full: Phase, least: Phase) -> dict[str, Any]:
     """A line of the table of phases."""
-    lines = check_lines(phase.quality.limits, "sweep")
+    lines = check_lines(phase.quality.limits, phase.manifest.options)
     lights = [str(line["light"]) for line in lines] if phase.record.passed else ["red"]
     marks = [words for one, words in zip((full, least), _ENDS) if one is phase]
     if phase is not full and phase.record is manifest.phases[manifest.reference]:

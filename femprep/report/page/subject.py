@@ -106,7 +106,7 @@ def report_page(
         failures=quality.failures,
         limits_from=quality.limits_from,
         purpose=quality.options.purpose,
-        checks=check_lines(quality.limits, manifest.options.volume.mesher),
+        checks=check_lines(quality.limits, manifest.options),
         solution=manifest.solution,
         worst=_worst(quality),
         figures=table(figures),

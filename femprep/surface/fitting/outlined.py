@@ -11,6 +11,7 @@ from femprep.image.object import LabelObject
 from femprep.mesh.patches import PatchSurface
 from femprep.model import Surface
 from femprep.model.products import product
+from femprep.options.advice import MORE_VERTICES
 from femprep.surface.estimate.outline import outlines
 from femprep.surface.fitting.place import placed_or_flipped
 from femprep.surface.fitting.ways import ACCEPTANCE
@@ -47,8 +48,8 @@ def outline_surface(obj: LabelObject, vertices: int) -> Surface:
     placed = placed_or_flipped(directions, template.cells, rough, ACCEPTANCE.outline)
     if placed.folded:
         raise StageError(
-            f"the template folds on the outline of {obj.name!r}; look for slices that lie beside each other, holes and "
-            "slivers in its labels and mend them, or give more vertices (--vertices)"
+            f"the template folds on the outline of {obj.name!r}",
+            advice=[MORE_VERTICES, "mend displaced slices, holes and slivers of its labels"],
         )
     points = product(placed.points, canonical.axes.T) + obj.barycentre
     return Surface(

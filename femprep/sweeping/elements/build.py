@@ -10,6 +10,8 @@ from femprep.errors import OptionError, StageError
 from femprep.mesh.measures.sample_points import CORNER_EDGES
 from femprep.model import FACET_TAGS, REGION_TAGS, FloatArray, IntArray, Progress, VolumeMesh
 from femprep.options import SweepOptions, choose, takes
+from femprep.options.advice import LONGER_EDGES
+from femprep.options.run import TETWILD
 from femprep.sweeping.cup.matched import MatchedSurfaces
 from femprep.sweeping.cup.prism_split import checkerboard
 from femprep.sweeping.elements.lay import lay
@@ -138,7 +140,8 @@ def _check_positive(points: FloatArray, cells: IntArray, name: str) -> None:
         worst = points[cells[int(np.argmin(least))]].mean(axis=0)
         raise StageError(
             f"{int(np.count_nonzero(least <= 0.0))} of {len(cells)} {name} elements are inverted, the worst near "
-            f"{np.round(worst, 1).tolist()} (mm LPS); try a longer edge length, or the mesher tetwild"
+            f"{np.round(worst, 1).tolist()} (mm LPS)",
+            advice=[LONGER_EDGES, TETWILD],
         )
 
 

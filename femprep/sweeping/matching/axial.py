@@ -12,6 +12,7 @@ from femprep.mesh.tangents import tangents
 from femprep.model import FloatArray, IntArray, Plane, Surface
 from femprep.model.functions import arctan2
 from femprep.model.products import inner, length, product, solve_definite, weighted
+from femprep.options.advice import GIVE_BASE, MOVE_BASE
 from femprep.sweeping.cup.cup import HOLE
 
 #: Heights at which the cavity is cut for its axis.
@@ -189,8 +190,8 @@ def section(surface: Surface, plane: Plane) -> tuple[FloatArray, float]:
     if not len(cut):
         raise InputError(
             f"the plane through {np.round(plane.point, 1).tolist()} with normal {np.round(plane.normal, 3).tolist()} "
-            f"does not cut surface {surface.name!r}, which lies {height.min():.1f} to {height.max():.1f} mm from it; "
-            "move it by --base-offset, or give another by --base X,Y,Z,NX,NY,NZ"
+            f"does not cut surface {surface.name!r}, which lies {height.min():.1f} to {height.max():.1f} mm from it",
+            advice=[MOVE_BASE, GIVE_BASE],
         )
     ends = []
     for i, j in ((0, 1), (1, 2), (2, 0)):

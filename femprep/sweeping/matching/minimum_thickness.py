@@ -14,6 +14,7 @@ from femprep.mesh.operations.push import Pushing, push
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import BoolArray, FloatArray, IntArray, Plane, Surface
 from femprep.model.products import product
+from femprep.options.advice import thinner
 
 _log = logging.getLogger(__name__)
 
@@ -69,8 +70,8 @@ def push_outwards(
     if moved.max() > most or short.max() > 0.5 * least:
         raise InputError(
             f"epicardium {epi.name!r} comes nearer than {least:g} mm to endocardium {endo.name!r} near "
-            f"{np.round(epi.points[worst], 1).tolist()} (mm LPS) and would have to be pushed by more than {most:g} mm; "
-            "mend the labels, correct shifted slices (correct_shifts), lower minimum_thickness or raise maximum_push"
+            f"{np.round(epi.points[worst], 1).tolist()} (mm LPS) and would have to be pushed by more than {most:g} mm",
+            advice=thinner(least - max(float(moved.max()) - most, float(short.max()))),
         )
     count = int(np.count_nonzero(moved > 1e-6))
     if count:

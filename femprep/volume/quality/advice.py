@@ -3,17 +3,19 @@ and what moving them back would reach."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Final
 
 import numpy as np
 
-from femprep.errors import FemprepError, InputError, StageError
+from femprep.errors import Advice, FemprepError, InputError, OptionError, StageError, alternatives
 from femprep.image import Segmentation, align_slices, estimate_shifts, leave_out_slices
 from femprep.model.shared_records.label_fidelity import FidelityRecord
 from femprep.model.stages import Stages
 from femprep.options import Options
+from femprep.options.advice import SHIFTS, SHORTER_EDGES, Fixed, changed, followable
+from femprep.options.run import TETWILD
 from femprep.volume.quality.fidelity import Fidelity, judge_fidelity, surface_fidelity
 from femprep.volume.quality.limits import SHAPES
 from femprep.volume.quality.report import QualityReport
@@ -23,9 +25,10 @@ from femprep.wall.anatomies import ANATOMIES, WallSurfaces, lay_out
 _BESIDE: Final = 1.0
 #: A stage that fails is put down to shifts from this many pixels on.
 _DISPLACED: Final = 2.0
+_FEWER_LAYERS: Final = Advice("choose fewer --layers", "sweep.layers")
 
 
-def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options: Options) -> list[str]:
+def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options: Options, fixed: Fixed) -> list[str]:
     """Advice where surfaces of a finished mesh lie too far from the outlines of their labels; nothing where none does.
 
     Parameters
@@ -37,6 +40,8 @@ def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options
         The surfaces the mesh was made from.
     options : Options
         Of the run.
+    fixed : mapping of str to str
+        Options that the command does not let change, see :func:`~femprep.options.advice.followable`.
 
     Returns
     -------
@@ -61,15 +66,16 @@ def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options
     if own > _allowed(options):
         line = f"the surfaces that the wall is built from are {own:.1f} pixels off themselves"
         return [*shifted, f"{line}: more --vertices follow a narrow end more closely; else look at the labels"]
-    finer = "--mesher tetwild or fewer --layers" if options.volume.mesher == "sweep" else "a smaller --edge-length"
+    swept = options.volume.mesher == "sweep"
+    nearer = followable([TETWILD, _FEWER_LAYERS] if swept else [SHORTER_EDGES], options, fixed)
     return [
         *shifted,
-        f"the surfaces that the wall is built from lie within {own:.1f} pixels; what leaves them is the mesh between "
-        f"them, which {finer} may bring nearer",
+        f"the surfaces that the wall is built from lie within {own:.1f} pixels, and the mesh between them leaves them; "
+        f"what may help: {alternatives(nearer)}",
     ]
 
 
-def with_shape_help(report: QualityReport, options: Options) -> QualityReport:
+def with_shape_help(report: QualityReport, options: Options, fixed: Fixed) -> QualityReport:
     """The report of a swept mesh whose elements miss a limit on their shapes with the mesher that does not layer them.
 
     Parameters
@@ -78,45 +84,70 @@ def with_shape_help(report: QualityReport, options: Options) -> QualityReport:
         Of the mesh.
     options : Options
         Of the run.
+    fixed : mapping of str to str
+        Options that the command does not let change, see :func:`~femprep.options.advice.followable`.
     """
     if options.volume.mesher != "sweep" or all(one.passed for one in report.limits if one.name in SHAPES):
         return report
-    line = "layers follow the surfaces, however they bend; --mesher tetwild fills the wall with even tetrahedra"
+    other = alternatives(followable([TETWILD], options, fixed)) or "a mesh that is not swept"
+    line = f"swept layers follow every bend of the surfaces; for even tetrahedra: {other}"
     return report.model_copy(update={"failures": (*report.failures, line)})
 
 
 @contextmanager
-def advised(seg: Segmentation, options: Options) -> Iterator[None]:
-    """Add to an error of the block, where slices lie displaced, that shifts can be corrected and what that reaches.
+def with_hints(
+    seg: Segmentation, options: Options, fixed: Fixed, reached: Callable[[Options], str | None]
+) -> Iterator[None]:
+    """Advise with an error of the block what can be followed and, where it names a value, what that reaches.
 
     Parameters
     ----------
     seg : Segmentation
-        The label map as it is meshed.
+        The label map of the block.
     options : Options
         Of the run.
+    fixed : mapping of str to str
+        Options that the command does not let change, see :func:`~femprep.options.advice.followable`.
+    reached : callable
+        What other options reach, in words that follow the advice; None where they fail as well.
     """
     try:
         yield
-    except (StageError, InputError) as error:
-        if options.image.correct_shifts:
-            raise
-        shifts = estimate_shifts(seg)
-        pixel = float(np.delete(seg.grid.spacing, seg.stack_axis).max())
-        if shifts.largest < _DISPLACED * pixel:
-            raise
-        at = int(shifts.index[np.argmax(np.linalg.norm(shifts.shift, axis=1))])
-        before, after = shifts.zigzag
-        line = (
-            f"{error}; slices lie up to {shifts.largest:.1f} mm beside the others (slice {at}): --correct-shifts moves "
-            f"them back, by which centroids zig-zag by {after:.1f} mm instead of {before:.1f}"
-        )
-        reached = _reached(align_slices(seg, shifts), options)
-        what = (
-            "no surfaces can be fitted then either" if reached is None else f"surfaces lie within {reached:.1f} pixels"
-        )
-        error.args = (f"{line}, and {what}",)  # the same error, with the records that it may hold
+    except (StageError, InputError, OptionError) as error:
+        shifts = [] if isinstance(error, OptionError) else _move_back(seg)
+        tried = []
+        for one in followable((*shifts, *error.advice), options, fixed):
+            found = "" if one.value is None else reached(changed(options, one))
+            if found is not None:
+                tried.append(one._replace(words=one.words + found))
+                if one in shifts:  # nothing else is advised where moving slices back suffices
+                    break
+            elif one in shifts:
+                tried.append(
+                    Advice(one.words.partition(": moved")[0].replace("--correct-shifts", "mend the labels", 1))
+                )
+        error.advice = tuple(tried)  # the same error, with the records that it may hold
         raise
+
+
+def surfaces_reached(seg: Segmentation, options: Options) -> str | None:
+    """How near surfaces fitted to a label map come to it, as the end of advice; None where none fit."""
+    reached = _reached(seg, options)
+    return None if reached is None else f" and surfaces lie within {reached:.1f} pixels"
+
+
+def _move_back(seg: Segmentation) -> list[Advice]:
+    """That slices can be moved back, where they are far displaced."""
+    shifts = estimate_shifts(seg)
+    if shifts.largest < _DISPLACED * float(np.delete(seg.grid.spacing, seg.stack_axis).max()):
+        return []
+    at = int(shifts.index[np.argmax(np.linalg.norm(shifts.shift, axis=1))])
+    before, after = shifts.zigzag
+    words = (
+        f"--correct-shifts, as slices lie up to {shifts.largest:.1f} mm beside the others (slice {at}): moved back, "
+        f"centroids zig-zag by {after:.1f} mm instead of {before:.1f}"
+    )
+    return [SHIFTS._replace(words=words)]
 
 
 def _shifted(seg: Segmentation, beside: Mapping[int, float], options: Options) -> tuple[list[str], bool]:

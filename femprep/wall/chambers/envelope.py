@@ -24,6 +24,7 @@ from femprep.mesh.topology import edge_table, neighbour_mean
 from femprep.model import BoolArray, FloatArray, Surface
 from femprep.model.notice import spot
 from femprep.model.products import product, unit_vectors
+from femprep.options.advice import MORE_VERTICES
 
 #: Voxels of the grid the body is sampled on, along its longest side; their least size, mm.
 _ALONG, _FINEST = 56, 1.5
@@ -295,7 +296,8 @@ class Envelope:
             worst = points[int(off.argmax())]
             raise StageError(
                 f"the surface of {surface.name!r} does not follow the body it encloses near {spot(worst)}: "
-                f"{off.max():.1f} mm off; use more vertices"
+                f"{off.max():.1f} mm off",
+                advice=[MORE_VERTICES],
             )
         moved = np.linalg.norm(points - surface.points, axis=1)
         info = {**surface.info, "settled": {"mean_mm": float(moved.mean()), "farthest_mm": float(moved.max())}}

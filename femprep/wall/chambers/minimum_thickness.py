@@ -18,6 +18,7 @@ from femprep.model import FloatArray, Notice, Surface, noted
 from femprep.model.notice import spot
 from femprep.model.products import unit_vectors
 from femprep.options import require_number
+from femprep.options.advice import thinner
 from femprep.wall.clipping.thickness import PUSHING
 
 logger = logging.getLogger(__name__)
@@ -94,7 +95,8 @@ def _give_way(
         raise InputError(
             f"the cavities {names[0]!r} and {names[1]!r} are {before:.2f} mm apart near {spot(worst)} (negative: they "
             f"overlap); pushing them apart by {moved:.1f} mm leaves {reached:.2f} mm, but minimum_thickness = "
-            f"{least:g} mm is asked within maximum_push = {most:g} mm; mend the labels or change these"
+            f"{least:g} mm is asked within maximum_push = {most:g} mm",
+            advice=thinner(min(reached, least - moved + most)),
         )
     record = {
         "between": list(names),

@@ -6,10 +6,11 @@ import logging
 from collections.abc import Sequence
 from typing import Any
 
-from femprep.errors import InputError
+from femprep.errors import Advice, InputError
 from femprep.model import Notice, Surface, noted
 from femprep.model.notice import spot
 from femprep.options import WallOptions
+from femprep.options.advice import MEND
 from femprep.wall.chambers.envelope import Envelope, Part
 
 logger = logging.getLogger(__name__)
@@ -36,7 +37,8 @@ def thin_wall(bodies: Sequence[Part], name: str, cavity: Surface, options: WallO
     if options.policy == "strict":
         raise InputError(
             f"the wall of {name!r} is {depth[worst]:.2f} mm thick near {spot(cavity.points[worst])}, below "
-            f"minimum_thickness = {options.minimum_thickness:g} mm; mend the labels or use policy 'repair'"
+            f"minimum_thickness = {options.minimum_thickness:g} mm",
+            advice=[MEND, Advice("--policy repair", "wall.policy", "repair")],
         )
     logger.warning("the wall of %s is thickened at %.0f %% of its vertices", name, 100 * thin.mean())
     share = float(thin.mean())

@@ -17,6 +17,7 @@ from femprep.model import FloatArray, IntArray, Plane, Surface
 from femprep.model.blocks import numbers_among
 from femprep.model.notice import spot
 from femprep.model.products import unit_vectors
+from femprep.options.advice import GIVE_BASE, MOVE_BASE
 from femprep.wall.clipping.clipped_surface import ClippedSurface, reach
 from femprep.wall.clipping.sampled import SampledMap
 
@@ -68,7 +69,8 @@ def _cut(clipped: ClippedSurface, number: int, name: str, plane: Plane) -> None:
         side = "cuts all of it away" if not inside else "cuts nothing away"
         raise InputError(
             f"the {name} plane misses surface {clipped.name!r} and {side} (the surface lies {away.min():.2f} to "
-            f"{away.max():.2f} mm from it along its normal); move the plane, the base by --base-offset or --base"
+            f"{away.max():.2f} mm from it along its normal)",
+            advice=[MOVE_BASE, GIVE_BASE],
         )
     away = _snap(clipped, number, plane, away)
     away = _split(clipped, number, plane, away)
@@ -79,8 +81,8 @@ def _cut(clipped: ClippedSurface, number: int, name: str, plane: Plane) -> None:
     if len(loops) != 1:
         where = ", ".join(spot(clipped.points[loop].mean(axis=0)) for loop in loops)
         raise InputError(
-            f"the {name} plane cuts surface {clipped.name!r} in {len(loops)} loops, centred at {where}; "
-            "expected 1: move the plane"
+            f"the {name} plane cuts surface {clipped.name!r} in {len(loops)} loops, centred at {where}; expected 1",
+            advice=[MOVE_BASE, GIVE_BASE],
         )
 
 
@@ -197,6 +199,7 @@ def rim_loops(clipped: ClippedSurface, number: int) -> list[IntArray]:
     twice = np.flatnonzero(np.bincount(open_[:, 0], minlength=len(clipped.points)) > 1)
     if len(twice):
         raise InputError(
-            f"the rim of surface {clipped.name!r} touches itself at {spot(clipped.points[twice[0]])}; move the plane"
+            f"the rim of surface {clipped.name!r} touches itself at {spot(clipped.points[twice[0]])}",
+            advice=[MOVE_BASE, GIVE_BASE],
         )
     return loops_of(open_)

@@ -21,6 +21,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, IntArray, Notice, noted
 from femprep.model.notice import spot
 from femprep.model.products import product, unit_vectors
+from femprep.options.advice import MORE_VERTICES, thinner
 from femprep.wall.clipping.clipped_surface import ClippedSurface
 from femprep.wall.clipping.sampled import SampledMap
 
@@ -103,8 +104,8 @@ def require_nested(epi: ClippedSurface, endo: ClippedSurface) -> None:
         raise InputError(
             f"surface {endo.name!r} does not lie inside surface {epi.name!r}: "
             f"{100 * outside.mean():.0f} % of its vertices are outside, by {-thickness[worst]:.1f} mm at "
-            f"{spot(endo.points[worst])}; check which labels are cavity and which are wall; "
-            "around a thin wall take more vertices"
+            f"{spot(endo.points[worst])}",
+            advice=["check which labels are cavity and which are wall", MORE_VERTICES],
         )
 
 
@@ -148,7 +149,8 @@ def push_apart(epi: ClippedSurface, endo: ClippedSurface, limit: float, most: fl
         raise InputError(
             f"the wall is {before.least:.2f} mm thick near {spot(place)}, beside {endo.name!r}; pushing the "
             f"epicardium outwards by {moved.max():.1f} mm leaves {reached:.2f} mm, but minimum_thickness = {limit:g} "
-            f"mm is asked within maximum_push = {most:g} mm; mend the labels or change these"
+            f"mm is asked within maximum_push = {most:g} mm",
+            advice=thinner(min(reached, limit - float(moved.max()) + most)),
         )
     epi.smooth = SampledMap(epi.directions, epi.points)
     info = {

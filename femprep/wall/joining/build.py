@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from femprep.errors import InputError, OptionError, StageError
+from femprep.errors import Advice, InputError, OptionError, StageError
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.topology import enclosed_volume
 from femprep.model import FACET_TAGS, IntArray, Plane, Progress, Surface, TagArray, Wall
 from femprep.model.notice import spot
 from femprep.options import WallOptions, choose, takes
+from femprep.options.advice import MEND
 from femprep.surface.fit import fit_surface
 from femprep.surface.given.mend import mended
 from femprep.surface.given.trim import trimmed
@@ -182,8 +183,8 @@ def _thicken(epi: ClippedSurface, endo: ClippedSurface, options: WallOptions) ->
         if found["minimum_mm"] < options.minimum_thickness:
             raise InputError(
                 f"the wall is {found['minimum_mm']:.2f} mm thick at {spot(found['minimum_at_mm'])}, beside "
-                f"{endo.name!r}, below minimum_thickness = {options.minimum_thickness:g} mm; mend the labels or use "
-                "policy 'repair'"
+                f"{endo.name!r}, below minimum_thickness = {options.minimum_thickness:g} mm",
+                advice=[MEND, Advice("--policy repair", "wall.policy", "repair")],
             )
         return []
     step = push_apart(epi, endo, options.minimum_thickness, options.maximum_push)

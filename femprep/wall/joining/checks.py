@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from femprep.errors import InputError, StageError
+from femprep.errors import Advice, InputError, StageError
 from femprep.mesh.measures.triangles import triangle_quality
 from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import edge_table, is_consistently_wound, pieces, pinched_vertices
 from femprep.model import FloatArray, Surface, Wall, tag_name
 from femprep.model.notice import spot
+from femprep.options.advice import GIVE_BASE, MEND, MORE_VERTICES, MOVE_BASE
 from femprep.wall.clipping.clipped_surface import LEAST_QUALITY, ClippedSurface
 
 #: How far a vertex may lie off its plane, mm.
@@ -58,27 +59,28 @@ def check_clipped(clipped: ClippedSurface) -> None:
     if len(pairs):
         at = clipped.points[clipped.triangles[pairs[0, 0]]].mean(axis=0)
         raise InputError(
-            f"surface {clipped.name!r} crosses itself: {len(pairs)} pairs of triangles, the first at {spot(at)}; "
-            "fit it with fewer control points or mend the labels there"
+            f"surface {clipped.name!r} crosses itself: {len(pairs)} pairs of triangles, the first at {spot(at)}",
+            advice=[MEND, MORE_VERTICES],
         )
     piece = pieces(clipped.triangles)
     if piece.max() > 0:
         at = clipped.points[clipped.triangles[piece == 1]].mean(axis=(0, 1))
         raise InputError(
-            f"the planes cut surface {clipped.name!r} into {piece.max() + 1} pieces, one at {spot(at)}; move the plane"
+            f"the planes cut surface {clipped.name!r} into {piece.max() + 1} pieces, one at {spot(at)}",
+            advice=[MOVE_BASE, GIVE_BASE],
         )
 
 
-def _beside_base(wall: Wall, at: FloatArray) -> str:
+def _beside_base(wall: Wall, at: FloatArray) -> tuple[str, list[Advice]]:
     """What helps where a wall fails just below its base: there surfaces round off into the caps that are cut away."""
     base = wall.planes.get("base")
     depth = -float(base.signed_distance(at[None])[0]) if base is not None else np.inf
     if not 0.0 <= depth < _BESIDE:
-        return ""
-    return (
-        f"; it lies {abs(round(depth, 1))} mm below the base, where surfaces round off beside a thin last slice: move "
-        f"the base inwards by --base-offset {np.ceil(depth + 0.5):.0f}, or more"
-    )
+        return "", [MEND]
+    inward = float(np.ceil(depth + 0.5))
+    words = f"move the base inwards by --base-offset {inward:g}, or more"
+    where = f"; it lies {abs(round(depth, 1))} mm below the base, where surfaces round off beside a thin last slice"
+    return where, [Advice(words, "wall.base_offset", inward)]
 
 
 def check_wall(wall: Wall, shells: int = 1) -> None:
@@ -102,7 +104,8 @@ def check_wall(wall: Wall, shells: int = 1) -> None:
     def refuse(what: str, cell: int) -> None:
         tag = tag_name(int(wall.facet_tag[cell]))
         at = points[triangles[cell]].mean(axis=0)
-        raise StageError(f"the wall {what} at {spot(at)} ({tag}){_beside_base(wall, at)}")
+        where, advice = _beside_base(wall, at)
+        raise StageError(f"the wall {what} at {spot(at)} ({tag}){where}", advice=advice)
 
     table = edge_table(triangles)
     odd = np.flatnonzero(table.count != 2)

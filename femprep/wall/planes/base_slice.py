@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from femprep.errors import InputError
+from femprep.errors import Advice, InputError
 from femprep.model import FloatArray, Notice
+from femprep.options.advice import GIVE_BASE, MEND
 from femprep.wall.planes.stack import Stack
 
 if TYPE_CHECKING:
@@ -55,9 +56,11 @@ def base_slice(seg: Segmentation, stack: Stack) -> BaseSlice:
         passed.append(number)
         number = inner
     if (share := _share_beyond(stack, number)) > _REFUSED:
+        opening, advice = _opening(seg, stack, number + stack.basal)
         raise InputError(
             f"{100.0 * share:.0f} % of the left cavity would lie beyond the base, as the myocardium does not close "
-            f"around it {_opening(seg, stack, number + stack.basal)}"
+            f"around it {opening}",
+            advice=advice,
         )
     return BaseSlice(number, tuple(passed))
 
@@ -73,7 +76,8 @@ def closed_rings(stack: Stack, what: str) -> tuple[int, int]:
         slices = np.flatnonzero(stack.cavity)
         raise InputError(
             f"the myocardium closes around the cavity in none of slices {slices[0]} to {slices[-1]}, so {what} "
-            f"cannot be found; mend the labels{_nearest(stack)}"
+            "cannot be found",
+            advice=[Advice(f"mend the labels{_nearest(stack)}", "labels")],
         )
     return first, last
 
@@ -152,19 +156,19 @@ def _middle(seg: Segmentation, stack: Stack, number: int) -> FloatArray:
     return seg.grid.to_world(np.insert(np.argwhere(inside).mean(axis=0), stack.axis, number))
 
 
-def _opening(seg: Segmentation, stack: Stack, number: int) -> str:
+def _opening(seg: Segmentation, stack: Stack, number: int) -> tuple[str, list[Advice]]:
     """A slice that does not close, where and by how much, and what there is to do about it."""
     place = np.round(_middle(seg, stack, number), 1).tolist()
-    advice = ["mend the labels there"]
+    advice = [MEND]
     if not stack.thick:
-        advice.append("give --basal-end for a base along the image's slices")
+        words = "for a base along the image's slices give --basal-end"
+        advice += [Advice(f"{words} {end}", "wall.basal_end", end) for end in ("first", "last")]
     elif 0 <= number + stack.basal < len(stack.open) and stack.closed[number + stack.basal]:
-        advice.append(f"have the slice drawn anew (--leave-out {number})")
+        words = f"have the slice resampled from its neighbours (--leave-out {number})"
+        advice.append(Advice(words, "image.leave_out", (number,)))
     slice_ = f"in slice {number}, " if stack.thick else ""
-    return (
-        f"{slice_}near {place} (mm LPS): {100.0 * stack.open[number]:.0f} % of its outline is open; "
-        f"{', '.join(advice)}, or give the plane (--base)"
-    )
+    what = f"{slice_}near {place} (mm LPS): {100.0 * stack.open[number]:.0f} % of its outline is open"
+    return what, [*advice, GIVE_BASE]
 
 
 def _nearest(stack: Stack) -> str:

@@ -12,6 +12,7 @@ from scipy.ndimage import distance_transform_edt, label
 from femprep.errors import InputError
 from femprep.model import BoolArray, FloatArray, Notice, Plane
 from femprep.options import WallOptions, choose, takes
+from femprep.options.run import LEFT_ALONE
 from femprep.wall.planes.base_slice import base_moved, base_notices, base_slice
 from femprep.wall.planes.landmarks import centre, given_base, slice_plane
 from femprep.wall.planes.oblique import look_across
@@ -80,7 +81,8 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     if not opened:
         raise InputError(
             f"no slice from {start} on, within {allowed} of the base of the left ventricle, opens the cavity of the "
-            "right ventricle as well; check its labels, or mesh the left ventricle alone"
+            "right ventricle as well",
+            advice=["check its labels", LEFT_ALONE],
         )
     walled = _walled(seg, right, stack, opened)
     slice_ = (walled or opened)[0]

@@ -12,6 +12,7 @@ from femprep.mesh.plane_sections import plane_sections
 from femprep.mesh.topology import border_loops
 from femprep.model import FloatArray, Notice, Plane, Surface
 from femprep.model.notice import spot
+from femprep.options.advice import GIVE_BASE
 
 #: Rims whose corners lie this near to one plane lie in it, mm: surfaces are continued beyond them by as much.
 _FLAT: Final = 0.3
@@ -23,7 +24,6 @@ _DEEP: Final = 0.3
 _BELOW: Final = 0.5
 #: Steps in which a plane that cuts a surface twice is lowered, mm.
 _STEP: Final = 1.0
-_GIVE: Final = "give the base plane by --base X,Y,Z,NX,NY,NZ"
 
 
 def rims_of(surface: Surface) -> list[FloatArray]:
@@ -63,7 +63,8 @@ def base_of_rims(surfaces: Mapping[str, Surface]) -> Plane | None:
             at = spot(plane.point)
             raise InputError(
                 f"the rims of {', '.join(rims)} lie up to {off:.1f} mm below the plane through them, about {at}: "
-                f"cutting there would take {100 * depth:.0f} % of the heart's length; {_GIVE}"
+                f"cutting there would take {100 * depth:.0f} % of the heart's length",
+                advice=[GIVE_BASE],
             )
     _hold_no_holes(rims, plane)
     return _in_one_loop(surfaces, plane)
@@ -78,7 +79,8 @@ def _in_one_loop(surfaces: Mapping[str, Surface], plane: Plane) -> Plane:
         if all(len(plane_sections(s.points, s.triangles, [lowered])[0]) == 1 for s in surfaces.values()):
             break
     else:
-        raise InputError(f"no plane below the rims of {', '.join(surfaces)} cuts each of them in one loop; {_GIVE}")
+        names = ", ".join(surfaces)
+        raise InputError(f"no plane below the rims of {names} cuts each of them in one loop", advice=[GIVE_BASE])
     if not low:
         return plane
     words = "the base was lowered by {amount}, to where it cuts each surface in one loop"
@@ -127,7 +129,8 @@ def _hold_no_holes(rims: Mapping[str, list[FloatArray]], base: Plane) -> None:
                 wide = float(np.linalg.norm(np.ptp(rim, axis=0)))
                 raise InputError(
                     f"surface {name!r} has a hole {wide:.1f} mm wide whose rim lies {-away.min():.1f} mm below the "
-                    f"base plane at {spot(at)}; fill it, or {_GIVE} below it"
+                    f"base plane at {spot(at)}",
+                    advice=["fill the hole", GIVE_BASE],
                 )
 
 

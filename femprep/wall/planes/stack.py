@@ -14,6 +14,7 @@ from femprep.image.long_axis import is_stack
 from femprep.image.slices import relative_slope
 from femprep.image.topology import label_pieces
 from femprep.model import BoolArray, FloatArray
+from femprep.options.advice import GIVE_END
 
 if TYPE_CHECKING:
     from femprep.image.segmentation import Segmentation
@@ -113,9 +114,7 @@ def read_stack(seg: Segmentation, basal_end: str = "auto", what: str = "the base
     trend, evidence = _trend(cavity_area, muscle_area, right, open_ == 0.0, slices)
     if basal_end == "auto":
         if trend == 0.0:
-            raise InputError(
-                f"both ends of the stack look alike, so {what} cannot be found; give basal_end first or last"
-            )
+            raise InputError(f"both ends of the stack look alike, so {what} cannot be found", advice=[GIVE_END])
         basal = 1 if trend > 0 else -1
     else:
         basal = 1 if basal_end == "last" else -1

@@ -15,6 +15,7 @@ from meshes import truncated_ellipsoid, with_fibres
 import femprep as fp
 from femprep.cohort.reasons import REASONS
 from femprep.cohort.records import CohortRecord, SubjectRecord, Timing
+from femprep.options import Options
 from femprep.phantoms import lv_ellipsoid
 from femprep.report.page.checks import check_lines
 from femprep.report.page.cohort import OUTLIER, _pictures, cohort_page, robust_z
@@ -202,7 +203,7 @@ def test_lights_of_checks() -> None:
     def line(value: float, passed: bool) -> LimitRecord:
         return LimitRecord(name="minimum_dihedral", kind="at least", limit=10.0, value=value, passed=passed)
 
-    lines = check_lines([line(20.0, True), line(10.5, True), line(9.0, False)])
+    lines = check_lines([line(20.0, True), line(10.5, True), line(9.0, False)], Options())
     assert [one["light"] for one in lines] == ["red", "amber", "green"]
     assert all(one["remedy"] for one in lines)
 

@@ -13,8 +13,9 @@ from femprep.errors import InputError, StageError
 from femprep.mesh.measures.volume_elements import element_measures
 from femprep.model import Surface, VolumeMesh
 from femprep.options import Options
+from femprep.options.advice import SEQUENCE
 from femprep.phantoms import lv_ellipsoid
-from femprep.volume.quality.advice import advised, what_helps, with_shape_help
+from femprep.volume.quality.advice import surfaces_reached, what_helps, with_hints, with_shape_help
 from femprep.volume.quality.fidelity import Fidelity, surface_fidelity
 from femprep.volume.quality.limits import SHAPES, judge_shapes
 from femprep.volume.quality.verdicts import Verdicts
@@ -44,7 +45,10 @@ def displaced() -> fp.Segmentation:
 
 
 def message(seg: fp.Segmentation, options: Options, error: Exception) -> str:
-    with pytest.raises(type(error)) as caught, advised(seg, options):
+    def reached(other: Options) -> str | None:
+        return surfaces_reached(fp.align_slices(seg), other)
+
+    with pytest.raises(type(error)) as caught, with_hints(seg, options, {}, reached):
         raise error
     return str(caught.value)
 
@@ -53,7 +57,7 @@ def message(seg: fp.Segmentation, options: Options, error: Exception) -> str:
 def test_an_error_keeps_what_it_holds(displaced: fp.Segmentation) -> None:
     error = NoMeshError("no mesh after 3 attempts", [])
     words = message(displaced, OPTIONS, error)
-    assert words.startswith("no mesh after 3 attempts; slices lie up to ")
+    assert words.startswith("no mesh after 3 attempts; --correct-shifts")
     assert error.records == []
 
 
@@ -61,8 +65,7 @@ def test_an_error_keeps_what_it_holds(displaced: fp.Segmentation) -> None:
 @pytest.mark.parametrize("kind", [StageError, InputError])
 def test_shifts_of_centimetres_are_said(displaced: fp.Segmentation, kind: type[Exception]) -> None:
     line = message(displaced, OPTIONS, kind("the surface folds"))
-    assert line.startswith("the surface folds; slices lie up to ")
-    assert "--correct-shifts moves them back" in line
+    assert line.startswith("the surface folds; --correct-shifts")
     largest = float(re.search(r"up to ([\d.]+) mm", line)[1])
     assert abs(largest - 15.0) < 2.0
     assert "(slice 6)" in line
@@ -104,22 +107,22 @@ def test_what_leaves_the_labels_is_told_apart() -> None:
     """The surfaces a wall is built from, an epicardium drawn around chambers for one, or the mesh between them."""
     seg = lv_ellipsoid().segmentation((2.5, 2.5, 8.0))
     near, away, found = apart(seg)
-    (line,) = what_helps(seg, found, replace(near, epi=away), OPTIONS)
+    (line,) = what_helps(seg, found, replace(near, epi=away), OPTIONS, {})
     assert re.search(r"built from are 4\.\d pixels off themselves: more --vertices", line)
-    (line,) = what_helps(seg, found, near, OPTIONS)
+    (line,) = what_helps(seg, found, near, OPTIONS, {})
     assert re.search(r"built from lie within [01]\.\d pixels; .* a smaller --edge-length", line)
     # The endocardium, which is near its labels, is none of the reasons.
-    (line,) = what_helps(seg, found, replace(near, endo={"lv": away}), OPTIONS)
+    (line,) = what_helps(seg, found, replace(near, endo={"lv": away}), OPTIONS, {})
     assert "a smaller --edge-length" in line
 
 
 @pytest.mark.slow
 def test_where_moving_slices_back_suffices_nothing_else_is_advised(displaced: fp.Segmentation) -> None:
     near, _, found = apart(displaced)
-    (line,) = what_helps(displaced, found, near, OPTIONS)
+    (line,) = what_helps(displaced, found, near, OPTIONS, {})
     assert re.search(r"slice 6 by 1\d\.\d mm.*--correct-shifts moves slices back.* within [01]\.\d pixels$", line)
     corrected = OPTIONS.model_copy(update={"image": fp.ImageOptions(correct_shifts=True)})
-    (line,) = what_helps(displaced, found, near, corrected)
+    (line,) = what_helps(displaced, found, near, corrected, {})
     assert re.search(r"although shifts were corrected; .* --leave-out 6 .*: without them .* [01]\.\d pixels$", line)
 
 
@@ -129,7 +132,7 @@ def test_slices_are_not_left_out_where_that_does_not_suffice(
 ) -> None:
     near, _, found = apart(displaced)
     monkeypatch.setattr("femprep.volume.quality.advice._reached", lambda *_: None)
-    beside, finer = what_helps(displaced, found, near, OPTIONS)
+    beside, finer = what_helps(displaced, found, near, OPTIONS, {})
     assert beside.endswith("; mend their labels")
     assert "a smaller --edge-length" in finer
 
@@ -138,9 +141,12 @@ def test_a_swept_mesh_of_poor_elements_names_the_other_mesher() -> None:
     swept = Options(volume={"mesher": "sweep"})
     good = fp.check(tetrahedron(), **LIMITS, minimum_mean_ratio=0.1)
     poor = fp.check(tetrahedron(), **LIMITS, minimum_mean_ratio=0.99)
-    assert with_shape_help(good, swept) is good
-    assert with_shape_help(poor, Options()) is poor
-    assert with_shape_help(poor, swept).failures[-1].endswith("--mesher tetwild fills the wall with even tetrahedra")
+    assert with_shape_help(good, swept, {}) is good
+    assert with_shape_help(poor, Options(), {}) is poor
+    assert "--mesher tetwild" in with_shape_help(poor, swept, {}).failures[-1]
+    in_sequence = with_shape_help(poor, swept, SEQUENCE).failures[-1]
+    assert "--mesher" not in in_sequence
+    assert "without --sequence" in in_sequence
 
 
 def test_every_limit_on_shapes_counts_for_that() -> None:

@@ -33,7 +33,7 @@ def short_right(slices: int) -> fp.Segmentation:
 def cut(request):
     """The label map, the wall before and after the cut, and what it was made from."""
     options = Options(anatomy="biv", surface={"vertices": 700})
-    seg, layout, _ = begin(short_right(request.param), options, Stages(None))
+    seg, layout, _ = begin(short_right(request.param), options, Stages(None), {})
     parts = both_ventricles(seg, layout, options, Stages(None))
     whole = fp.build_wall(epi=parts.epi, endo=parts.endo, base=parts.base)
     return seg, whole, cut_right_base(whole, parts.right_base, parts.body, 1.0), parts
@@ -87,5 +87,5 @@ def test_a_given_base_cuts_both():
     seg = short_right(1)
     base = fp.find_common_base(seg)
     run_options = Options(anatomy="biv", wall={"base": (*base.point.tolist(), *base.normal.tolist())})
-    _, layout, _ = begin(seg, run_options, Stages(None))
+    _, layout, _ = begin(seg, run_options, Stages(None), {})
     assert layout.right_base is None

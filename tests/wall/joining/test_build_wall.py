@@ -149,7 +149,7 @@ def test_a_thin_apex_is_repaired_or_refused_by_policy():
     assert wall.info["thickness"]["minimum_mm"] >= 1.5
     (step,) = wall.info["repaired"]
     assert step["thickness_before_mm"] == pytest.approx(0.2, abs=0.1)
-    with pytest.raises(InputError, match=r"0\.\d\d mm thick at \(.*below minimum_thickness = 1.5 mm.*policy 'repair'"):
+    with pytest.raises(InputError, match=r"0\.\d\d mm thick at \(.*below minimum_thickness = 1.5 mm.*--policy repair"):
         build_wall(epi=epi, endo={"lv": endo}, base=plane_z(12.0), minimum_thickness=1.5, policy="strict")
 
 

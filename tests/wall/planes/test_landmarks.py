@@ -77,7 +77,7 @@ def test_a_slice_that_leaves_cavity_bare_is_passed_over():
 
 
 def test_a_cylinder_has_no_base():
-    with pytest.raises(InputError, match=r"both ends of the stack look alike.*give basal_end"):
+    with pytest.raises(InputError, match=r"both ends of the stack look alike.*--basal-end"):
         find_base(stack(list("oooo"), radii=np.full(4, 20.0)))
 
 
