@@ -65,9 +65,10 @@ def _scene(content: Shown, qualities: Sequence[QualityReport]) -> tuple[dict[str
     ]
     note = content.note
     if chosen.cuts:
+        shares = ", ".join(f"{100.0 * share:.0f}" for share in chosen.cuts)
         note += (
             f" The view draws {mesh.n_cells} of {content.mesh.n_cells} elements: those at the surface, at the borders "
-            f"of regions and segments, and along {len(chosen.cuts)} cut(s) in each direction, where the slider stops."
+            f"of regions and segments, and along cuts at {shares} % of each direction, where the slider stops."
         )
     found = {
         "points": _packed(points),
