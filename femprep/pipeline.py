@@ -136,13 +136,13 @@ def mesh_map(
 Begun = tuple[Segmentation, Layout, VentricularAxes | None]
 
 
-def begin(seg: Segmentation, options: Options, stages: Stages, fixed: Fixed) -> Begun:
+def begin(seg: Segmentation, options: Options, stages: Stages, fixed: Fixed | None = None) -> Begun:
     """All that labels and options tell, and every refusal that follows from it, before anything takes long.
 
     Advice that names a value is tried, as far as this.
     """
 
-    with with_hints(seg, options, fixed, _passes(lambda other: _begin(seg, other, Stages(None)))):
+    with with_hints(seg, options, fixed or {}, _passes(lambda other: _begin(seg, other, Stages(None)))):
         return _begin(seg, options, stages)
 
 
