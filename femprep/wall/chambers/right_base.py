@@ -76,7 +76,7 @@ def _cutter(
         return np.concatenate(rings)
 
     def facets(name: str) -> IntArray:
-        return wall.triangles[wall.facet_tag == FACET_TAGS[name]]
+        return np.asarray(wall.triangles[wall.facet_tag == FACET_TAGS[name]])
 
     levels = np.linspace(0.0, height, max(2, round(height / _EDGE) + 1))
     inside = levels - 1e-3 * (levels == height)
