@@ -32,6 +32,7 @@ from femprep.export.turned import turned_tetrahedra
 from femprep.export.verdict import verdict_in
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.vtk.entities import refuse_entities
+from femprep.mesh.vtk.trial import HDF
 from femprep.model import VolumeMesh
 from femprep.model.arrays import FARTHEST
 from femprep.model.notice import Notice, noted
@@ -158,6 +159,16 @@ def _xdmf(path: Path) -> VolumeMesh:
         raise
 
 
+def _hdf5(path: Path) -> VolumeMesh:
+    import h5py
+
+    from femprep.export.others.fenics import read
+
+    with h5py.File(path, "r") as store:
+        own = "VTKHDF" in store
+    return _vtk(path) if own else read(path)
+
+
 def _med(path: Path) -> VolumeMesh:
     from femprep.export.med.read import read
 
@@ -184,7 +195,7 @@ def _cgns(path: Path) -> VolumeMesh:
 _CELLS: Final = re.compile(rb"^CELL_TYPES\s+(\d+)", re.MULTILINE)
 
 #: What meshio says of XDMF's numbers of elements that it does not know among others.
-_UNMIXED: Final = re.compile(r"unknown format: (np\.\w+\()?\d+\)?$")
+_UNMIXED: Final = re.compile(r"KeyError (np\.\w+\()?\d+\)?$")
 
 #: Share of negative tetrahedra of a file of VTK's from which on its writer had no order of nodes: FEniCS' have half.
 _MANY: Final = 0.4
@@ -194,7 +205,7 @@ _MANY: Final = 0.4
 _COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")
 
 #: Endings of files that are, or begin as, XML.
-_XML: Final = (".vtu", ".feb", ".xdmf", ".xmf", ".xml", ".pvtu", ".vtp", ".vti")
+_XML: Final = (".vtu", ".feb", ".xdmf", ".xmf", ".xml", ".pvtu", ".vtp", ".vtm", ".vti")
 
 #: By the ending of a file: the folder of this room whose ``read`` reads it, or what is to be done.
 _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
@@ -206,8 +217,9 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".elem": "opencarp",
     ".bpts": "opencarp",
     ".belem": "opencarp",
-    ".vtu": _vtk,
+    **dict.fromkeys((".vtu", ".vtp", ".vtm"), _vtk),
     ".vtk": _legacy_vtk,
+    **dict.fromkeys(HDF, _hdf5),
     ".xdmf": _xdmf,
     ".med": _med,
     ".msh": "gmsh",
