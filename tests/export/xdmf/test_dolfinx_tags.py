@@ -52,7 +52,6 @@ def test_tags_are_found_by_their_nodes(tmp_path: Path) -> None:
     assert mesh.region.tolist() == [9, 7]
     assert mesh.cell_data["scar"].tolist() == [0, 3]
     assert np.sort(mesh.facets["triangle"]).tolist() == [[0, 1, 2]]
-    assert not fp.check(mesh).inward_facets
     assert mesh.facet_tag.tolist() == [60]
     assert [notice["what"] for notice in mesh.info["notices"]] == [
         "grids edges of the file are left out",
