@@ -40,7 +40,7 @@ def read(path: Path) -> VolumeMesh:
         store.visititems(lambda _, found: groups.append(found) if isinstance(found, h5py.Group) else None)
         whole = next((one for one in groups if _kind(one) in ("tetra", "hexahedron") and "values" not in one), None)
         if whole is None:
-            raise InputError("holds neither a VTKHDF data set nor a mesh of tetrahedra or hexahedra of legacy FEniCS")
+            raise InputError("holds no VTKHDF data set and no mesh of legacy FEniCS; of an XDMF mesh give the .xdmf")
         points, kind, cells = whole["coordinates"][:], _kind(whole), whole["topology"][:].astype(np.int64)
         named = markers_of(path)
         numbers, left_out = Numbers(), []
