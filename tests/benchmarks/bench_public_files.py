@@ -9,6 +9,7 @@ its own licence; none of them is part of femprep. Files that are not there are l
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import shlex
 import subprocess
@@ -173,22 +174,15 @@ def _run(file: File, path: Path, out: Path, limit: float) -> str:
             text=True,
             timeout=limit,
             check=False,
-            env=None,
+            env={**os.environ, "COLUMNS": "500"},
             cwd=out,
         )
     except subprocess.TimeoutExpired:
         return f"not done after {limit:.0f} s"
     (out / "screen.txt").write_text(done.stdout + done.stderr, encoding="utf-8")
-    printed = re.sub(
-        r"\n(?=[a-z0-9(])(?!failed:|note:|every|limits|stable|seconds|[0-9]+ points)", " ", done.stdout + done.stderr
-    )
-    told = [line for line in printed.splitlines() if _TOLD.fullmatch(line)]
-    text = "; ".join(
-        " ".join(line.replace(f"{path.parent}/", "").replace("femprep: error: ", "").split()) for line in told
-    )
-    text = text.replace("|", "/")
-    if len(text) > _LONGEST:
-        text = f"{text[:_LONGEST]}..."
+    told = [line for line in (done.stdout + done.stderr).splitlines() if _TOLD.fullmatch(line.rstrip())]
+    text = "; ".join(told).replace(f"{path.parent}/", "").replace("femprep: error: ", "").replace("|", "/")
+    text = f"{text[:_LONGEST]}..." if len(text) > _LONGEST else text
     names = ""
     if (mesh := out / "run" / "mesh.vtu").is_file():
         import femprep as fp
