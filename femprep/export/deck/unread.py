@@ -28,7 +28,10 @@ def no_elements(found: Iterable[str]) -> InputError:
     found = list(found)
     words = f"holds no volume elements (found {', '.join(found) or 'none at all'}); "
     if any(kind in FACET_CORNERS or kind in _FACETS for kind in found):
-        words += "it is a surface, of which femprep mesh --surface FILE meshes the wall where it has both of its sides"
+        words += (
+            "it is a surface: femprep mesh --surface FILE (.vtp, .vtu, .vtk, .stl, .ply, .obj, .elem) meshes the wall "
+        )
+        words += "between endocardium and epicardium, one of them alone has no wall"
     else:
         words += f"give a mesh of {', '.join(ELEMENTS)}"
     return InputError(words)

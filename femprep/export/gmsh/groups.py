@@ -32,9 +32,9 @@ def whole_groups() -> Iterator[None]:
     def read_names(file: Any, found: dict[str, Any]) -> None:
         naming(file, _Keys(found))
 
-    def read_entities(file: Any, *form: Any) -> Any:
-        tags, bounds = reading(file, *form)
-        _add_partitioned(file, *form, tags, bounds)
+    def read_entities(file: Any, text: bool, size: int) -> Any:
+        tags, bounds = reading(file, text, size)
+        _add_partitioned(file, text, size, tags, bounds)
         some = any(own for entities in tags for own in entities.values())
         return tuple({n: own or [0] * some for n, own in entities.items()} for entities in tags), bounds
 

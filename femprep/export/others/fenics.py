@@ -46,7 +46,7 @@ def read(path: Path) -> VolumeMesh:
         numbers, left_out = Numbers(), []
         region, aha = np.zeros(len(cells), dtype=np.int32), np.zeros(len(cells), dtype=np.int32)
         facets: dict[str, IntArray] = {}
-        facet_tag = np.empty(0, dtype=np.int64)
+        facet_tag: np.ndarray = np.empty(0, dtype=np.int32)
         for group in (one for one in groups if "values" in one and "topology" in one):
             own, rows, tags = _kind(group), group["topology"][:].astype(np.int64), group["values"][:].astype(np.int64)
             names = {int(tag): name[12:] for name, tag in group.attrs.items() if name.startswith("marker_name_")}
@@ -61,7 +61,7 @@ def read(path: Path) -> VolumeMesh:
             elif set_.any():
                 left_out.append(group.name)
         order = np.argsort(whole["cell_indices"][:]) if "cell_indices" in whole else np.arange(len(cells))
-        data = {name: _means(group, order) for name, group in _fields(groups)}
+        data: dict[str, np.ndarray] = {name: _means(group, order) for name, group in _fields(groups)}
     data |= {"aha": aha} if aha.any() else {}
     told = [Notice.of("left out", f"functions {', '.join(left_out)} of the file are left out")] if left_out else []
     mesh = turned_tetrahedra(
@@ -70,7 +70,7 @@ def read(path: Path) -> VolumeMesh:
             cells={kind: cells},
             region=region,
             facets=facets,
-            facet_tag=facet_tag,
+            facet_tag=facet_tag.astype(np.int32),
             cell_data=data,
             info=noted({"source": {"region": "functions", "facet_tag": "functions"}, **numbers.info}, *told),
         )
