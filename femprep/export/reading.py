@@ -28,7 +28,7 @@ from femprep.export.others.su2 import read as _su2
 from femprep.export.others.tecplot import read as _tecplot
 from femprep.export.others.tetgen import read as _tetgen
 from femprep.export.through_meshio import meshio_mesh
-from femprep.export.turned import turned_tetrahedra
+from femprep.export.turned import MANY, turned_tetrahedra
 from femprep.export.verdict import verdict_in
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.vtk.entities import refuse_entities
@@ -124,14 +124,14 @@ def _vtk(path: Path) -> VolumeMesh:
     from femprep.export.vtu.read import read_foreign, read_own
 
     own = read_own(path)
-    return own if own is not None else turned_tetrahedra(from_meshio(with_namemap(read_foreign(path), path)), _MANY)
+    return own if own is not None else turned_tetrahedra(from_meshio(with_namemap(read_foreign(path), path)), MANY)
 
 
 def _legacy_vtk(path: Path) -> VolumeMesh:
     from femprep.export.vtu.read import read_foreign
 
     try:
-        return turned_tetrahedra(from_meshio(read_foreign(path)), _MANY)
+        return turned_tetrahedra(from_meshio(read_foreign(path)), MANY)
     except FileError as error:
         # Among them files of meshio's, whose integer type VTK does not know.
         try:
@@ -196,10 +196,6 @@ _CELLS: Final = re.compile(rb"^CELL_TYPES\s+(\d+)", re.MULTILINE)
 
 #: What meshio says of XDMF's numbers of elements that it does not know among others.
 _UNMIXED: Final = re.compile(r"KeyError (np\.\w+\()?\d+\)?$")
-
-#: Share of negative tetrahedra of a file of VTK's from which on its writer had no order of nodes: FEniCS' have half.
-_MANY: Final = 0.4
-
 
 #: Endings of text files with comments, in which a mesh's verdict stands.
 _COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")

@@ -13,6 +13,8 @@ from femprep.mesh.numbering import set_numbers
 from femprep.model import BoolArray, IntArray, VolumeMesh
 from femprep.model.notice import Notice, noted
 
+#: Share of negative tetrahedra of a file of VTK's from which on its writer had no order of nodes: FEniCS' have half.
+MANY: Final = 0.4
 #: Nodes of a tetrahedron with its first two corners exchanged.
 _EXCHANGED: Final[Mapping[str, list[int]]] = {"tetra": [1, 0, 2, 3], "tetra10": [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
 

@@ -86,6 +86,10 @@ def _from_vtk(path: Path) -> Surface:
     sides = mesh.n_cells - mesh.n_verts - mesh.n_lines
     quads = sides > 0 and mesh.faces.size == 5 * sides and bool(np.all(mesh.faces[::5] == 4))
     cells = mesh.faces.reshape(-1, 5)[:, 1:] if quads else mesh.triangulate().regular_faces
+    if len(cells) < sides and mesh.faces.size == 7 * sides:  # svMultiPhysics' quadratic triangles, which VTK cannot cut
+        cells = mesh.faces.reshape(-1, 7)[:, [[1, 4, 6], [4, 2, 5], [6, 5, 3], [4, 5, 6]]].reshape(-1, 3)
+    elif len(cells) < sides:
+        raise FileError(f"{str(path)!r} has {sides} polygons, of which VTK makes {len(cells)} triangles")
     points = np.asarray(mesh.points, dtype=np.float64)
     if RECORD not in mesh.field_data:
         return _foreign(points, np.asarray(cells, dtype=np.int64), path, lost)

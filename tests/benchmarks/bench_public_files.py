@@ -86,8 +86,13 @@ FILES = (
         "five surfaces of a whole heart",
         "mesh --surface {} --edge-length 8",
     ),
-    File(*_FOAM, "applications/purkinje_network.msh", "Gmsh lines of a Purkinje net", "check {}"),
-    File(*_CHASTE, "heart/test/data/human_wedge_mesh/HumanWedgeMesh.node", "tetgen with tabs, a slab", "check {}"),
+    File(*_FOAM, "applications/purkinje_network.msh", "Gmsh 2.2, tetrahedra of a slab", "check {}"),
+    File(
+        *_CHASTE,
+        "heart/test/data/human_wedge_mesh/HumanWedgeMesh.node",
+        "tetgen in Chaste's binary variant",
+        "check {}",
+    ),
     File(*_CHASTE, "heart/test/data/box_shaped_heart/box_heart.node", "tetgen with tabs, a box", "annotate {}"),
     File(
         *_SVFSI, "05-struct/02-LV-Guccione-passive/mesh/P2/mesh-complete.mesh.vtu", "ten-node tetrahedra", "annotate {}"

@@ -111,3 +111,16 @@ def test_triangles_of_opencarp_are_read_in_mm(tmp_path):
     read = read_surface(tmp_path / "a.elem")
     assert len(read.cells) == 3
     assert read.points.max() == 1.0
+
+
+def test_polygons_of_six_nodes_are_quadratic_triangles(tmp_path):
+    """svMultiPhysics writes the faces of ten-node tetrahedra so: corners, then middles."""
+    points = np.array(
+        [[0, 0, 0], [2, 0, 0], [0, 2, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 2, 0], [2, 1, 0], [1, 2, 0]]
+    )
+    faces = [6, 0, 1, 2, 3, 4, 5, 6, 1, 6, 2, 7, 8, 4]
+    pyvista.PolyData(points.astype(float), faces=faces).save(tmp_path / "a.vtp")
+    read = read_surface(tmp_path / "a.vtp")
+    corners = read.points[read.cells]
+    area = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
+    assert area.tolist() == [0.5] * 8

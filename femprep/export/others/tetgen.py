@@ -41,6 +41,8 @@ def _require_room(file: Path) -> None:
         )
     with file.open(encoding="utf-8", errors="replace") as lines:
         head = next((words for words in map(str.split, lines) if words and not words[0].startswith("#")), [])
+    if "BIN" in head:
+        raise FileError(f"{str(file)!r} is binary, as Chaste writes it; write it as text")
     try:
         rows, *columns = map(int, head)
     except ValueError:
