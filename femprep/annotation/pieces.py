@@ -147,13 +147,20 @@ def _question(found: dict[str, Surface], why: str) -> str:
 def _sides(item: tuple[str, Surface]) -> dict[str, Surface]:
     """Epicardium and endocardia of the closed boundary of a wall."""
     name, surface = item
+    table = edge_table(surface.triangles)
+    if table.count.max() > 2:
+        count = np.count_nonzero(table.count > 2)
+        raise InputError(
+            f"{name} is one surface that branches: {count} edges have more than two triangles, as where endocardium and "
+            "epicardium touch; part them there"
+        )
     if not is_closed(surface.triangles):
         raise InputError(
             f"{name} is one open surface; a wall lies between two: give --surface lv=FILE --surface epi=FILE"
         )
     _, diagonal = guess_unit(surface.points)
     scale = diagonal / float(np.linalg.norm(np.ptp(surface.points, axis=0)))
-    cells, _ = wound(name, surface.points, surface.triangles, edge_table(surface.triangles))
+    cells, _ = wound(name, surface.points, surface.triangles, table)
     cells = cells[:, ::-1] if volume(surface.points, cells) < 0.0 else cells
     shell = shell_of_triangles(surface.points * scale, np.ascontiguousarray(cells))
     reading, _ = read_boundary(shell, np.zeros(len(cells), dtype=np.int32), AnnotateOptions(), 1.0)
