@@ -151,8 +151,8 @@ def _sides(item: tuple[str, Surface]) -> dict[str, Surface]:
     if table.count.max() > 2:
         count = np.count_nonzero(table.count > 2)
         raise InputError(
-            f"{name} is one surface that branches: {count} edges have more than two triangles, as where endocardium and "
-            "epicardium touch; part them there"
+            f"{name} is one surface that branches: {count} edges have more than two triangles, as where endocardium "
+            "and epicardium touch; part them there"
         )
     if not is_closed(surface.triangles):
         raise InputError(
