@@ -77,6 +77,7 @@ _HOMES = {
     "open_wall": "femprep.wall",
     "fit_surface": "femprep.surface.fit",
     "read_surface": "femprep.surface",
+    "split_surface": "femprep.surface",
     "compare_surfaces": "femprep.surface",
     "surface_distance": "femprep.surface",
     "in_slice_distance": "femprep.surface",
@@ -145,6 +146,7 @@ _HOMES = {
     "add_purkinje": "femprep.activation",
     "add_activation": "femprep.activation",
     "annotate": "femprep.annotation",
+    "read_surfaces": "femprep.annotation",
     "Annotation": "femprep.annotation",
     "write_annotation": "femprep.report.annotated",
 }

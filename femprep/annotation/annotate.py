@@ -99,7 +99,7 @@ def annotate(
         require_joined(shell)
     with stages("facets"):
         given = given_facets(mesh, shell, options.names)
-        reading, attempts = _read(mesh, shell, given, options, scale)
+        reading, attempts = read_boundary(shell, given, options, scale)
         theirs, known = mesh.region, given_regions(mesh, options.names)
         mesh = _named(mesh, shell, reading)
     with stages("regions"):
@@ -166,8 +166,8 @@ def _used(mesh: VolumeMesh) -> VolumeMesh:
     )
 
 
-def _read(
-    mesh: VolumeMesh, shell: Shell, given: TagArray, options: AnnotateOptions, scale: float
+def read_boundary(
+    shell: Shell, given: TagArray, options: AnnotateOptions, scale: float
 ) -> tuple[Reading, tuple[ReadingAttempt, ...]]:
     """The first reading of the boundary that fits, with given names over it; and what was tried."""
     attempts: list[ReadingAttempt] = []

@@ -133,6 +133,16 @@ def shell_of(mesh: VolumeMesh) -> Shell:
     facets = {kind: own.nodes for kind, own in faces.items() if len(own.nodes)}
     if not facets:
         raise InputError("the mesh has no boundary facets; give a mesh of volume elements")
+    element = np.concatenate([faces[kind].element for kind in facets])
+    return _shell(mesh.points, facets, element)
+
+
+def shell_of_triangles(points: FloatArray, triangles: IntArray) -> Shell:
+    """The same of a surface by itself; all of its triangles are of element 0."""
+    return _shell(points, {"triangle": triangles}, np.zeros(len(triangles), dtype=np.int64))
+
+
+def _shell(points: FloatArray, facets: Mapping[str, IntArray], element: IntArray) -> Shell:
     ends, owners = [], []
     for kind, block, rows in block_rows(facets):
         corners = block[:, : FACET_CORNERS[kind]]
@@ -148,10 +158,10 @@ def shell_of(mesh: VolumeMesh) -> Shell:
     twice = np.bincount(number)[number[order[same]]] == 2
     pairs = np.column_stack([sides[order[same], 2], sides[order[same + 1], 2]])[twice]
     return Shell(
-        mesh.points,
+        points,
         facets,
-        np.concatenate([faces[kind].element for kind in facets]),
-        *centres_and_areas(mesh.points, facets),
+        element,
+        *centres_and_areas(points, facets),
         pairs,
         split_facets(facets),
         np.concatenate(owners),

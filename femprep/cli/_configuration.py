@@ -152,7 +152,7 @@ def parse_samples(items: Sequence[str] | None) -> dict[str, Path]:
 
 
 def parse_surfaces(items: Sequence[str] | None) -> dict[str, Path]:
-    """``["lv=endo.stl", "epi=epi.stl"]`` as files by name.
+    """``["lv=endo.stl", "epi=epi.stl"]`` as files by name; files without names by their numbers.
 
     Raises
     ------
@@ -160,6 +160,11 @@ def parse_surfaces(items: Sequence[str] | None) -> dict[str, Path]:
         A text of another form, or a name given twice.
     """
     found: dict[str, Path] = {}
+    unnamed = [item for item in items or () if "=" not in item or Path(item).exists()]
+    if unnamed and len(unnamed) < len(items or ()):
+        raise OptionError(f"--surface {unnamed[0]} has no name and others have one; name all of them or none")
+    if unnamed:
+        return {str(number): Path(item) for number, item in enumerate(unnamed, 1)}
     for name, file, _ in _Form("surface", "NAME=FILE", "--surface lv=endo.stl").pairs(items):
         if name in found:
             raise OptionError(f"--surface {name} is given twice; one file per name")

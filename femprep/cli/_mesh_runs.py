@@ -13,7 +13,7 @@ from typing import Any
 import typer
 
 from femprep.cli._names import mesh_names, require_output, sequence_names
-from femprep.model.image_file import ImageFile
+from femprep.model.image_file import ImageFile, piece_of
 from femprep.options import Options
 
 #: File of a second label map, labels of its tissues, and images to sample by the name of their field.
@@ -31,13 +31,18 @@ def mesh_own(
     """Run the main job on surfaces; the exit status is 1 where the quality check fails."""
     require_output(out, options.formats, partial(mesh_names, solve=options.solve))
 
+    from femprep.annotation.pieces import read_piece, read_surfaces
     from femprep.cli._progress import bars
     from femprep.own_surfaces import mesh_surfaces
     from femprep.report.output import write_run
-    from femprep.surface import read_surface
 
     with bars(quiet or json) as progress:
-        given = {name: read_surface(path) for name, path in surfaces.items()}
+        if "1" in surfaces:
+            given = read_surfaces(*surfaces.values())
+            surfaces = dict.fromkeys(given, next(iter(surfaces.values()))) if len(surfaces) == 1 else surfaces
+        else:
+            given = {name: read_piece(path) for name, path in surfaces.items()}
+        surfaces = {name: piece_of(path)[0] for name, path in surfaces.items()}
         run = mesh_surfaces(given, options, progress=progress, **_read_second(second, options))
         manifest = write_run(run, out, source=surfaces, command=typed(), progress=progress)
     return _told(run, manifest, out, quiet=quiet, json=json)

@@ -24,7 +24,7 @@ from femprep.cli._fields import by_path, option, takes_options_of
 from femprep.cli._mesh_runs import mesh_file, mesh_own, mesh_phases
 from femprep.cli._names import require_lasting
 from femprep.errors import OptionError
-from femprep.model.image_file import image_file
+from femprep.model.image_file import image_file, piece_of
 from femprep.options import (
     Options,
     PericardiumOptions,
@@ -88,6 +88,7 @@ def mesh_options(
             rich_help_panel=WALL,
         ),
     ] = None,
+    repair: Annotated[bool | None, option(WallOptions, "repair", "--repair", panel=WALL)] = None,
     base_offset: Annotated[float | None, option(WallOptions, "base_offset", panel=WALL)] = None,
     minimum_thickness: Annotated[float | None, option(WallOptions, "minimum_thickness", panel=WALL)] = None,
     rv_wall_thickness: Annotated[float | None, option(WallOptions, "rv_wall_thickness", panel=WALL)] = None,
@@ -211,8 +212,10 @@ def mesh(
     surface: Annotated[
         list[str] | None,
         typer.Option(
-            help="NAME=FILE, repeatable, in place of SEG: your own surfaces, .stl, .ply, .obj, .off, .vtp or .vtk; lv "
-            "(rv, la, ra) is an endocardium, epi the epicardium around all.",
+            metavar="[NAME=]FILE[#PIECE]",
+            help="Repeatable, in place of SEG: external surfaces, .stl, .ply, .obj, .off, .vtp, .vtu, .vtm, .vtk or "
+            ".elem; lv (rv, la, ra) is an endocardium, epi the epicardium around all. Without names the pieces of the "
+            "files are named by their position; FILE#2 is the second largest piece.",
             rich_help_panel=INPUT,
         ),
     ] = None,
@@ -267,7 +270,7 @@ def mesh(
     masks = parse_masks(mask)
     second = (regions, tissues, images)
     surfaces = parse_surfaces(surface)
-    require_lasting(out, [*surfaces.values(), *filter(None, [given["template"]])])
+    require_lasting(out, [*(piece_of(path)[0] for path in surfaces.values()), *filter(None, [given["template"]])])
     if surfaces:
         if maps or masks:
             raise OptionError("give either surfaces or a label map or masks, not both")

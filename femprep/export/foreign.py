@@ -10,9 +10,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from femprep.errors import InputError
 from femprep.export.deck.names import Numbers
-from femprep.export.deck.unread import with_node_sets, with_unread
+from femprep.export.deck.unread import no_elements, with_node_sets, with_unread
 from femprep.export.vtk.xml import RECORD, record_of
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import VolumeMesh
@@ -80,8 +79,7 @@ def from_meshio(mesh: Any) -> VolumeMesh:
     volume = [i for kind, where in kept.items() if kind in ELEMENTS for i in where]
     surface = [i for kind, where in kept.items() if kind in FACET_CORNERS for i in where]
     if not volume:
-        types = ", ".join(kept) or "none at all"
-        raise InputError(f"holds no volume elements (found {types}); give a mesh of {', '.join(ELEMENTS)}")
+        raise no_elements(kept)
     if left_out:
         log.warning("elements of types %s are left out", ", ".join(left_out))
     region, region_from = _tags(mesh, volume, numbers, names[3], facet=False)

@@ -29,11 +29,12 @@ from femprep.export.others.su2 import read as _su2
 from femprep.export.others.tecplot import read as _tecplot
 from femprep.export.others.tetgen import read as _tetgen
 from femprep.export.through_meshio import meshio_mesh
-from femprep.export.turned import turned_tetrahedra
+from femprep.export.turned import MANY, turned_tetrahedra
 from femprep.export.verdict import verdict_in
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.length_unit import UNIT, in_millimetres
 from femprep.mesh.vtk.entities import refuse_entities
+from femprep.mesh.vtk.trial import HDF
 from femprep.model import VolumeMesh
 from femprep.model.arrays import FARTHEST
 from femprep.model.notice import Notice, noted
@@ -145,7 +146,7 @@ def _vtk(path: Path) -> VolumeMesh:
 
     own = read_own(path)
     if own is None:
-        return turned_tetrahedra(from_meshio(with_namemap(read_foreign(path), path)), _MANY)
+        return turned_tetrahedra(from_meshio(with_namemap(read_foreign(path), path)), MANY)
     # A unit that was in doubt when the file was written still is.
     if own.info.get(UNIT, {}).get("by") in ("doubt", "default") or "mesher" in own.info:
         return own
@@ -156,7 +157,7 @@ def _legacy_vtk(path: Path) -> VolumeMesh:
     from femprep.export.vtu.read import read_foreign
 
     try:
-        return turned_tetrahedra(from_meshio(read_foreign(path)), _MANY)
+        return turned_tetrahedra(from_meshio(read_foreign(path)), MANY)
     except FileError as error:
         # Among them files of meshio's, whose integer type VTK does not know.
         try:
@@ -182,6 +183,16 @@ def _xdmf(path: Path) -> VolumeMesh:
             words = "mixes elements of several types, some with mid-side nodes, which are not read; write VTU"
             raise FileError(f"{str(path)!r} {words}") from error
         raise
+
+
+def _hdf5(path: Path) -> VolumeMesh:
+    import h5py
+
+    from femprep.export.others.fenics import read
+
+    with h5py.File(path, "r") as store:
+        own = "VTKHDF" in store
+    return _vtk(path) if own else read(path)
 
 
 def _med(path: Path) -> VolumeMesh:
@@ -210,11 +221,7 @@ def _cgns(path: Path) -> VolumeMesh:
 _CELLS: Final = re.compile(rb"^CELL_TYPES\s+(\d+)", re.MULTILINE)
 
 #: What meshio says of XDMF's numbers of elements that it does not know among others.
-_UNMIXED: Final = re.compile(r"unknown format: (np\.\w+\()?\d+\)?$")
-
-#: Share of negative tetrahedra of a file of VTK's from which on its writer had no order of nodes: FEniCS' have half.
-_MANY: Final = 0.4
-
+_UNMIXED: Final = re.compile(r"KeyError (np\.\w+\()?\d+\)?$")
 
 #: Endings of text files with comments, in which a mesh's verdict stands.
 _COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")
@@ -223,7 +230,7 @@ _COMMENTED: Final = (".inp", ".feb", ".k", ".key", ".msh", ".mesh")
 _CARP: Final = (".pts", ".elem", ".bpts", ".belem")
 
 #: Endings of files that are, or begin as, XML.
-_XML: Final = (".vtu", ".feb", ".xdmf", ".xmf", ".xml", ".pvtu", ".vtp", ".vti")
+_XML: Final = (".vtu", ".feb", ".xdmf", ".xmf", ".xml", ".pvtu", ".vtp", ".vtm", ".vti")
 
 #: By the ending of a file: the folder of this room whose ``read`` reads it, or what is to be done.
 _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
@@ -235,8 +242,9 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".elem": "opencarp",
     ".bpts": "opencarp",
     ".belem": "opencarp",
-    ".vtu": _vtk,
+    **dict.fromkeys((".vtu", ".vtp", ".vtm"), _vtk),
     ".vtk": _legacy_vtk,
+    **dict.fromkeys(HDF, _hdf5),
     ".xdmf": _xdmf,
     ".med": _med,
     ".msh": "gmsh",

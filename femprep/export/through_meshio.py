@@ -26,6 +26,7 @@ def meshio_mesh(path: Path, told: Path | None = None) -> Any:
         meshio does not know the format, or cannot read the file.
     """
     import meshio
+    from meshio._helpers import extension_to_filetypes
     from meshio._mesh import topological_dimension
 
     topological_dimension.setdefault("wedge15", 3)  # meshio 5.3.5 reads it, then stumbles over its own table
@@ -35,6 +36,9 @@ def meshio_mesh(path: Path, told: Path | None = None) -> Any:
             return meshio.read(path)
     except (Exception, SystemExit) as error:
         reason = str(error) if not isinstance(error, SystemExit) else said.getvalue()
-        reason = " ".join(reason.split()) or type(error).__name__
-        shown = reason.replace(str(path), str(told or path))
-        raise FileError(f"{str(told or path)!r} is damaged or of an unknown format: {shown}") from error
+        if not reason or isinstance(error, LookupError):  # of which the text is the key alone
+            reason = f"{type(error).__name__} {reason}"
+        shown = " ".join(reason.split()).replace(str(path), str(told or path))
+        tried = " or ".join(extension_to_filetypes.get(path.suffix.lower(), ()))
+        words = f"is damaged or no file of {tried}" if tried else f"has the ending {path.suffix!r} of no known format"
+        raise FileError(f"{str(told or path)!r} {words}: {shown}") from error

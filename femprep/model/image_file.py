@@ -1,4 +1,4 @@
-"""The name of an image file as people write it in, the file and the number of its frame out."""
+"""A file as people write it in, the file and the number of its frame or piece out."""
 
 from __future__ import annotations
 
@@ -26,3 +26,9 @@ def image_file(text: str, folder: Path | None = None) -> ImageFile:
     frame = int(number) if colon and name and number.isascii() and number.isdigit() else None
     path = Path(text if frame is None else name)
     return ImageFile(path if folder is None else folder / path, frame)
+
+
+def piece_of(path: str | Path) -> tuple[Path, int | None]:
+    """The file of ``FILE#2``, and the number of the piece; None where there is none."""
+    file, mark, number = str(path).rpartition("#")
+    return (Path(file), int(number)) if mark and number.isdigit() and not Path(path).exists() else (Path(path), None)

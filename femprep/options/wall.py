@@ -35,6 +35,10 @@ class WallOptions(LeastThickness):
     base_offset: float = Field(
         0.0, description="Move the base plane from where the labels put it, mm, positive towards the apex."
     )
+    repair: bool = Field(
+        False,
+        description="Smooth external surfaces where they cross themselves; by more than 5 mm is refused.",
+    )
     apex: Literal["closed", "clipped"] = Field(
         "closed", description="Whether the wall is closed at the apex or cut there by a plane."
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from femprep.mesh.plane_sections import plane_sections
 from femprep.surface.files import read_surface
 from femprep.surface.fit import fit_surface
+from femprep.surface.given.pieces import split_surface
 from femprep.surface.harmonic.shape import HarmonicShape
 from femprep.surface.measure.compare import Comparison, compare_surfaces
 from femprep.surface.measure.distance import SurfaceDistance, surface_distance
@@ -28,6 +29,7 @@ __all__ = [
     "plane_sections",
     "read_surface",
     "slice_planes",
+    "split_surface",
     "surface_distance",
     "surface_quality",
 ]

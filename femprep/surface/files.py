@@ -1,4 +1,4 @@
-"""A surface file in (.vtp, .vtk, .stl, .ply, .obj, .off), a Surface out."""
+"""A surface file in (VTK, STL, PLY, OBJ, OFF, openCARP), a Surface out."""
 
 from __future__ import annotations
 
@@ -12,10 +12,12 @@ import numpy as np
 from femprep.errors import FileError, InputError
 from femprep.mesh.topology import is_closed, is_consistently_wound
 from femprep.mesh.vtk.reading import load
-from femprep.model import FloatArray, IntArray, Surface
+from femprep.model import FloatArray, IntArray, Notice, Surface, noted
+from femprep.model.units import MILLIMETRES
 from femprep.surface.rows import require_rows
 
-_VTK = (".vtp", ".vtk")
+_VTK = (".vtp", ".vtk", ".vtu", ".vtm", ".vtkhdf")
+_CARP = (".elem", ".pts")
 _OTHERS = (".stl", ".ply", ".obj", ".off")
 
 #: Field array of femprep's own files that keeps what VTK has no place for, as UTF-8 bytes of JSON.
@@ -28,15 +30,17 @@ def read_surface(path: str | Path) -> Surface:
     Parameters
     ----------
     path : path
-        ``.vtp``, legacy ``.vtk``, ``.stl``, ``.ply``, ``.obj`` or ``.off``; lengths are taken as mm, coordinates as
+        ``.vtp``, ``.vtu``, ``.vtm``, ``.vtkhdf``, legacy ``.vtk``, ``.stl``, ``.ply``, ``.obj``, ``.off``, or
+        openCARP's ``.elem`` with its ``.pts``, which is in micrometres; other lengths are taken as mm, coordinates as
         LPS.
 
     Returns
     -------
     Surface
         Of a file that femprep wrote the vertex numbering, ``directions``, point data, name and record are those it
-        was written with. Other files are merged at equal points (STL repeats them), polygons are cut into
-        triangles, and a closed surface wound inward is turned; ``info`` says so.
+        was written with. Other files are merged at equal points (STL repeats them), polygons and strips are cut into
+        triangles, and a closed surface wound inward is turned; ``info`` says so. Several solids or blocks become one
+        surface: see :func:`femprep.split_surface`.
 
     Raises
     ------
@@ -51,14 +55,13 @@ def read_surface(path: str | Path) -> Surface:
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    if suffix not in _VTK + _OTHERS:
-        raise FileError(
-            f"{str(path)!r}: unknown surface format {suffix!r}; expected one of {', '.join(_VTK + _OTHERS)}"
-        )
+    known = (*_VTK, *_OTHERS, *_CARP)
+    if suffix not in known:
+        raise FileError(f"{str(path)!r}: unknown surface format {suffix!r}; expected one of {', '.join(known)}")
     if not path.is_file():
         raise FileError(f"surface file {str(path)!r} does not exist")
     try:
-        return _from_vtk(path) if suffix in _VTK else _from_trimesh(path)
+        return (_from_vtk if suffix in _VTK else _from_carp if suffix in _CARP else _from_trimesh)(path)
     except FileError:
         raise
     except InputError as error:
@@ -69,15 +72,27 @@ def read_surface(path: str | Path) -> Surface:
 
 def _from_vtk(path: Path) -> Surface:
     import pyvista
+    from vtkmodules.vtkCommonDataModel import vtkCellTypeUtilities
 
-    mesh = pyvista.wrap(load(path))
+    mesh, lost = pyvista.wrap(load(path)), 0
+    if isinstance(mesh, pyvista.UnstructuredGrid):
+        dimension = np.array([vtkCellTypeUtilities.GetDimension(int(kind)) for kind in mesh.celltypes], dtype=int)
+        _require_no_volume(path, int(np.count_nonzero(dimension == 3)))
+        lost = int(np.count_nonzero(dimension < 2))
+        mesh = mesh.extract_cells(dimension == 2).extract_surface(algorithm="dataset_surface")
     if not isinstance(mesh, pyvista.PolyData):
         raise FileError(f"{str(path)!r} holds {type(mesh).__name__}, expected polygons of a surface")
-    points = np.asarray(mesh.points, dtype=np.float64)
-    quads = mesh.n_cells > 0 and mesh.faces.size == 5 * mesh.n_cells and bool(np.all(mesh.faces[::5] == 4))
+    lost += mesh.n_verts + mesh.n_lines
+    sides = mesh.n_cells - mesh.n_verts - mesh.n_lines
+    quads = sides > 0 and mesh.faces.size == 5 * sides and bool(np.all(mesh.faces[::5] == 4))
     cells = mesh.faces.reshape(-1, 5)[:, 1:] if quads else mesh.triangulate().regular_faces
+    if len(cells) < sides and mesh.faces.size == 7 * sides:  # svMultiPhysics' quadratic triangles, which VTK cannot cut
+        cells = mesh.faces.reshape(-1, 7)[:, [[1, 4, 6], [4, 2, 5], [6, 5, 3], [4, 5, 6]]].reshape(-1, 3)
+    elif len(cells) < sides:
+        raise FileError(f"{str(path)!r} has {sides} polygons, of which VTK makes {len(cells)} triangles")
+    points = np.asarray(mesh.points, dtype=np.float64)
     if RECORD not in mesh.field_data:
-        return _foreign(points, np.asarray(cells, dtype=np.int64), path)
+        return _foreign(points, np.asarray(cells, dtype=np.int64), path, lost)
     record: dict[str, Any] = json.loads(np.asarray(mesh.field_data[RECORD]).astype(np.uint8).tobytes().decode())
     data = {name: np.array(mesh.point_data[name]) for name in mesh.point_data}
     return Surface(
@@ -90,6 +105,28 @@ def _from_vtk(path: Path) -> Surface:
     )
 
 
+def _require_no_volume(path: Path, count: int) -> None:
+    if count:
+        raise FileError(
+            f"{str(path)!r} is no surface: it holds {count} volume elements; femprep annotate names the sides of such "
+            "a mesh, femprep check judges it"
+        )
+
+
+def _from_carp(path: Path) -> Surface:
+    """Triangles and quadrilaterals of openCARP, in mm."""
+    for file in (elements := path.with_suffix(".elem"), nodes := path.with_suffix(".pts")):
+        if not file.is_file():
+            raise FileError(f"{str(file)!r} does not exist; an openCARP mesh is an .elem and a .pts of one name")
+    rows = [line.split() for line in elements.read_text(encoding="ascii").splitlines()[1:] if line.strip()]
+    corners = {"Tr": 3, "Qd": 4}
+    _require_no_volume(path, sum(row[0] not in (*corners, "Ln", "Cx") for row in rows))
+    listed = [[int(node) for node in row[1 : 1 + corners[row[0]]]] for row in rows if row[0] in corners]
+    cells = [three for row in listed for three in (row[:3], [row[0], *row[2:]])[: len(row) - 2]]
+    points = np.loadtxt(nodes, skiprows=1, ndmin=2) * MILLIMETRES["um"]
+    return _foreign(points, np.array(cells, dtype=np.int64).reshape(-1, 3), path, len(rows) - len(listed))
+
+
 def _from_trimesh(path: Path) -> Surface:
     import trimesh
 
@@ -99,8 +136,8 @@ def _from_trimesh(path: Path) -> Surface:
     return _foreign(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64), path)
 
 
-def _foreign(points: FloatArray, cells: IntArray, path: Path) -> Surface:
-    """Somebody else's surface: equal points merged, cells without area dropped with them, outward where closed."""
+def _foreign(points: FloatArray, cells: IntArray, path: Path, lost: int = 0) -> Surface:
+    """An external surface: equal points merged, cells without area dropped with them, outward where closed."""
     if len(cells) == 0:
         raise FileError(f"{str(path)!r} holds no triangles")
     if not np.isfinite(points).all():
@@ -123,4 +160,6 @@ def _foreign(points: FloatArray, cells: IntArray, path: Path) -> Surface:
         "dropped_cells": int(np.count_nonzero(~kept)),
         "turned_outward": turned,
     }
+    if lost:
+        info = noted(info, Notice.of("left out", f"{lost} points and lines of {path.name}"))
     return Surface(unique[used], merged[:, ::-1] if turned else merged, name=path.stem, info=info)

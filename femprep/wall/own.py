@@ -142,7 +142,7 @@ def prepare_surfaces(
         base = Plane(np.array(chosen.base[:3]), np.array(chosen.base[3:]), "given")
     if base is not None and scale != 1.0:
         base = Plane(base.point * scale, base.normal, base.source, base.notices)
-    found = {name: _ready(surface, scale) for name, surface in ordered.items()}
+    found = {name: _ready(surface, scale, chosen.repair) for name, surface in ordered.items()}
     closed = {name: closed_beyond(surface.points, surface.triangles) for name, surface in found.items()}
     if anatomy == "whole-heart":
         _require_closed(found)
@@ -208,13 +208,13 @@ def _unit(surfaces: Mapping[str, Surface], unit: str) -> tuple[str, float, list[
     return unit, MILLIMETRES[unit], [Notice.of("assumed", words, amount=diagonal, unit="mm")]
 
 
-def _ready(surface: Surface, scale: float) -> Surface:
+def _ready(surface: Surface, scale: float, repair: bool) -> Surface:
     """A surface in mm, mended, without its flat lid. One with template directions, closed, stays as it is."""
     if scale != 1.0:
         surface = replace(surface, points=surface.points * scale, shape=None)
     if surface.directions is not None and is_closed(surface.cells):
         return surface
-    sound = mended(surface)
+    sound = mended(surface, repair=repair)
     lidless = without_lid(sound.points, sound.triangles)
     if lidless is None:
         return sound

@@ -86,3 +86,41 @@ def test_materials_that_a_file_names_are_not_opened(tmp_path, monkeypatch):
     monkeypatch.setattr("builtins.open", lambda name, *_, **__: opened.append(name))
     assert len(read_surface(tmp_path / "b.obj").cells) == 1
     assert opened == []
+
+
+def test_unstructured_grids_are_read_without_their_lines_and_points(tmp_path):
+    ball = sphere(subdivisions=1)
+    lines = [pyvista.PolyData(ball.points, lines=[2, 0, 1]), pyvista.PolyData(ball.points[:3])]
+    quads = pyvista.PolyData.from_regular_faces(cube_of_quads().points + 100.0, cube_of_quads().cells)
+    grid = pyvista.merge([pyvista.PolyData.from_regular_faces(ball.points, ball.cells), quads, *lines])
+    grid.cast_to_unstructured_grid().save(tmp_path / "a.vtu")
+    read = read_surface(tmp_path / "a.vtu")
+    assert read.cells.shape == (len(ball.cells) + 12, 3)
+    assert any("lines" in notice["what"] for notice in read.info["notices"])
+
+
+def test_a_volume_mesh_is_no_surface(tmp_path):
+    pyvista.ImageData(dimensions=(3, 3, 3)).cast_to_unstructured_grid().save(tmp_path / "a.vtk")
+    with pytest.raises(FileError, match="8 volume elements"):
+        read_surface(tmp_path / "a.vtk")
+
+
+def test_triangles_of_opencarp_are_read_in_mm(tmp_path):
+    (tmp_path / "a.pts").write_text("4\n0 0 0\n1000 0 0\n1000 1000 0\n0 1000 0\n")
+    (tmp_path / "a.elem").write_text("3\nTr 0 1 2 5\nQd 0 1 2 3 5\nLn 0 1 5\n")
+    read = read_surface(tmp_path / "a.elem")
+    assert len(read.cells) == 3
+    assert read.points.max() == 1.0
+
+
+def test_polygons_of_six_nodes_are_quadratic_triangles(tmp_path):
+    """svMultiPhysics writes the faces of ten-node tetrahedra so: corners, then middles."""
+    points = np.array(
+        [[0, 0, 0], [2, 0, 0], [0, 2, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 2, 0], [2, 1, 0], [1, 2, 0]]
+    )
+    faces = [6, 0, 1, 2, 3, 4, 5, 6, 1, 6, 2, 7, 8, 4]
+    pyvista.PolyData(points.astype(float), faces=faces).save(tmp_path / "a.vtp")
+    read = read_surface(tmp_path / "a.vtp")
+    corners = read.points[read.cells]
+    area = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
+    assert area.tolist() == [0.5] * 8

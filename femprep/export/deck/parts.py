@@ -11,6 +11,7 @@ import numpy as np
 
 from femprep.errors import InputError
 from femprep.export.deck.names import Numbers
+from femprep.export.deck.unread import no_elements
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS, element_faces
 from femprep.model import FloatArray, IntArray, VolumeMesh
 from femprep.model.notice import Notice, noted
@@ -50,8 +51,7 @@ class DeckParts:
         if self.left_out:
             log.warning("elements of types %s are left out", ", ".join(sorted(self.left_out)))
         if not any(len(nodes) for _, nodes, _, _ in self.cells):
-            found = f" (found {', '.join(sorted(self.left_out))})" if self.left_out else ""
-            raise InputError(f"holds no volume elements of types {', '.join(ELEMENTS)}{found}")
+            raise no_elements([*sorted(self.left_out), *dict.fromkeys(kind for kind, *_ in self.facets)])
         kinds = list(dict.fromkeys(kind for kind, *_ in self.cells))
         ordered = [part for kind in kinds for part in self.cells if part[0] == kind]
         facet_kinds = list(dict.fromkeys(kind for kind, *_ in self.facets))

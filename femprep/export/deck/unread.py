@@ -8,15 +8,33 @@ from typing import Final
 
 import numpy as np
 
+from femprep.errors import InputError
 from femprep.export.deck.fibres import segment_of
 from femprep.export.deck.names import facet_nodes, region_nodes
 from femprep.export.deck.springs import RING
+from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import IntArray, VolumeMesh
 
 #: Key of ``info["source"]`` for what is left out beside elements of other types, in words.
 UNREAD: Final = "also_left_out"
+#: Facets of openCARP and of VTK.
+_FACETS: Final = ("Tr", "Qd", "polygon", "triangle_strip", "pixel")
 #: How much of a list of names is told.
 _MOST: Final = 200
+
+
+def no_elements(found: Iterable[str]) -> InputError:
+    """What is wrong with a file of no volume elements, and what there is to do."""
+    found = list(found)
+    words = f"holds no volume elements (found {', '.join(found) or 'none at all'}); "
+    if any(kind in FACET_CORNERS or kind in _FACETS for kind in found):
+        words += (
+            "it is a surface: femprep mesh --surface FILE (.vtp, .vtu, .vtk, .stl, .ply, .obj, .elem) meshes the wall "
+        )
+        words += "between endocardium and epicardium, one of them alone has no wall"
+    else:
+        words += f"give a mesh of {', '.join(ELEMENTS)}"
+    return InputError(words)
 
 
 def with_unread(mesh: VolumeMesh, what: str, names: Iterable[str]) -> VolumeMesh:

@@ -32,8 +32,9 @@ def whole_groups() -> Iterator[None]:
     def read_names(file: Any, found: dict[str, Any]) -> None:
         naming(file, _Keys(found))
 
-    def read_entities(*given: Any) -> Any:
-        tags, bounds = reading(*given)
+    def read_entities(file: Any, text: bool, size: int) -> Any:
+        tags, bounds = reading(file, text, size)
+        _add_partitioned(file, text, size, tags, bounds)
         some = any(own for entities in tags for own in entities.values())
         return tuple({n: own or [0] * some for n, own in entities.items()} for entities in tags), bounds
 
@@ -47,6 +48,33 @@ def whole_groups() -> Iterator[None]:
         yield
     finally:
         put(reading, naming)
+
+
+def _add_partitioned(file: Any, text: bool, size: int, tags: Any, bounds: Any) -> None:
+    """Add what ``$PartitionedEntities`` lists, where that section comes next; meshio knows the whole ones alone."""
+    place = file.tell()
+    while (line := file.readline()) and not line.strip():
+        pass
+    if line.strip() != b"$PartitionedEntities":
+        file.seek(place)
+        return
+
+    def take(form: str, count: int) -> Any:
+        return np.fromfile(file, form, int(count), sep=" " if text else "")
+
+    long = f"u{size}"
+    take(long, 1)  # partitions
+    take("i", 2 * take(long, 1)[0])  # ghosts
+    for dimension, count in enumerate(take(long, 4)):
+        for _ in range(count):
+            tag = take("i", 3)[0]  # with its parent
+            take("i", take(long, 1)[0])  # partitions
+            take("d", 3 if dimension == 0 else 6)
+            tags[dimension][tag] = list(take("i", take(long, 1)[0]))
+            if dimension:
+                bounds[dimension][tag] = take("i", take(long, 1)[0])
+    while (line := file.readline()) and line.strip() != b"$EndPartitionedEntities":
+        pass
 
 
 class _Keys(dict[str, Any]):

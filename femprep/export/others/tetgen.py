@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 from typing import Final
 
@@ -23,9 +24,13 @@ def read(path: Path) -> VolumeMesh:
         A file is damaged, or its first line counts more than it can hold: meshio asks for memory for it, and makes an
         array of every attribute, also of no rows. Or its tetrahedra have ten nodes.
     """
-    for ending in _ROWS:
-        _require_room(path.with_suffix(ending))
-    return from_meshio(meshio_mesh(path))
+    with tempfile.TemporaryDirectory() as folder:
+        for ending in _ROWS:
+            _require_room(file := path.with_suffix(ending))
+            text = file.read_text(encoding="utf-8", errors="replace")
+            # meshio takes blanks alone for what parts numbers
+            (Path(folder) / f"{path.stem}{ending}").write_text(text.replace("\t", " "), encoding="utf-8")
+        return from_meshio(meshio_mesh(Path(folder) / path.name, path))
 
 
 def _require_room(file: Path) -> None:
@@ -36,6 +41,8 @@ def _require_room(file: Path) -> None:
         )
     with file.open(encoding="utf-8", errors="replace") as lines:
         head = next((words for words in map(str.split, lines) if words and not words[0].startswith("#")), [])
+    if "BIN" in head:
+        raise FileError(f"{str(file)!r} is binary, as Chaste writes it; write it as text")
     try:
         rows, *columns = map(int, head)
     except ValueError:

@@ -13,6 +13,7 @@ from femprep.export.deck.names import Numbers
 from femprep.export.deck.units import UNITS
 from femprep.export.foreign import from_meshio
 from femprep.export.svmultiphysics.step import ORIGIN
+from femprep.export.turned import MANY, outward_facets, turned_tetrahedra
 from femprep.export.vtk.xml import arrays_of, record_of
 from femprep.export.vtu.read import read_foreign
 from femprep.mesh.elements import FACET_TYPES
@@ -58,7 +59,7 @@ def read(folder: Path) -> VolumeMesh:
     for fibres, name in _FIBRES.items():
         if (folder / fibres).is_file():
             cell_data[name] = np.concatenate(read_foreign(folder / fibres).cell_data["FIB_DIR"])
-    return replace(
+    mesh = replace(
         mesh,
         points=(mesh.points + origin) / (UNITS[unit].per_mm if unit else 1.0),
         facets={kind: np.concatenate([nodes for nodes, _ in parts]) for kind, parts in blocks.items()},
@@ -67,6 +68,7 @@ def read(folder: Path) -> VolumeMesh:
         point_data={name: values for name, values in mesh.point_data.items() if name not in _NUMBERS},
         info={**mesh.info, "source": {**mesh.info["source"], "facet_tag": "mesh-surfaces"}, **numbers.info, **stated},
     )
+    return outward_facets(turned_tetrahedra(mesh, MANY))
 
 
 def _face(path: Path) -> list[tuple[str, IntArray]]:

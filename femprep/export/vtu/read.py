@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from femprep.errors import FileError
+from femprep.export.deck.unread import no_elements
 from femprep.export.foreign import Block, ForeignMesh
 from femprep.export.purkinje import purkinje_from
 from femprep.export.vtk.polydata import planes_from
@@ -79,7 +79,7 @@ def read_foreign(path: Path) -> ForeignMesh:
 
     grid = load(path)
     if not grid.IsA("vtkUnstructuredGrid"):
-        raise FileError(f"{str(path)!r} holds a {grid.GetClassName()}; give an unstructured grid of volume elements")
+        raise no_elements(["triangle" if grid.IsA("vtkPolyData") else grid.GetClassName()])
     kinds = pyvista.UnstructuredGrid(grid).celltypes
     offsets = vtk_to_numpy(grid.GetCells().GetOffsetsArray())
     nodes = vtk_to_numpy(grid.GetCells().GetConnectivityArray())

@@ -1,8 +1,10 @@
-"""A grid of XDMF in; its type of elements, their nodes, and its attributes, which lie in HDF5, out."""
+"""A grid of XDMF in; its type of elements, their nodes, and its attributes, from text or HDF5, out."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -57,13 +59,35 @@ def values_of(element: ElementTree.Element | None, path: Path) -> np.ndarray:
     Raises
     ------
     FileError
-        It names no HDF5 file, or that is damaged or missing.
+        There are none, or the HDF5 file that is named is damaged or missing.
     """
     import h5py
 
     entry = element.find("DataItem") if element is not None else None
-    if entry is None or entry.get("Format", "").strip().lower() != "hdf" or ":" not in (entry.text or ""):
-        raise FileError(f"{str(path)!r} names no HDF5 data where its grids need them")
-    name, where = (entry.text or "").strip().split(":", 1)
+    form, text = ("", "") if entry is None else (entry.get("Format", "XML").strip().lower(), entry.text or "")
+    if entry is not None and form == "xml" and not len(entry) and "Reference" not in entry.attrib:
+        whole = entry.get("DataType", entry.get("NumberType", "Float")).lower() in ("int", "uint")
+        try:
+            values = np.array(text.split(), dtype=np.int64 if whole else np.float64)
+            return values.reshape([int(count) for count in entry.get("Dimensions", "-1").split()])
+        except ValueError as error:
+            raise FileError(f"{str(path)!r} has no numbers, or not as many as it says: {error}") from None
+    if form != "hdf" or ":" not in text:
+        raise FileError(f"{str(path)!r} has no numbers in text or HDF5 where its grids need them")
+    name, where = text.strip().split(":", 1)
     with h5py.File(path.parent / name, "r") as store:
         return np.asarray(store[where])
+
+
+def markers_of(path: Path) -> list[tuple[str, int, int]]:
+    """Name, tag and dimension of what ``markers.json``, or the mesh's own file of that name, lists beside a mesh."""
+    return [(name, int(tag), int(dim)) for name, (tag, dim) in read_json(path, "markers").items()]
+
+
+def read_json(path: Path, name: str) -> dict[str, Any]:
+    """What the mesh's own file of that name tells, or that of its folder."""
+    for file in (path.with_name(f"{name}_{path.stem}.json"), path.with_name(f"{name}.json")):
+        if file.is_file():
+            found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+            return found
+    return {}

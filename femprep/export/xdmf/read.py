@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,7 +11,9 @@ import numpy as np
 from femprep.errors import FileError
 from femprep.export.deck.names import Numbers
 from femprep.export.deck.units import UNITS
-from femprep.export.xdmf.grids import attributes_of, tags_of, topology_of, values_of
+from femprep.export.foreign import Block, ForeignMesh, from_meshio
+from femprep.export.turned import turned_tetrahedra
+from femprep.export.xdmf.grids import attributes_of, kind_of, markers_of, read_json, tags_of, topology_of, values_of
 from femprep.export.xdmf.tagged import read_tagged
 from femprep.export.xdmf.write import CELL_TAGS, FACET_TAGS, MESH
 from femprep.mesh.length_unit import UNIT
@@ -44,16 +44,17 @@ def read_own(path: Path) -> VolumeMesh | None:
         steps = listed[0].findall("Grid") if len(listed) == 1 and listed[0].get("CollectionType") == "Temporal" else []
         if steps:
             return read_tagged(steps[:1], path, len(steps))
-        return read_tagged(listed, path) if len(listed) > 1 else None
+        if len(listed) > 1:
+            return read_tagged(listed, path)
+        return _of_one_grid(listed[0], path) if listed and _is_plain(listed[0]) else None
     whole = grids[MESH]
     numbers = Numbers()
     kind, cells = topology_of(whole, path)
-    info = _read_json(path, "info")
+    info = read_json(path, "info")
     scale = UNITS[info.get("length_unit", "mm")].per_mm
     points = values_of(whole.find("Geometry"), path) / scale
     stated = {UNIT: {"unit": info["length_unit"], "by": "statement"}} if "length_unit" in info else {}
-    written = _read_json(path, "markers")
-    markers = [(foreign_names(info).get(tag, name), tag, dim) for name, (tag, dim) in written.items()]
+    markers = [(foreign_names(info).get(tag, name), tag, dim) for name, tag, dim in markers_of(path)]
     region = _tags(grids.get(CELL_TAGS), path, markers, 3, numbers)
     facet_tag = _tags(grids.get(FACET_TAGS), path, markers, 2, numbers)
     facets = dict([topology_of(grids[FACET_TAGS], path)]) if FACET_TAGS in grids else {}
@@ -69,13 +70,24 @@ def read_own(path: Path) -> VolumeMesh | None:
     )
 
 
-def _read_json(path: Path, name: str) -> dict[str, Any]:
-    """What the mesh's own file of that name tells, or that of its folder."""
-    for file in (path.with_name(f"{name}_{path.stem}.json"), path.with_name(f"{name}.json")):
-        if file.is_file():
-            found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-            return found
-    return {}
+def _is_plain(grid: ElementTree.Element) -> bool:
+    """Whether a grid is of elements of one type that are known, and says nothing that :func:`_of_one_grid` leaves."""
+    parts = {part.tag for part in grid} <= {"Geometry", "Topology", "Attribute"} and kind_of(grid) is not None
+    items = [item for part in grid for item in part]
+    return parts and all(
+        not len(item) and "Reference" not in item.attrib and item.get("Format", "XML").lower() in ("xml", "hdf")
+        for item in items
+    )
+
+
+def _of_one_grid(grid: ElementTree.Element, path: Path) -> VolumeMesh:
+    kind, cells = topology_of(grid, path)
+    data = attributes_of(grid, "Cell", path)
+    points = values_of(grid.find("Geometry"), path)
+    found = ForeignMesh(
+        points, [Block(kind, cells)], attributes_of(grid, "Node", path), {name: [own] for name, own in data.items()}
+    )
+    return turned_tetrahedra(from_meshio(found))
 
 
 def _tags(

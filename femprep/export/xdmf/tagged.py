@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from femprep.errors import InputError
-from femprep.export.turned import turned_tetrahedra
+from femprep.export.turned import outward_facets, turned_tetrahedra
 from femprep.export.xdmf.grids import attributes_of, kind_of, tags_of, topology_of, values_of
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.model import IntArray, VolumeMesh
@@ -39,7 +39,7 @@ def read_tagged(grids: Sequence[ElementTree.Element], path: Path, steps: int = 1
         attribute = next((one for one in grid.findall("Attribute") if one.get("Center") == "Cell"), None)
         if attribute is not None and own == kind:
             tags = np.zeros(len(cells), dtype=np.int32)
-            tags[_places(cells, topology_of(grid, path)[1], name)] = tags_of(attribute, path)
+            tags[places(cells, topology_of(grid, path)[1], name)] = tags_of(attribute, path)
             if region is None:
                 region = tags
             else:
@@ -61,10 +61,10 @@ def read_tagged(grids: Sequence[ElementTree.Element], path: Path, steps: int = 1
         point_data=attributes_of(whole, "Node", path),
         info=noted({"source": {"region": "grids", "facet_tag": "grids", "left_out": []}}, *told),
     )
-    return turned_tetrahedra(mesh)
+    return outward_facets(turned_tetrahedra(mesh))
 
 
-def _places(cells: IntArray, rows: IntArray, name: str) -> IntArray:
+def places(cells: IntArray, rows: IntArray, name: str) -> IntArray:
     """Which elements some rows of nodes are."""
     both = np.sort(np.concatenate([cells, rows]), axis=1)
     _, which = np.unique(both, axis=0, return_inverse=True)

@@ -15,7 +15,7 @@ from femprep.errors import FileError
 from femprep.mesh.vtk.entities import refuse_entities
 from femprep.mesh.vtk.sizes import require_sizes
 from femprep.mesh.vtk.text import require_text
-from femprep.mesh.vtk.trial import holds_text, may_end_the_process, reader_of, require_readable
+from femprep.mesh.vtk.trial import HDF, holds_text, may_end_the_process, reader_of, require_readable
 
 #: Where the cells of the two kinds of data sets are.
 _CELLS: Final = {"vtkPolyData": ("GetVerts", "GetLines", "GetPolys", "GetStrips"), "vtkUnstructuredGrid": ("GetCells",)}
@@ -24,7 +24,9 @@ _NO_KIND: Final = "did not create output"
 
 
 def load(path: Path) -> Any:
-    """Read a VTK data set from a ``.vtu``, ``.vtp``, ``.vti`` or legacy ``.vtk`` file.
+    """Read a VTK data set from a ``.vtu``, ``.vtp``, ``.vti``, ``.vtm``, ``.vtkhdf`` or legacy ``.vtk`` file.
+
+    The blocks of a file of several become one unstructured grid.
 
     Raises
     ------
@@ -40,9 +42,10 @@ def load(path: Path) -> Any:
         raise FileError(
             f"{str(path)!r} has letters in its path that are no UTF-8, which VTK needs; rename it"
         ) from None
-    if path.suffix.lower() != ".vtk":
+    if path.suffix.lower() not in (".vtk", *HDF):
         refuse_entities(path)
-    require_sizes(path)
+    if path.suffix.lower() not in HDF:
+        require_sizes(path)
     if path.suffix.lower() in (".vtu", ".vtp") and holds_text(path):
         require_text(path)
     if may_end_the_process(path):
@@ -65,6 +68,13 @@ def load(path: Path) -> Any:
         )
     if reason or dataset is None:
         raise FileError(f"{str(path)!r} is damaged: {reason or 'unreadable'}")
+    if dataset.IsA("vtkCompositeDataSet"):
+        import pyvista
+
+        blocks = pyvista.wrap(dataset)
+        for block in blocks.recursive_iterator(skip_none=True):
+            _require_cells(block, path)
+        dataset = blocks.combine()
     _require_cells(dataset, path)
     return dataset
 

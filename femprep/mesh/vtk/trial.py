@@ -17,6 +17,8 @@ from typing import Any
 
 from femprep.errors import FileError
 
+#: Endings of VTK's files that are HDF5; those of ``.h5`` may be of others.
+HDF = (".vtkhdf", ".hdf", ".h5")
 #: How XML says that arrays are compressed, within so many bytes; and that one is text all the same.
 _COMPRESSED, _HEAD = b"compressor=", 4096
 _TEXT = re.compile(rb"""format\s*=\s*["']ascii""")
@@ -46,8 +48,13 @@ def reader_of(path: Path) -> Any:
     ending = path.suffix.lower()
     if ending == ".vtk":
         return legacy_reader(path)
-    kinds = {".vtu": "UnstructuredGrid", ".vtp": "PolyData", ".vti": "ImageData"}
-    reader = getattr(vtkIOXML, f"vtkXML{kinds[ending]}Reader")()
+    if ending in HDF:
+        from vtkmodules.vtkIOHDF import vtkHDFReader
+
+        reader = vtkHDFReader()
+    else:
+        kinds = {".vtu": "UnstructuredGrid", ".vtp": "PolyData", ".vti": "ImageData", ".vtm": "MultiBlockData"}
+        reader = getattr(vtkIOXML, f"vtkXML{kinds[ending]}Reader")()
     reader.SetFileName(str(path))
     return reader
 

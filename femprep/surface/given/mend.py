@@ -30,22 +30,25 @@ from femprep.mesh.topology import (
 from femprep.model import FloatArray, IntArray, Notice, Surface, noted
 from femprep.model.notice import spot
 from femprep.surface.given.holes import extent, filled, perimeter
+from femprep.surface.given.uncross import FARTHEST, uncrossed
 
 #: Points nearer to each other than this share of the box's diagonal are one: what single precision leaves of a corner.
 _SAME: Final = 2e-6
 #: Loose pieces of at most this share of the area are specks.
-_SPECK: Final = 0.01
+SPECK: Final = 0.01
 #: Holes no wider than this, mm, or of three edges are filled.
 TINY: Final = 5.0
 
 
-def mended(surface: Surface) -> Surface:
+def mended(surface: Surface, *, repair: bool = False) -> Surface:
     """One sound piece of surface.
 
     Parameters
     ----------
     surface : Surface
         Lengths in mm; open or closed, wound in any way.
+    repair : bool
+        Whether it is smoothed where it crosses itself.
 
     Returns
     -------
@@ -62,7 +65,7 @@ def mended(surface: Surface) -> Surface:
     cells, dropped = _whole(cells)
     if not len(cells):
         raise InputError(f"surface {name!r} has no triangles with three different corners")
-    points, cells, merged = _merged(points, cells)
+    points, cells, merged = merged_corners(points, cells)
     if merged:
         words = f"{merged} corners of surface {name} that lay on others were merged with them"
         notices.append(Notice.of("repaired", words))
@@ -81,7 +84,7 @@ def mended(surface: Surface) -> Surface:
             f"surface {name!r} branches: {len(many)} edges have more than two triangles, the first at {spot(at)}; take "
             "inner walls and doubled patches away"
         )
-    cells, turned = _wound(name, points, cells, table)
+    cells, turned = wound(name, points, cells, table)
     points, cells, parted = _parted(points, cells)
     if dropped + more + twice + parted:
         words = f"surface {name}: "
@@ -109,7 +112,17 @@ def mended(surface: Surface) -> Surface:
         notices.append(
             Notice.of("repaired", words + ("" if place is None else ", the first near {place}"), place=place)
         )
-    _sound(name, points, cells)
+    pairs = self_intersections(points, cells)
+    if len(pairs) and repair:
+        points, told = uncrossed(name, points, cells, pairs)
+        notices.append(told)
+    elif len(pairs):
+        at = points[cells[pairs[0, 0]]].mean(axis=0)
+        raise InputError(
+            f"surface {name!r} crosses itself: {len(pairs)} pairs of triangles, the first at {spot(at)}; smooth it "
+            f"there by --repair, which moves it by at most {FARTHEST:.0f} mm, or remove the fold in a mesh editor"
+        )
+    _require_no_handles(name, cells)
     used, cells = np.unique(cells, return_inverse=True)
     info = noted(surface.info, *notices)
     return replace(
@@ -129,7 +142,7 @@ def _single(cells: IntArray) -> tuple[IntArray, int]:
     return cells[np.sort(first)], len(cells) - len(first)
 
 
-def _merged(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray, int]:
+def merged_corners(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray, int]:
     """Corners that lie on others merged with them: all at one place; where edges are loose, those nearly there too."""
     used, corner = np.unique(cells, return_inverse=True)
     unique, number = np.unique(points[used], axis=0, return_inverse=True)
@@ -154,18 +167,19 @@ def _without_specks(name: str, points: FloatArray, cells: IntArray) -> tuple[Flo
     area = np.bincount(piece, areas(points, cells))
     order = np.argsort(-area, kind="stable")
     largest, second = order[:2]
-    if area[second] > _SPECK * area.sum():
+    if area[second] > SPECK * area.sum():
         one, two = (spot(points[cells[piece == k]].mean(axis=(0, 1))) for k in (largest, second))
         raise InputError(
             f"surface {name!r} is in {len(area)} pieces, of {area[largest]:.0f} mm2 about {one} and of "
-            f"{area[second]:.0f} mm2 about {two}; give endocardium and epicardium as a surface each, in one piece"
+            f"{area[second]:.0f} mm2 about {two}; --surface FILE without a name takes all pieces by their position, "
+            f"--surface {name}=FILE#1 the largest one"
         )
     at = points[cells[piece == second]].mean(axis=(0, 1))
     words = f"{len(area) - 1} specks of surface {name}, of {area.sum() - area[largest]:.1f} mm2 in all"
     return points, cells[piece == largest], Notice.of("left out", words, place=at)
 
 
-def _wound(
+def wound(
     name: str, points: FloatArray, cells: IntArray, table: EdgeTable
 ) -> tuple[IntArray, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
     """Triangles wound alike, as the first one is, and which were turned for it."""
@@ -236,14 +250,7 @@ def _without_holes(name: str, points: FloatArray, cells: IntArray) -> tuple[Floa
     return points, cells, notices
 
 
-def _sound(name: str, points: FloatArray, cells: IntArray) -> None:
-    """Refuse what crosses itself or has handles."""
-    pairs = self_intersections(points, cells)
-    if len(pairs):
-        at = points[cells[pairs[0, 0]]].mean(axis=0)
-        raise InputError(
-            f"surface {name!r} crosses itself: {len(pairs)} pairs of triangles, the first at {spot(at)}; mend it there"
-        )
+def _require_no_handles(name: str, cells: IntArray) -> None:
     rims = len(border_loops(cells))
     handles = (2 - euler_characteristic(cells) - rims) // 2
     if handles:

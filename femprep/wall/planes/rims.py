@@ -61,6 +61,7 @@ def base_of_rims(surfaces: Mapping[str, Surface]) -> Plane | None:
         plane, off, depth = _through([own[0] for own in rims.values() if own], middle, surfaces)
         if depth > _DEEP:
             at = spot(plane.point)
+            _require_two_sides(rims, middle, surfaces)
             raise InputError(
                 f"the rims of {', '.join(rims)} lie up to {off:.1f} mm below the plane through them, about {at}: "
                 f"cutting there would take {100 * depth:.0f} % of the heart's length",
@@ -68,6 +69,24 @@ def base_of_rims(surfaces: Mapping[str, Surface]) -> Plane | None:
             )
     _hold_no_holes(rims, plane)
     return _in_one_loop(surfaces, plane)
+
+
+def _require_two_sides(
+    rims: Mapping[str, list[FloatArray]], middle: FloatArray, surfaces: Mapping[str, Surface]
+) -> None:
+    """Refuse a surface whose rim runs far below the base that all other rims agree on: one of its sides is missing."""
+    for name, own in rims.items():
+        others = [other[0] for one, other in rims.items() if one != name and other]
+        if not own or not others:
+            continue
+        plane, _, depth = _through(others, middle, surfaces)
+        below = -plane.signed_distance(own[0])
+        if depth <= _DEEP and below.max() > _DEEP * np.ptp(surfaces[name].points @ plane.normal):
+            side = "the septum: its left side" if name == "rv" else "one side, which"
+            raise InputError(
+                f"surface {name!r} is open along {side} is missing: its rim runs to {below.max():.1f} mm below the "
+                f"base of the others, at {spot(own[0][int(below.argmax())])}; give the surface all around"
+            )
 
 
 def _in_one_loop(surfaces: Mapping[str, Surface], plane: Plane) -> Plane:

@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 import own_shapes as shapes
 import pytest
+from surface_shapes import sphere
 
 from femprep.errors import InputError
+from femprep.mesh.search.intersection import self_intersections
 from femprep.mesh.topology import is_closed, is_consistently_wound, pinched_vertices
 from femprep.model import Surface
 from femprep.surface.given.mend import mended
@@ -148,3 +150,18 @@ def test_corners_of_one_triangle_in_which_a_surface_touches_itself_are_all_parte
     assert "13 corners in which it touched itself parted" in _told(found)  # the others were on a speck
     near = np.linalg.norm(found.points[:, None] - given.points[None], axis=2).min(axis=1)
     assert near.max() < 0.05
+
+
+def test_a_fold_is_smoothed_where_asked_and_refused_where_that_moves_it_far(monkeypatch: pytest.MonkeyPatch) -> None:
+    ball = sphere(30.0, subdivisions=4)
+    points, near = ball.points.copy(), np.linalg.norm(ball.points - ball.points[ball.points[:, 2].argmax()], axis=1)
+    points[near < 4.0] -= [0.0, 0.0, 6.0]
+    points[near < 2.5] += [9.0, 0.0, 5.4]
+    folded = Surface(points, ball.cells, name="lv")
+    assert len(self_intersections(points, ball.cells))
+    sound = mended(folded, repair=True)
+    assert not len(self_intersections(sound.points, sound.triangles))
+    assert any("crossed" in notice["what"] for notice in sound.info["notices"])
+    monkeypatch.setattr("femprep.surface.given.uncross.FARTHEST", 0.1)
+    with pytest.raises(InputError, match="fold"):
+        mended(folded, repair=True)
