@@ -27,12 +27,7 @@ TAG_ARRAYS: Final = (
     *(
         "_surface-id",
         "_volume-id",
-        "nastran:ref",
         "tetgen:ref",
-        "avsucd:material",
-        "netgen:index",
-        "su2:tag",
-        "ugrid:ref",
     ),
 )
 #: From so many elements on an array with a number of its own for each of them counts elements: no tags.

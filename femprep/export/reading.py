@@ -19,14 +19,7 @@ from femprep.export.hdf5 import require_hdf5
 from femprep.export.heads import require_head
 from femprep.export.midside import require_own_edges
 from femprep.export.namemap import with_namemap
-from femprep.export.others.avs import read as _avs
 from femprep.export.others.dolfin import read as _dolfin
-from femprep.export.others.flac3d import read as _flac3d
-from femprep.export.others.nastran import read as _nastran
-from femprep.export.others.netgen import read as _netgen
-from femprep.export.others.permas import read as _permas
-from femprep.export.others.su2 import read as _su2
-from femprep.export.others.tecplot import read as _tecplot
 from femprep.export.others.tetgen import read as _tetgen
 from femprep.export.through_meshio import meshio_mesh
 from femprep.export.turned import MANY, turned_tetrahedra
@@ -50,7 +43,7 @@ def read_mesh(path: str | Path, *, unit: str = "auto") -> VolumeMesh:
         ``.vtu`` (of PyAnsys Heart, too, with its ``.namemap.json`` beside it), ``.vtk``, ``.inp`` (Abaqus, CalculiX),
         ``.feb`` (FEBio), ``.k`` (LS-DYNA), ``.pts`` or ``.elem`` (openCARP), ``.xdmf``, ``.msh`` (Gmsh), ``.med``,
         ``.mesh`` (Medit, its ``.sol`` files beside it), ``.e`` and ``.exo`` (Exodus II), a ``mesh-complete`` folder
-        (svMultiPhysics), and most else that meshio reads.
+        (svMultiPhysics), and TetGen, DOLFIN XML and others through meshio.
     unit : {"auto", "mm", "cm", "m", "um"}
         Unit of length of the file. By default the one that the file states, or that its format always has; else the one
         in which the mesh is of a heart's size. Where a heart of that size is possible in more than one unit (a rat's in
@@ -205,16 +198,13 @@ def _meshio(path: Path) -> VolumeMesh:
     return from_meshio(meshio_mesh(path))
 
 
-def _hmf(path: Path) -> VolumeMesh:
-    raise InputError("HMF, an experiment of meshio, is not read; write XDMF")
+def _not_read(name: str) -> Callable[[Path], VolumeMesh]:
+    """A reader that refuses a format, with what converts it."""
 
+    def refuse(path: Path) -> VolumeMesh:
+        raise InputError(f"{name} is not read; convert it first: meshio convert {path.name} {path.stem}.vtu")
 
-def _kratos(path: Path) -> VolumeMesh:
-    raise InputError("Kratos' .mdpa is not read; let Kratos write VTK (its VtkOutput)")
-
-
-def _cgns(path: Path) -> VolumeMesh:
-    raise InputError("CGNS is not read; write Exodus II or VTK")
+    return refuse
 
 
 #: How many cells a legacy file says that it has.
@@ -231,6 +221,22 @@ _CARP: Final = (".pts", ".elem", ".bpts", ".belem")
 
 #: Endings of files that are, or begin as, XML.
 _XML: Final = (".vtu", ".feb", ".xdmf", ".xmf", ".xml", ".pvtu", ".vtp", ".vtm", ".vti")
+
+#: Formats that no heart was found published in.
+_REMOVED: Final = {
+    "AVS UCD": (".avs",),
+    "CGNS": (".cgns",),
+    "FLAC3D": (".f3grid",),
+    "HMF": (".hmf",),
+    "Kratos": (".mdpa",),
+    "MOAB": (".h5m",),
+    "NASTRAN": (".bdf", ".fem", ".nas"),
+    "Netgen": (".vol", ".gz"),
+    "PERMAS": (".post", ".dato"),
+    "SU2": (".su2",),
+    "Tecplot": (".dat", ".tec"),
+    "UGRID": (".ugrid",),
+}
 
 #: By the ending of a file: the folder of this room whose ``read`` reads it, or what is to be done.
 _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
@@ -249,27 +255,13 @@ _READERS: Final[dict[str, str | Callable[[Path], VolumeMesh]]] = {
     ".med": _med,
     ".msh": "gmsh",
     ".mesh": "medit",
-    ".avs": _avs,
     ".xml": _dolfin,
-    ".su2": _su2,
-    ".hmf": _hmf,  # a length within its texts makes HDF5 ask for gigabytes
-    ".mdpa": _kratos,  # meshio takes nodes by their rows, whatever their numbers, and knows no elements of Kratos'
-    ".cgns": _cgns,  # meshio takes whatever has four nodes for tetrahedra, of the first zone
-    ".f3grid": _flac3d,
-    ".bdf": _nastran,
-    ".fem": _nastran,
-    ".nas": _nastran,
-    ".vol": _netgen,
-    ".gz": _netgen,
-    ".dat": _tecplot,
-    ".tec": _tecplot,
     ".node": _tetgen,
     ".ele": _tetgen,
     ".e": "exodus",
     ".exo": "exodus",
     ".ex2": "exodus",
-    ".post": _permas,
-    ".dato": _permas,
+    **{ending: _not_read(name) for name, endings in _REMOVED.items() for ending in endings},
 }
 
 #: Endings of meshes that are read by a reader of their own.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import meshio
@@ -132,7 +131,7 @@ def test_surface_mesh_is_refused_with_what_it_holds(tmp_path: Path) -> None:
         read_mesh(tmp_path / "sphere.vtu")
 
 
-@pytest.mark.parametrize("ending", [".msh", ".mesh", ".xdmf", ".h5m"])
+@pytest.mark.parametrize("ending", [".msh", ".mesh", ".xdmf"])
 def test_a_mesh_whose_elements_are_none_is_refused(ending: str, tmp_path: Path) -> None:
     path = tmp_path / f"none{ending}"
     meshio.write(path, meshio.Mesh(np.eye(4, 3), [("tetra", np.empty((0, 4), dtype=int))]))
@@ -150,27 +149,12 @@ def test_tetgen_of_comments_alone(ending: str, tmp_path: Path) -> None:
         read_mesh(path)
 
 
-@pytest.mark.parametrize("name", ["NODES", "ELEMENTS"])
-def test_tecplot_that_tells_of_more_than_it_holds(name: str, tmp_path: Path) -> None:
-    path, mesh = tmp_path / "mesh.dat", truncated_ellipsoid(heights=2, around=6, layers=1)
-    meshio.write(path, meshio.Mesh(mesh.points, list(mesh.cells.items())), "tecplot")
-    assert read_mesh(path).n_cells == mesh.n_cells
-    whole = path.read_text()
-    path.write_text(re.sub(rf"{name} = \d+", f"{name} = 1000000000", whole))
-    with pytest.raises(FileError, match="the file ends too soon"):
-        read_mesh(path)
-    lines = whole.splitlines(keepends=True)
-    path.write_text("".join(lines[:-3] + lines[-2:]))
-    with pytest.raises(FileError, match="the file ends too soon"):
-        read_mesh(path)
-
-
 @pytest.mark.parametrize(
     ("name", "content"),
-    [("mesh.bdf", b"$ NASTRAN\nBEGIN BULK"), ("mesh.msh", b"(2\0\0\0"), ("mesh.msh", b"(10 (0 1\n")],
+    [("mesh.msh", b"(2\0\0\0"), ("mesh.msh", b"(10 (0 1\n")],
 )
 def test_parsers_that_wait_behind_the_end_of_a_file(name: str, content: bytes, tmp_path: Path) -> None:
-    """meshio's of NASTRAN and Ansys looked on for ever."""
+    """That of Ansys looked on for ever."""
     (tmp_path / name).write_bytes(content)
     with pytest.raises(FileError, match="is damaged or no file of"):
         read_mesh(tmp_path / name)
@@ -217,3 +201,12 @@ def test_numbers_of_elements_are_no_regions(tmp_path: Path) -> None:
     found.cell_data["ID"][0] //= 2
     found.write(tmp_path / "b.vtu")
     assert len(set(read_mesh(tmp_path / "b.vtu").region.tolist())) == mesh.n_cells // 2
+
+
+@pytest.mark.parametrize(
+    "ending", [".avs", ".bdf", ".cgns", ".dat", ".f3grid", ".h5m", ".post", ".su2", ".ugrid", ".vol"]
+)
+def test_a_format_that_is_not_read_says_what_converts_it(ending: str, tmp_path: Path) -> None:
+    (tmp_path / f"mesh{ending}").write_text("anything")
+    with pytest.raises(FileError, match=f"meshio convert mesh{ending} mesh.vtu"):
+        read_mesh(tmp_path / f"mesh{ending}")

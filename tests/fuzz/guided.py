@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import gzip
 import json
 import os
 import resource
@@ -89,17 +88,6 @@ BESIDE = {
 }
 
 
-#: Further files that meshio reads: name, format.
-RARE = (
-    *(
-        ("mesh.xml", "dolfin-xml"),
-        ("mesh.hmf", "hmf"),
-        ("mesh.vol", "netgen"),
-    ),
-    *(("mesh.post", "permas"), ("mesh.b8.ugrid", "ugrid"), ("ansys.msh", "ansys")),
-)
-
-
 class Reader(NamedTuple):
     """What reads a file, sound files, and the ending by which it is chosen."""
 
@@ -130,15 +118,12 @@ def readers(folder: Path) -> dict[str, Reader]:
     ]
     found["labels.dcm"] = Reader(partial(read_twice, read=fp.read_segmentation), dicom, ".dcm")
     sound = fp.read_mesh(sources.foreign[0])
-    for name, kind in RARE:
+    for name, kind, ending in (("mesh.xml", "dolfin-xml", ".xml"), ("mesh.msh", "ansys", ".msh of Ansys")):
         path = folder / f"rare-{kind}" / name
         path.parent.mkdir()
         with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere), contextlib.redirect_stderr(nowhere):
             meshio.write(path, meshio.Mesh(sound.points, list(sound.cells.items())), kind)
-        found[f"rare-{kind}"] = Reader(mesh, [path], path.suffix if kind != "ansys" else f"{path.suffix} of Ansys")
-    packed = folder / "rare-netgen" / "mesh.vol.gz"
-    packed.write_bytes(gzip.compress(found["rare-netgen"].sound[0].read_bytes()))
-    found["packed-netgen"] = Reader(mesh, [packed], ".vol")
+        found[f"rare-{kind}"] = Reader(mesh, [path], ending)
     for kind in ("classic", "hdf5"):
         path = folder / f"exodus-{kind}" / "mesh.exo"
         path.parent.mkdir()

@@ -53,10 +53,9 @@ pressure = 1.0
 #: Files of meshes as meshio writes them, which others use: name, format, whether tags go along.
 FOREIGN = (
     *(("mesh.vtk", "vtk", True), ("mesh.vtu", "vtu", True), ("mesh.xdmf", "xdmf", True), ("mesh.med", "med", True)),
-    *(("mesh.mesh", "medit", True), ("mesh.meshb", "medit", True), ("mesh.avs", "avsucd", True)),
-    *(("mesh22.msh", "gmsh22", False), ("mesh.inp", "abaqus", False), ("mesh.bdf", "nastran", False)),
-    *(("mesh.su2", "su2", False), ("mesh.f3grid", "flac3d", False), ("mesh.h5m", "h5m", False)),
-    *(("mesh.dat", "tecplot", False), ("mesh.node", "tetgen", False)),
+    *(("mesh.mesh", "medit", True), ("mesh.meshb", "medit", True)),
+    *(("mesh22.msh", "gmsh22", False), ("mesh.inp", "abaqus", False)),
+    ("mesh.node", "tetgen", False),
 )
 
 

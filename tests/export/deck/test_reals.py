@@ -41,15 +41,3 @@ def test_decks(ending: str, row: str, tmp_path: Path) -> None:
     path.write_text(head + row.format("7.0X+00") + rest)
     with pytest.raises(FileError, match=r"'7\.0X\+00' in the row '1.* is no number"):
         fp.read_mesh(path)
-
-
-def test_nastran_in_small_letters_and_with_exponents_of_fortran(tmp_path: Path) -> None:
-    rows = [
-        "GRID,1,,1.0D+1,0.0,0.0",
-        *(f"GRID,{i},,{x}" for i, x in ((2, "0.,9.,0."), (3, "0.,0.,9."), (4, "0.,0.,0."))),
-    ]
-    text = "\n".join(["cend", "begin bulk", *rows, "CTETRA,1,1,1,2,3,4", "ENDDATA", "CTETRA,2,1,4,3,2,1", ""])
-    (tmp_path / "a.bdf").write_bytes(b"$ \xff\n" + text.lower().encode())
-    mesh = fp.read_mesh(tmp_path / "a.bdf")
-    assert mesh.points[0].tolist() == [10.0, 0.0, 0.0]
-    assert mesh.n_cells == 1
