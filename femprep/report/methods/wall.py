@@ -41,6 +41,11 @@ def cuts(manifest: RunManifest) -> list[str]:
         found.append(
             f"In this heart the base lies {sum(moved):.1f} mm nearer to the apex than the most basal closed ring."
         )
+    if lower := amounts(wall.get("planes", {}).get("base_rv", {}).get("notices", []), "amount"):
+        found.append(
+            f"The labels of the right ventricle end {sum(lower):.1f} mm nearer to the apex: around it the wall was cut in "
+            "the plane of their last slice."
+        )
     if manifest.options.wall.base_offset:
         found.append(f"That plane was moved by {manifest.options.wall.base_offset:.1f} mm towards the apex.")
     if not clipped:
