@@ -20,7 +20,8 @@ def cuts(manifest: RunManifest) -> list[str]:
             return ["The surfaces are closed, and the wall is closed all round."]
         how = {"given": "a given plane"}.get(base["source"], f"the plane {base['source']}")
         return [f"Surfaces were cut at the base in {how}."]
-    both = " and the right ventricle is open" if manifest.options.anatomy == "biv" else ""
+    lower = amounts(wall.get("planes", {}).get("base_rv", {}).get("notices", []), "amount")
+    both = " and the right ventricle is open" if manifest.options.anatomy == "biv" and not lower else ""
     clipped = manifest.options.wall.apex == "clipped"
     apical = ", and at the apex in the plane of the most apical slice with such a ring" if clipped else ""
     base = wall.get("planes", {}).get("base", {})
@@ -41,10 +42,10 @@ def cuts(manifest: RunManifest) -> list[str]:
         found.append(
             f"In this heart the base lies {sum(moved):.1f} mm nearer to the apex than the most basal closed ring."
         )
-    if lower := amounts(wall.get("planes", {}).get("base_rv", {}).get("notices", []), "amount"):
+    if lower:
         found.append(
-            f"The labels of the right ventricle end {sum(lower):.1f} mm nearer to the apex: around it the wall was cut in "
-            "the plane of their last slice."
+            f"The labels of the right ventricle end {sum(lower):.1f} mm nearer to the apex: around it the wall was cut "
+            "in the plane of their last slice."
         )
     if manifest.options.wall.base_offset:
         found.append(f"That plane was moved by {manifest.options.wall.base_offset:.1f} mm towards the apex.")
