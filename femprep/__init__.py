@@ -87,6 +87,7 @@ _HOMES = {
     "Segmentation": "femprep.image",
     "Grid": "femprep.image",
     "LabelObject": "femprep.image",
+    "PlaneView": "femprep.image",
     "align_slices": "femprep.image",
     "leave_out_slices": "femprep.image",
     "estimate_shifts": "femprep.image",

@@ -14,12 +14,14 @@ from femprep.image.segmentation import Segmentation
 from femprep.image.shifts import SliceShifts, align_slices, estimate_shifts
 from femprep.image.slices import SliceTable, slice_table
 from femprep.image.topology import Topology, topology
+from femprep.image.views import PlaneView
 
 __all__ = [
     "BoundaryPoints",
     "Grid",
     "IntensityImage",
     "LabelObject",
+    "PlaneView",
     "Segmentation",
     "SliceShifts",
     "SliceTable",
