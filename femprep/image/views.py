@@ -29,7 +29,7 @@ class PlaneView:
     labels : (n, m) integer array
         Label numbers, 0 is background.
     structures : mapping of str to tuple of int
-        Label numbers of each structure that the view shows, named as in a Segmentation: ``lv``, ``myo``, ``rv``, ``la``.
+        Label numbers of each structure that the view shows, named as in a Segmentation.
     origin : (3,) array
         World position of the centre of pixel (0, 0), mm LPS.
     axes : (3, 2) array
