@@ -156,7 +156,7 @@ def phantom(kind: Phantom, name: str) -> Heart:
     return Heart(name, label, structures, surfaces, objects)
 
 
-def scan(heart: Heart, seed: int, *, slices: float = 3.0, views: float = 2.0, angles: FloatArray | None = None) -> Scan:
+def scan(heart: Heart, seed: int, *, slices: float = 3.0, views: float = 2.0, turns: float = 0.0, through: float = 0.0) -> Scan:
     """Cut a heart into a stack and views; displaced by so many mm rms, and tilted at random under both."""
     rng = np.random.default_rng(seed)
     tilt = trimesh.transformations.euler_matrix(*rng.normal(scale=np.radians(5.0), size=3))[:3, :3]
@@ -188,10 +188,10 @@ def scan(heart: Heart, seed: int, *, slices: float = 3.0, views: float = 2.0, an
         size = np.ceil((corners.max(axis=0) - corners.min(axis=0)) / PIXEL).astype(int)
         start = axes @ corners.min(axis=0)
         normal = np.cross(axes[:, 0], axes[:, 1])
-        w = rng.normal(scale=np.radians(1.5) if views else 0.0, size=3)
+        w = rng.normal(scale=np.radians(turns), size=3)
         angle3 = np.linalg.norm(w) or 1.0
         rotation = trimesh.transformations.rotation_matrix(angle3 if w.any() else 0.0, w if w.any() else [1, 0, 0])[:3, :3]
-        move = axes @ rng.normal(scale=views / np.sqrt(2.0), size=2) + normal * rng.normal(scale=0.5 * views)
+        move = axes @ rng.normal(scale=views / np.sqrt(2.0), size=2) + normal * rng.normal(scale=through)
         at = np.stack(np.meshgrid(*(np.arange(n) for n in size), indexing="ij"), axis=-1).reshape(-1, 2) * PIXEL
         votes = []
         for u, v, t in np.array(np.meshgrid(*[(np.arange(SUB) + 0.5) / SUB - 0.5] * 3)).reshape(3, -1).T:

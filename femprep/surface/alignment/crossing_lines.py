@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Final
@@ -14,110 +15,117 @@ from femprep.surface.alignment.planes import ImagePlane
 
 #: Signed distances count up to this, mm.
 _REACH: Final = 8.0
-#: Samples along a line, mm apart.
-_STEP: Final = 1.0
-_ROUNDS: Final = 12
+#: Samples along a line, mm apart, and length of a line to either side.
+_STEP, _LENGTH = 1.0, 250.0
+_ROUNDS: Final = 10
+#: Standard deviation of the difference of two planes' distances, mm, and of a slice's from the mean of its neighbours'.
+_ALONG, _BETWEEN = 2.0, 12.0
+#: Greatest change of a motion in one round.
+_MOST: Final = 6.0
 
 
-class _Distances:
-    """Signed distances of the pixels of a plane's objects, and their slopes, interpolated linearly."""
+class _Fields:
+    """Signed distances of the pixels of a plane's objects from their outlines, and the slopes of these."""
 
-    def __init__(self, plane: ImagePlane) -> None:
-        self.fields = {}
-        for name, mask in plane.masks.items():
-            if mask.any():
-                d = _REACH * np.tanh(slice_distance(mask, plane.spacing) / _REACH)
-            else:
-                d = np.full(mask.shape, -_REACH)
-            self.fields[name] = (d, *(np.gradient(d, h, axis=a) for a, h in enumerate(plane.spacing)))
+    def __init__(self, plane: ImagePlane, names: Sequence[str]) -> None:
+        self.known = np.array([name in plane.masks for name in names])
+        self.seen = np.array([name in plane.masks and bool(plane.masks[name].any()) for name in names])
+        shape = next(iter(plane.masks.values())).shape
+        self.shape = np.array(shape)
+        self._values = np.zeros((len(names), 3, *shape))
+        self._values[:, 0] = -_REACH
+        for k in np.flatnonzero(self.seen):
+            distance = _REACH * np.tanh(slice_distance(plane.masks[names[k]], plane.spacing) / _REACH)
+            self._values[k] = distance, *(np.gradient(distance, h, axis=a) for a, h in enumerate(plane.spacing))
 
-    def at(self, name: str, index: FloatArray) -> FloatArray:
-        from scipy.ndimage import map_coordinates
+    def inside(self, index: FloatArray) -> FloatArray:
+        return ((index >= 0.0) & (index <= self.shape - 1.0)).all(axis=1)
 
-        return np.stack([map_coordinates(f, index.T, order=1, mode="nearest") for f in self.fields[name]])
+    def at(self, index: FloatArray) -> FloatArray:
+        """Distance and slopes ``(objects, 3, n)`` at fractional pixels."""
+        low = np.clip(np.floor(index).astype(np.int64), 0, self.shape - 2)
+        (s, t), (i, j) = np.clip(index - low, 0.0, 1.0).T, low.T
+        v = self._values
+        left = (1.0 - t) * v[:, :, i, j] + t * v[:, :, i, j + 1]
+        return np.asarray((1.0 - s) * left + s * ((1.0 - t) * v[:, :, i + 1, j] + t * v[:, :, i + 1, j + 1]))
+
+
+class _Normal:
+    """Normal equations of all motions."""
+
+    def __init__(self, planes: list[ImagePlane]) -> None:
+        self.start = np.cumsum([0, *(len(p.motion) for p in planes)])
+        prior = np.concatenate([p.prior**-2.0 for p in planes])
+        self.matrix, self.right = np.diag(prior), -prior * np.concatenate([p.motion for p in planes])
+
+    def add(
+        self, planes: list[ImagePlane], fields: list[_Fields], parts: dict[int, float], points: FloatArray, sigma: float
+    ) -> None:
+        """Weighted sums of planes' distances at points, which ought to vanish."""
+        index = {k: planes[k].stored(points) for k in parts}
+        inside = np.all([fields[k].inside(i) for k, i in index.items()], axis=0)
+        if not inside.any():
+            return
+        points = points[inside]
+        found = {k: fields[k].at(i[inside]) for k, i in index.items()}
+        known = np.all([fields[k].known for k in parts], axis=0) & np.any([fields[k].seen for k in parts], axis=0)
+        if any(not planes[k].view for k in parts) and len(parts) > 2:
+            known &= np.all([fields[k].seen for k in parts], axis=0)
+        value = sum(c * found[k][:, 0] for k, c in parts.items())
+        near = np.min([np.abs(f[:, 0]) for f in found.values()], axis=0) < 0.75 * _REACH
+        weight = np.where(near & known[:, None], 1.0 / (sigma**2 + 0.25 * value**2), 0.0)
+        rows = []
+        for k, c in parts.items():
+            slope = np.einsum("ia,oan->oni", planes[k].rotation @ planes[k].axes, found[k][:, 1:])
+            at = np.broadcast_to(points, slope.shape).reshape(-1, 3)
+            rows.append(-c * planes[k].jacobian(at, slope.reshape(-1, 3)))
+        jacobian, weight, value = np.concatenate(rows, axis=1), weight.ravel(), value.ravel()
+        own = np.concatenate([np.arange(self.start[k], self.start[k + 1]) for k in parts])
+        self.matrix[np.ix_(own, own)] += jacobian.T @ (weight[:, None] * jacobian)
+        self.right[own] -= jacobian.T @ (weight * value)
 
 
 def first_motions(planes: list[ImagePlane]) -> list[ImagePlane]:
     """Motions with which planes agree where they cross, by Gauss and Newton with the planes' priors."""
-    from scipy.optimize import lsq_linear  # noqa: F401
-
-    fields = [_Distances(p) for p in planes]
-    start = np.cumsum([0, *(len(p.motion) for p in planes)])
+    names = list(dict.fromkeys(name for p in planes for name in p.masks))
+    fields = [_Fields(p, names) for p in planes]
     pairs = [(a, b) for a, b in combinations(range(len(planes)), 2) if planes[a].view or planes[b].view]
-    steps = [(a, a + 1) for a in range(len(planes) - 1) if not planes[a + 1].view]
-    damping = 1.0
+    flat = [k for k, p in enumerate(planes) if not p.view]
+    grids = {}
+    for k in flat[1:-1]:
+        body = np.argwhere(np.any(list(planes[k].masks.values()), axis=0))
+        if len(body) == 0:
+            continue
+        low, high = np.maximum(body.min(axis=0) - 3, 0), body.max(axis=0) + 4
+        at = np.stack(np.meshgrid(*(np.arange(a, b, 2) for a, b in zip(low, high)), indexing="ij"), axis=-1)
+        grids[k] = planes[k].origin + (at.reshape(-1, 2) * planes[k].spacing) @ planes[k].axes.T
     for _ in range(_ROUNDS):
-        prior = np.concatenate([1.0 / p.prior**2 for p in planes])
-        matrix = np.diag(prior)
-        right = -prior * np.concatenate([p.motion for p in planes])
+        normal = _Normal(planes)
         for a, b in pairs:
-            _along_line(planes, fields, a, b, start, matrix, right)
-        for a, b in steps:
-            _neighbours(planes, fields, a, b, start, matrix, right)
-        move = np.linalg.solve(matrix, right)
-        move *= min(1.0, 6.0 / max(np.abs(move).max(), 1e-9))
-        planes = [replace(p, motion=p.motion + damping * move[s : s + len(p.motion)]) for p, s in zip(planes, start)]
+            line = _line(planes[a], planes[b])
+            if line is not None:
+                normal.add(planes, fields, {a: 1.0, b: -1.0}, line, _ALONG)
+        for k, points in grids.items():
+            normal.add(planes, fields, {k: 1.0, k - 1: -0.5, k + 1: -0.5}, planes[k].moved(points), _BETWEEN)
+        move = np.linalg.solve(normal.matrix, normal.right)
+        move *= min(1.0, _MOST / max(float(np.abs(move).max()), 1e-9))
+        planes = [
+            replace(p, motion=p.motion + move[a:b]) for p, a, b in zip(planes, normal.start, normal.start[1:])
+        ]
+        if np.abs(move).max() < 0.1:
+            break
     return planes
 
 
-def _stored(plane: ImagePlane, points: FloatArray) -> FloatArray:
-    """Pixel indices in a plane as stored of points of the heart, projected onto it."""
-    way = plane.frame[:, : min(3, len(plane.motion))] @ plane.motion[:3]
-    local = (points - plane.middle - way) @ plane.rotation + plane.middle
-    return (local - plane.origin) @ plane.axes / plane.spacing
-
-
-def _add(planes, a, b, start, matrix, right, points, fa, fb, sigma, ia, ib) -> None:
-    """Add residuals fa - fb to the normal equations."""
-    value = fa[0] - fb[0]
-    rows = []
-    for p, f, s in ((planes[a], fa, 1.0), (planes[b], fb, -1.0)):
-        slope = (p.rotation @ p.axes @ f[1:]).T  # gradient in space
-        rows.append(-s * p.jacobian(points, slope))
-    jac = np.concatenate(rows, axis=1)
-    weight = 1.0 / (sigma**2 * (1.0 + (value / (2.0 * sigma)) ** 2))
-    index = np.concatenate([np.arange(start[a], start[a + 1]), np.arange(start[b], start[b + 1])])
-    matrix[np.ix_(index, index)] += jac.T @ (weight[:, None] * jac)
-    right[index] -= jac.T @ (weight * value)
-
-
-def _along_line(planes, fields, a, b, start, matrix, right) -> None:
-    one, two = planes[a], planes[b]
-    n1, n2 = one.rotation @ one.frame[:, 2], two.rotation @ two.frame[:, 2]
-    along = np.cross(n1, n2)
-    if np.linalg.norm(along) < 0.2:
-        return
-    along /= np.linalg.norm(along)
-    o1, o2 = one.moved(one.origin[None])[0], two.moved(two.origin[None])[0]
-    point = np.linalg.solve(np.stack([n1, n2, along]), [n1 @ o1, n2 @ o2, along @ o1])
-    t = np.arange(-250.0, 250.0, _STEP)
-    points = point + t[:, None] * along
-    ia, ib = _stored(one, points), _stored(two, points)
-    inside = np.ones(len(points), dtype=bool)
-    for p, i in ((one, ia), (two, ib)):
-        shape = next(iter(p.masks.values())).shape
-        inside &= ((i >= 0) & (i <= np.array(shape) - 1)).all(axis=1)
-    if not inside.any():
-        return
-    points, ia, ib = points[inside], ia[inside], ib[inside]
-    for name in set(fields[a].fields) & set(fields[b].fields):
-        fa, fb = fields[a].at(name, ia), fields[b].at(name, ib)
-        near = np.minimum(np.abs(fa[0]), np.abs(fb[0])) < 0.75 * _REACH
-        if near.any():
-            _add(planes, a, b, start, matrix, right, points[near], fa[:, near], fb[:, near], 2.0, ia, ib)
-
-
-def _neighbours(planes, fields, a, b, start, matrix, right) -> None:
-    one, two = planes[a], planes[b]
-    shape = np.array(next(iter(one.masks.values())).shape)
-    grid = np.stack(np.meshgrid(*(np.arange(0, n, 3) for n in shape), indexing="ij"), axis=-1).reshape(-1, 2)
-    points = one.origin + (grid * one.spacing) @ one.axes.T
-    points = one.moved(points)
-    ia, ib = _stored(one, points), _stored(two, points)
-    for name in one.masks:
-        if not (one.masks[name].any() and two.masks[name].any()):
-            continue
-        fa, fb = fields[a].at(name, ia), fields[b].at(name, ib)
-        near = np.minimum(np.abs(fa[0]), np.abs(fb[0])) < 0.4 * _REACH
-        if near.any():
-            _add(planes, a, b, start, matrix, right, points[near], fa[:, near], fb[:, near], 25.0, ia, ib)
+def _line(one: ImagePlane, two: ImagePlane) -> FloatArray | None:
+    """Points along the line where two planes cross; None where they are nearly parallel."""
+    first, second = one.rotation @ one.frame[:, 2], two.rotation @ two.frame[:, 2]
+    along = np.cross(first, second)
+    length = float(np.linalg.norm(along))
+    if length < 0.2:
+        return None
+    along /= length
+    place, other = (p.moved(p.origin[None])[0] for p in (one, two))
+    middle = two.middle + two.way if two.view else place
+    point = np.linalg.solve(np.stack([first, second, along]), [first @ place, second @ other, along @ middle])
+    return np.asarray(point + np.arange(-_LENGTH, _LENGTH, _STEP)[:, None] * along)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from femprep.model import BoolArray, FloatArray, IntArray
 #: Prior standard deviations: of a slice's shift along each of its axes, mm; of a view's along its two axes and across
 #: it, mm, and of its rotation about each axis, radians.
 SLICE_PRIOR: Final = (2.1, 2.1)
-VIEW_PRIOR: Final = (1.4, 1.4, 1.2, 0.03, 0.03, 0.03)
+VIEW_PRIOR: Final = (1.4, 1.4, 1.0, 0.015, 0.015, 0.015)
 
 
 class Edges(NamedTuple):
@@ -65,20 +66,29 @@ class ImagePlane:
     motion: FloatArray
     middle: FloatArray = field(default_factory=lambda: np.zeros(3))
 
-    @property
+    @cached_property
     def frame(self) -> FloatArray:
         """Both axes and the normal as columns."""
         return np.column_stack([self.axes, np.cross(self.axes[:, 0], self.axes[:, 1])])
 
     @property
+    def way(self) -> FloatArray:
+        """Translation that the motion holds, mm."""
+        return np.asarray(self.frame[:, : min(3, len(self.motion))] @ self.motion[:3])
+
+    @cached_property
     def rotation(self) -> FloatArray:
         """Rotation about the middle that the motion holds."""
         return rotation_of(self.frame @ self.motion[3:]) if self.view else np.eye(3)
 
     def moved(self, points: FloatArray) -> FloatArray:
         """Points of the plane as stored, moved to where the heart is."""
-        way = self.frame[:, : min(3, len(self.motion))] @ self.motion[:3]
-        return np.asarray((points - self.middle) @ self.rotation.T + self.middle + way)
+        return np.asarray((points - self.middle) @ self.rotation.T + self.middle + self.way)
+
+    def stored(self, points: FloatArray) -> FloatArray:
+        """Fractional pixels ``(n, 2)`` of points of the heart, projected onto the plane."""
+        local = (points - self.middle - self.way) @ self.rotation + (self.middle - self.origin)
+        return np.asarray(local @ self.axes / self.spacing)
 
     def jacobian(self, moved: FloatArray, normal: FloatArray) -> FloatArray:
         """Change ``(n, d)`` of the heights of moved points along normals, per unit of the motion."""
@@ -86,8 +96,7 @@ class ImagePlane:
         along = normal @ frame
         if not self.view:
             return along[:, :2]
-        way = frame @ self.motion[:3]
-        turned = np.cross(moved - self.middle - way, normal) @ frame
+        turned = np.cross(moved - self.middle - self.way, normal) @ frame
         return np.concatenate([along, turned], axis=1)
 
     def edges(self, name: str) -> Edges:
