@@ -206,7 +206,8 @@ class Segmentation:
         chosen = choose(ImageOptions, options, changes)
         mask = self.mask(*structures)
         found = make_object(mask, self.grid, name or "+".join(structures), options=chosen, labels=self.labels)
-        return replace(found, frame=self.frame)
+        views = tuple(view for one in self.views if (view := one.showing(*structures)) is not None)
+        return replace(found, frame=self.frame, views=views)
 
     def with_views(self, *views: PlaneView) -> Segmentation:
         """The same segmentation with further long-axis views.

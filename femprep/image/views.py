@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,38 @@ from femprep.model.products import product
 
 #: Largest deviation of a plane's axes from unit length and a right angle: headers hold single precision.
 _ORTHONORMAL = 1e-4
+
+
+class MaskEdges(NamedTuple):
+    """Where a plane shows the boundary of an object.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        Middles between two neighbouring pixels of which one shows the object, mm LPS.
+    across : (n, 3) array
+        Unit vector from the inner to the outer one.
+    spacing : (n,) array
+        Their distance, mm.
+    """
+
+    points: FloatArray
+    across: FloatArray
+    spacing: FloatArray
+
+
+def mask_edges(mask: BoolArray, origin: FloatArray, axes: FloatArray, spacing: FloatArray) -> MaskEdges:
+    """Where a mask ``(n, m)`` on a plane changes from one pixel to the next; origin, axes, spacing as of a PlaneView."""
+    points, across, distance = [], [], []
+    for axis in range(2):
+        rows = np.moveaxis(mask, axis, 0)
+        for side in (1, -1):
+            inner, outer = (rows[:-1], rows[1:]) if side > 0 else (rows[1:], rows[:-1])
+            index = np.argwhere(inner & ~outer) + [0.5, 0.0]
+            points.append(origin + product((index if axis == 0 else index[:, ::-1]) * spacing, axes.T))
+            across.append(np.broadcast_to(side * axes[:, axis], (len(index), 3)))
+            distance.append(np.full(len(index), spacing[axis]))
+    return MaskEdges(np.concatenate(points), np.concatenate(across), np.concatenate(distance))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +168,20 @@ class PlaneView:
                 known = ", ".join(self.structures) or "none"
                 raise InputError(f"view {self.name!r} names no structure {name!r} (named: {known})")
         return np.isin(self.labels, [number for name in structures for number in self.structures[name]])
+
+    def showing(self, *structures: str) -> PlaneView | None:
+        """The view of one object alone: 1 in its pixels; None where the view does not name all of its structures.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> view = fp.PlaneView("4ch", np.eye(4, dtype=int), {"lv": (1,)}, [0, 0, 0], np.eye(3)[:, :2], [1.4, 1.4], 6.0)
+        >>> view.showing("lv", "myo") is None
+        True
+        """
+        if not set(structures) <= set(self.structures):
+            return None
+        return replace(self, labels=self.mask(*structures).astype(np.int64), structures={"object": (1,)})
 
     def to_world(self, index: npt.ArrayLike) -> FloatArray:
         """World points ``(k, 3)``, mm LPS, of fractional pixel indices ``(k, 2)``.

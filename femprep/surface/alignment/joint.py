@@ -15,7 +15,7 @@ from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.measures.triangles import vertex_sums
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import unit_vectors
-from femprep.surface.alignment.planes import Edges, ImagePlane
+from femprep.surface.alignment.planes import ImagePlane
 from femprep.surface.estimate.estimate import _held_back
 
 _SHARPEST: Final = 0.2
@@ -38,7 +38,7 @@ class Evidence(NamedTuple):
 
 
 def evidence(planes: list[ImagePlane], name: str, step: int = 1) -> Evidence:
-    found: list[Edges] = []
+    found: list = []
     number = []
     for k, p in enumerate(planes):
         if name not in p.masks:

@@ -5,35 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
 from femprep.image.segmentation import Segmentation
-from femprep.model import BoolArray, FloatArray, IntArray
+from femprep.image.views import MaskEdges, mask_edges
+from femprep.model import BoolArray, FloatArray
 
 #: Prior standard deviations: of a slice's shift along each of its axes, mm; of a view's along its two axes and across
 #: it, mm, and of its rotation about each axis, radians.
 SLICE_PRIOR: Final = (2.1, 2.1)
 VIEW_PRIOR: Final = (1.4, 1.4, 1.0, 0.015, 0.015, 0.015)
-
-
-class Edges(NamedTuple):
-    """Middles between neighbouring pixels of which one shows an object and one does not.
-
-    Attributes
-    ----------
-    points : (n, 3) array
-        As the image stores them, before any motion, mm.
-    across : (n, 3) array
-        Unit vector from the inner pixel to the outer one.
-    spacing : (n,) array
-        Distance of the two pixels, mm.
-    """
-
-    points: FloatArray
-    across: FloatArray
-    spacing: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,21 +82,9 @@ class ImagePlane:
         turned = np.cross(moved - self.middle - self.way, normal) @ frame
         return np.concatenate([along, turned], axis=1)
 
-    def edges(self, name: str) -> Edges:
+    def edges(self, name: str) -> MaskEdges:
         """Where the plane shows the boundary of an object."""
-        mask = self.masks[name]
-        points, across, spacing = [], [], []
-        for axis in range(2):
-            inner = np.moveaxis(mask, axis, 0)
-            for side in (1, -1):
-                a, b = (inner[:-1], inner[1:]) if side > 0 else (inner[1:], inner[:-1])
-                at = np.argwhere(a & ~b).astype(np.float64)
-                at[:, 0] += 0.5
-                at = at if axis == 0 else at[:, ::-1]
-                points.append(self.origin + (at * self.spacing) @ self.axes.T)
-                across.append(np.broadcast_to(side * self.axes[:, axis], (len(at), 3)))
-                spacing.append(np.full(len(at), self.spacing[axis]))
-        return Edges(np.concatenate(points), np.concatenate(across), np.concatenate(spacing))
+        return mask_edges(self.masks[name], self.origin, self.axes, self.spacing)
 
 
 def rotation_of(vector: FloatArray) -> FloatArray:

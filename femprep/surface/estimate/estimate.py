@@ -20,7 +20,7 @@ from femprep.mesh.search.intersection import self_intersections
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import exponential, logarithm
 from femprep.model.products import inner, unit_vectors
-from femprep.surface.estimate.observations import Observations
+from femprep.surface.estimate.observations import Observations, ViewObservations
 
 #: Old vertices, new ones and triangles to where the vertices go.
 Step = Callable[[FloatArray, FloatArray, IntArray], FloatArray]
@@ -174,6 +174,9 @@ def _bend(
     matrix, right = faces.normal_equations(weight, len(points))
     more, also = centres.normal_equations(wrong, len(points))
     labels = matrix + more
+    if observations.seen is not None:
+        seen, pull = _seen(observations.seen, finder, shape.normals, len(points))
+        labels, right = labels + seen, right + pull
     bent = shape.lenient(_USUAL, _LEAST) if edges else shape.stiffness
     energy = shape.change.T @ bent @ shape.change
     slope = shape.change.T @ (bent @ shape.mean)
@@ -185,6 +188,26 @@ def _bend(
     mean = shape.mean + shape.change @ move
     chosen = _ALIKE * _determined(solver, labels) / inner(mean, bent @ mean)
     return moves, chosen
+
+
+def _seen(
+    seen: ViewObservations, finder: ClosestFinder, normals: FloatArray, count: int
+) -> tuple[Any, FloatArray]:
+    """Matrix and right side of the least squares fit of vertex moves to what views show.
+
+    A view tells the surface's place to a pixel across its own outline. Where it cuts the surface aslant, what the
+    surface bends within its thickness and what the view itself is displaced across its plane count as well.
+    """
+    feet = _Feet.of(seen.faces, finder, normals)
+    along = np.einsum("qk,qk->q", feet.normal, seen.across)
+    aslant = np.einsum("qk,qk->q", feet.normal, seen.plane) ** 2
+    variance = seen.spacing**2 * (along**2 + _OBLIQUE) / 12.0 + V_NOISE**2 + (V_THICK * seen.thickness) ** 2 * aslant
+    # An outline that faces the other way belongs to another part of the surface.
+    weight = np.where(along > 0.0, seen.count / variance, 0.0) / (1.0 + feet.height**2 / (V_SOFT**2))
+    return feet.normal_equations(weight * V_WEIGHT, count)
+
+
+V_NOISE, V_THICK, V_SOFT, V_WEIGHT = 0.3, 0.15, 1e9, 1.0
 
 
 def _determined(solver: Banded, labels: Any) -> float:
