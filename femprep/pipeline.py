@@ -12,7 +12,7 @@ from femprep.anatomy import (
     orient,
     ventricular_axes,
 )
-from femprep.image import IntensityImage, Segmentation, align_slices, leave_out_slices
+from femprep.image import IntensityImage, Segmentation, leave_out_slices
 from femprep.image.size import require_heart_size
 from femprep.model import Progress
 from femprep.model.stages import Stages
@@ -23,6 +23,7 @@ from femprep.report.run import Run, Surfaces
 from femprep.stages.fill import fill
 from femprep.stages.furnish import concluded, furnish
 from femprep.surface import fit_surface
+from femprep.surface.alignment import align_slices
 from femprep.surface.fit import check_fit
 from femprep.volume import check
 from femprep.volume.quality.advice import advised, what_helps, with_shape_help
@@ -115,10 +116,10 @@ def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmenta
 
 
 def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:
-    """The segmentation with its heart's axes; slices left out, or moved back against breath-hold shifts, if asked."""
+    """The segmentation with its heart's axes; slices left out or moved back if asked, or where there are views."""
     if options.image.leave_out:
         seg = leave_out_slices(seg, options.image.leave_out)
-    if options.image.correct_shifts:
+    if options.image.correct_shifts or seg.views:
         with stages("slice shifts"):
             seg = align_slices(seg)
     return orient(seg, basal_end=options.wall.basal_end)

@@ -11,7 +11,7 @@ from femprep.image.reading.masks import read_masks
 from femprep.image.reading.reader import read_frames, read_segmentation, write_segmentation
 from femprep.image.resample import isotropic
 from femprep.image.segmentation import Segmentation
-from femprep.image.shifts import SliceShifts, align_slices, estimate_shifts
+from femprep.image.shifts import SliceShifts
 from femprep.image.slices import SliceTable, slice_table
 from femprep.image.topology import Topology, topology
 from femprep.image.views import PlaneView
@@ -26,9 +26,7 @@ __all__ = [
     "SliceShifts",
     "SliceTable",
     "Topology",
-    "align_slices",
     "boundary_points",
-    "estimate_shifts",
     "isotropic",
     "leave_out_slices",
     "make_object",

@@ -31,13 +31,14 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from femprep.image import Grid, PlaneView, Segmentation, align_slices, read_segmentation
+from femprep.image import Grid, PlaneView, Segmentation, read_segmentation
 from femprep.mesh.polygons import isosurface, taubin
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import volume
 from femprep.model import BoolArray, FloatArray, IntArray, Surface
 from femprep.phantoms import Phantom, biventricular, four_chambers
 from femprep.surface import fit_surface, read_surface
+from femprep.surface.alignment import align_slices, estimate_shifts
 
 PIXEL, DISTANCE, THICK = 1.4, 8.0, 6.0
 #: Points of a voxel along each axis whose labels are counted; the majority is the voxel's.

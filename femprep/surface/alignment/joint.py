@@ -50,12 +50,34 @@ def evidence(planes: list[ImagePlane], name: str, step: int = 1) -> Evidence:
 
 
 class Settings(NamedTuple):
-    stiff: tuple[float, ...] = (30000.0, 10000.0, 3000.0, 3000.0, 3000.0, 3000.0, 3000.0, 3000.0)
+    stiff: tuple[float, ...] = (3000.0, 1000.0, 1000.0, 1000.0, 1000.0, 1000.0)
     soft: float = 3.0          # student scale
     noise: float = 0.4
     across: float = 1.0
     edges: int = 3
-    alike: float = 1.0   # information per observation divided by this
+    alike: float = 3.0   # information per observation divided by this
+
+
+class Agreement(NamedTuple):
+    planes: list[ImagePlane]
+    bodies: list[Body]
+    covariance: FloatArray
+    misfit: FloatArray
+
+
+def agree(planes, bodies):
+    planes, bodies, covariance = joint(planes, bodies)
+    return Agreement(planes, bodies, covariance, misfits(planes, bodies))
+
+
+def misfits(planes, bodies):
+    found = [[np.zeros(0)] for _ in planes]
+    for body in bodies:
+        finder = ClosestFinder(body.points, body.triangles)
+        for k, plane in enumerate(planes):
+            if body.name in plane.masks:
+                found[k].append(finder(plane.moved(plane.edges(body.name).points)).distance)
+    return np.array([np.median(np.concatenate(f)) if any(len(x) for x in f) else 0.0 for f in found])
 
 
 def joint(planes: list[ImagePlane], bodies: list[Body], s: Settings = Settings(), trace=None):

@@ -48,6 +48,7 @@ class ImagePlane:
     prior: FloatArray
     motion: FloatArray
     middle: FloatArray = field(default_factory=lambda: np.zeros(3))
+    number: int = -1
 
     @cached_property
     def frame(self) -> FloatArray:
@@ -127,7 +128,7 @@ def planes_of(seg: Segmentation, objects: Mapping[str, tuple[str, ...]]) -> list
         found.append(
             ImagePlane(
                 f"slice {k}", False, origin, eye[:, flat], seg.grid.spacing[flat], float(seg.grid.spacing[axis]), own,
-                np.array(SLICE_PRIOR), np.zeros(2),
+                np.array(SLICE_PRIOR), np.zeros(2), number=int(k),
             )
         )
     for view in seg.views:

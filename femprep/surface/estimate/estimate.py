@@ -207,7 +207,7 @@ def _seen(
     return feet.normal_equations(weight * V_WEIGHT, count)
 
 
-V_NOISE, V_THICK, V_SOFT, V_WEIGHT = 0.3, 0.15, 1e9, 1.0
+V_NOISE, V_THICK, V_SOFT, V_WEIGHT = 0.2, 0.1, 1e9, 4.0
 
 
 def _determined(solver: Banded, labels: Any) -> float:
