@@ -20,6 +20,7 @@ from femprep.model import FloatArray
 from femprep.surface.alignment.crossing_lines import first_motions
 from femprep.surface.alignment.joint import Body, agree
 from femprep.surface.alignment.planes import ImagePlane, objects_of, planes_of
+from femprep.surface.estimate.observations import Observations
 from femprep.surface.estimate.outline import outlines
 
 #: Vertices of the surfaces that planes are moved onto.
@@ -126,7 +127,20 @@ def _bodies(seg: Segmentation, planes: list[ImagePlane], objects: Mapping[str, t
         with suppress(FemprepError):
             obj = make_object(seg.mask(*parts), grid, name)
             points, triangles = outlines(obj, _VERTICES)[1]
-            bodies.append(Body(name, points + obj.barycentre, np.ascontiguousarray(triangles)))
+            own = [view for one in seg.views if (view := one.showing(*parts)) is not None]
+            turn: FloatArray = seg.grid.direction.T
+            views = tuple(view.moved(turn, -turn @ seg.grid.origin) for view in own)
+            seen = Observations.of(replace(obj, views=views))
+            bodies.append(
+                Body(
+                    name,
+                    points + obj.barycentre,
+                    np.ascontiguousarray(triangles),
+                    seen.faces[seen.end] + obj.barycentre,
+                    axis,
+                    float(grid.spacing[axis]),
+                )
+            )
     return bodies
 
 

@@ -16,10 +16,11 @@ from femprep.surface.alignment.planes import ImagePlane
 #: Signed distances count up to this, mm.
 _REACH: Final = 8.0
 #: Samples along a line, mm apart, and length of a line to either side.
-_STEP, _LENGTH = 1.0, 250.0
+_STEP, _LENGTH = 1.0, 200.0
 _ROUNDS: Final = 10
 #: Standard deviation of the difference of two planes' distances, mm, and of a slice's from the mean of its neighbours'.
-_ALONG, _BETWEEN = 2.0, 12.0
+_ALONG, _BETWEEN = 2.0, 8.0
+_NEAR, _EDGE, _FLAT = 6.0, 4.0, 0.4
 #: Greatest change of a motion in one round.
 _MOST: Final = 6.0
 
@@ -59,7 +60,8 @@ class _Normal:
         self.matrix, self.right = np.diag(prior), -prior * np.concatenate([p.motion for p in planes])
 
     def add(
-        self, planes: list[ImagePlane], fields: list[_Fields], parts: dict[int, float], points: FloatArray, sigma: float
+        self, planes: list[ImagePlane], fields: list[_Fields], parts: dict[int, float], points: FloatArray, sigma: float,
+        along: FloatArray | None = None,
     ) -> None:
         """Weighted sums of planes' distances at points, which ought to vanish."""
         index = {k: planes[k].stored(points) for k in parts}
@@ -71,14 +73,23 @@ class _Normal:
         known = np.all([fields[k].known for k in parts], axis=0) & np.any([fields[k].seen for k in parts], axis=0)
         if any(not planes[k].view for k in parts) and len(parts) > 2:
             known &= np.all([fields[k].seen for k in parts], axis=0)
-        value = sum(c * found[k][:, 0] for k, c in parts.items())
-        near = np.min([np.abs(f[:, 0]) for f in found.values()], axis=0) < 0.75 * _REACH
+        slope = {k: np.einsum("ia,oan->oni", planes[k].rotation @ planes[k].axes, f[:, 1:]) for k, f in found.items()}
+        level = {k: f[:, 0] for k, f in found.items()}
+        reach = _NEAR if along is None else _EDGE
+        if along is not None:
+            # Only places along the line are compared: outlines that two planes cut aslant differ beside it.
+            for k in parts:
+                run = slope[k] @ along
+                steep = np.maximum(np.abs(run), _FLAT)
+                slope[k] = (run / steep)[..., None] * along
+                level[k] = level[k] / steep
+        value = sum(c * level[k] for k, c in parts.items())
+        near = np.min([np.abs(f[:, 0]) for f in found.values()], axis=0) < reach
         weight = np.where(near & known[:, None], 1.0 / (sigma**2 + 0.25 * value**2), 0.0)
         rows = []
         for k, c in parts.items():
-            slope = np.einsum("ia,oan->oni", planes[k].rotation @ planes[k].axes, found[k][:, 1:])
-            at = np.broadcast_to(points, slope.shape).reshape(-1, 3)
-            rows.append(-c * planes[k].jacobian(at, slope.reshape(-1, 3)))
+            at = np.broadcast_to(points, slope[k].shape).reshape(-1, 3)
+            rows.append(-c * planes[k].jacobian(at, slope[k].reshape(-1, 3)))
         jacobian, weight, value = np.concatenate(rows, axis=1), weight.ravel(), value.ravel()
         own = np.concatenate([np.arange(self.start[k], self.start[k + 1]) for k in parts])
         self.matrix[np.ix_(own, own)] += jacobian.T @ (weight[:, None] * jacobian)
@@ -94,17 +105,15 @@ def first_motions(planes: list[ImagePlane]) -> list[ImagePlane]:
     grids = {}
     for k in flat[1:-1]:
         body = np.argwhere(np.any(list(planes[k].masks.values()), axis=0))
-        if len(body) == 0:
-            continue
         low, high = np.maximum(body.min(axis=0) - 3, 0), body.max(axis=0) + 4
-        at = np.stack(np.meshgrid(*(np.arange(a, b, 2) for a, b in zip(low, high)), indexing="ij"), axis=-1)
+        at = np.stack(np.meshgrid(*(np.arange(a, b, 3) for a, b in zip(low, high)), indexing="ij"), axis=-1)
         grids[k] = planes[k].origin + (at.reshape(-1, 2) * planes[k].spacing) @ planes[k].axes.T
     for _ in range(_ROUNDS):
         normal = _Normal(planes)
         for a, b in pairs:
             line = _line(planes[a], planes[b])
             if line is not None:
-                normal.add(planes, fields, {a: 1.0, b: -1.0}, line, _ALONG)
+                normal.add(planes, fields, {a: 1.0, b: -1.0}, line, _ALONG, (line[-1] - line[0]) / np.linalg.norm(line[-1] - line[0]))
         for k, points in grids.items():
             normal.add(planes, fields, {k: 1.0, k - 1: -0.5, k + 1: -0.5}, planes[k].moved(points), _BETWEEN)
         move = np.linalg.solve(normal.matrix, normal.right)
@@ -112,7 +121,7 @@ def first_motions(planes: list[ImagePlane]) -> list[ImagePlane]:
         planes = [
             replace(p, motion=p.motion + move[a:b]) for p, a, b in zip(planes, normal.start, normal.start[1:])
         ]
-        if np.abs(move).max() < 0.1:
+        if np.abs(move).max() < 0.3:
             break
     return planes
 

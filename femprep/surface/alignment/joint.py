@@ -28,6 +28,9 @@ class Body(NamedTuple):
     name: str
     points: FloatArray
     triangles: IntArray
+    caps: FloatArray = np.zeros((0, 3))
+    axis: int = 2
+    step: float = 8.0
 
 
 class Evidence(NamedTuple):
@@ -55,7 +58,8 @@ class Settings(NamedTuple):
     noise: float = 0.4
     across: float = 1.0
     edges: int = 3
-    alike: float = 3.0   # information per observation divided by this
+    alike: float = 3.0
+    cap: float = 0.1   # information per observation divided by this
 
 
 class Agreement(NamedTuple):
@@ -103,7 +107,7 @@ def joint(planes: list[ImagePlane], bodies: list[Body], s: Settings = Settings()
         new = []
         for body, ((points, normals), back) in zip(bodies, solved):
             u = back[:, -1] - back[:, :-1] @ move
-            new.append(Body(body.name, points + (u * _held_back(u, body.triangles))[:, None] * normals, body.triangles))
+            new.append(body._replace(points=points + (u * _held_back(u, body.triangles))[:, None] * normals))
         bodies = new
         planes = [replace(p, motion=p.motion + move[a : a + len(p.motion)]) for p, a in zip(planes, start)]
         if trace:
@@ -142,12 +146,21 @@ def _system(points, body, ev, planes, start, count, stiff, s, edges):
     w_u = coo_matrix((found.weights.ravel(), (rows, found.nodes.ravel())), shape=(len(height), n)).tocsr()
     scaled = w_u.multiply(weight[:, None]).tocsr()
     auu = (scaled.T @ w_u).tocsr()
+    aup = -(scaled.T @ jac)
+    app = jac.T @ (weight[:, None] * jac)
+    bp = -jac.T @ (weight * height)
     bent = shape.lenient(_USUAL, _LEAST) if edges else shape.stiffness
     energy = shape.change.T @ bent @ shape.change
     slope = shape.change.T @ (bent @ shape.mean)
     bu = scaled.T @ height - stiff * slope
-    aup = -(scaled.T @ jac)
-    app = jac.T @ (weight[:, None] * jac)
-    bp = -jac.T @ (weight * height)
+    if len(body.caps) and s.cap:
+        at = finder(body.caps)
+        up = unit_vectors(at.at(shape.normals))
+        rise = np.einsum("qk,qk->q", body.caps - at.points, up)
+        w = s.cap * 12.0 / (body.step**2 * (up[:, body.axis] ** 2 + 0.02))
+        pick = coo_matrix((at.weights.ravel(), (np.repeat(np.arange(len(rise)), 3), at.nodes.ravel())), shape=(len(rise), n)).tocsr()
+        scaled = pick.multiply(w[:, None]).tocsr()
+        auu = auu + scaled.T @ pick
+        bu = bu + scaled.T @ rise
     solver = Banded((auu + stiff * energy).tocsr())
     return (points, shape.normals), app, bp, aup, bu, solver

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -17,6 +17,8 @@ from femprep.model import BoolArray, FloatArray
 #: it, mm, and of its rotation about each axis, radians.
 SLICE_PRIOR: Final = (2.1, 2.1)
 VIEW_PRIOR: Final = (1.4, 1.4, 1.0, 0.015, 0.015, 0.015)
+#: Pixels around what a plane shows that are kept, mm.
+_ROOM: Final = 14.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +28,8 @@ class ImagePlane:
     Attributes
     ----------
     name : str
-    view : bool
+    number : int
+        Of the slice; -1 for a view.
     origin, axes, spacing
         As of a PlaneView.
     masks : mapping of str to (n, m) bool array
@@ -36,19 +39,24 @@ class ImagePlane:
     motion : (d,) array
         Translation along its axes (and across it), mm, and rotation vector along the same about its middle, by which
         what the plane shows is moved to where the heart is.
+    middle : (3,) array
+        The point it turns about, mm.
     """
 
     name: str
-    view: bool
+    number: int
     origin: FloatArray
     axes: FloatArray
     spacing: FloatArray
-    thickness: float
     masks: Mapping[str, BoolArray]
     prior: FloatArray
     motion: FloatArray
-    middle: FloatArray = field(default_factory=lambda: np.zeros(3))
-    number: int = -1
+    middle: FloatArray
+
+    @property
+    def view(self) -> bool:
+        """Whether it is a view, no slice."""
+        return self.number < 0
 
     @cached_property
     def frame(self) -> FloatArray:
@@ -113,38 +121,36 @@ def objects_of(seg: Segmentation) -> dict[str, tuple[str, ...]]:
 
 
 def planes_of(seg: Segmentation, objects: Mapping[str, tuple[str, ...]]) -> list[ImagePlane]:
-    """All slices of a stack that show an object, then its views."""
-    axis = seg.stack_axis
-    flat = list(seg.grid.flat_axes)
+    """All slices of a stack that show an object, then the views that name one, each cut to what it shows."""
+    axis, flat = seg.stack_axis, list(seg.grid.flat_axes)
     masks = {name: np.moveaxis(seg.mask(*parts), axis, 0) for name, parts in objects.items()}
-    used = np.any([mask.any(axis=(1, 2)) for mask in masks.values()], axis=0)
-    turn = seg.grid.direction
-    offsets = seg.grid.offset_at(np.arange(len(used)))
+    offsets = seg.grid.offset_at(np.arange(seg.grid.shape[axis]))
+    eye, turn = np.eye(3), seg.grid.direction.T
     found = []
-    eye = np.eye(3)
-    for k in np.flatnonzero(used):
-        origin = eye[axis] * k * seg.grid.spacing[axis] + offsets[k]
+    for k in range(seg.grid.shape[axis]):
+        place = eye[axis] * k * seg.grid.spacing[axis] + offsets[k]
         own = {name: mask[k] for name, mask in masks.items()}
-        found.append(
-            ImagePlane(
-                f"slice {k}", False, origin, eye[:, flat], seg.grid.spacing[flat], float(seg.grid.spacing[axis]), own,
-                np.array(SLICE_PRIOR), np.zeros(2), number=int(k),
-            )
-        )
+        found.append(_cut(f"slice {k}", k, place, eye[:, flat], seg.grid.spacing[flat], own))
     for view in seg.views:
-        own = {
-            name: view.mask(*parts) for name, parts in objects.items() if set(parts) <= set(view.structures)
-        }
-        if not own:
-            continue
-        axes = turn.T @ view.axes
-        origin = turn.T @ (view.origin - seg.grid.origin)
-        seen = np.argwhere(np.any(list(own.values()), axis=0))
-        middle = origin + axes @ (seen.mean(axis=0) * view.spacing) if len(seen) else origin
-        found.append(
-            ImagePlane(
-                view.name, True, origin, axes, view.spacing, view.thickness, own, np.array(VIEW_PRIOR), np.zeros(6),
-                middle,
-            )
-        )
-    return found
+        own = {name: view.mask(*parts) for name, parts in objects.items() if set(parts) <= set(view.structures)}
+        place = turn @ (view.origin - seg.grid.origin)
+        found.append(_cut(view.name, -1, place, turn @ view.axes, view.spacing, own))
+    return [plane for plane in found if plane is not None]
+
+
+def _cut(
+    name: str, number: int, origin: FloatArray, axes: FloatArray, spacing: FloatArray, masks: dict[str, BoolArray]
+) -> ImagePlane | None:
+    """A plane cut to what it shows and some room; None where that is nothing."""
+    seen = np.argwhere(np.any(list(masks.values()), axis=0)) if masks else np.empty((0, 2))
+    if len(seen) == 0:
+        return None
+    room = np.ceil(_ROOM / spacing).astype(np.int64)
+    low = np.maximum(seen.min(axis=0) - room, 0)
+    high = seen.max(axis=0) + room + 1
+    cut = {key: mask[low[0] : high[0], low[1] : high[1]] for key, mask in masks.items()}
+    prior = np.array(SLICE_PRIOR if number >= 0 else VIEW_PRIOR)
+    middle = origin + axes @ (seen.mean(axis=0) * spacing)
+    return ImagePlane(
+        name, number, origin + axes @ (low * spacing), axes, spacing, cut, prior, np.zeros(len(prior)), middle
+    )
