@@ -299,7 +299,7 @@ def _outlines(stack: Any, spacing: FloatArray) -> tuple[IntArray, FloatArray, Fl
 
 
 def zigzags(seg: Segmentation, index: IntArray, shift: FloatArray) -> tuple[float, float]:
-    """Greatest distance of a centroid from the middle of its neighbours', mm, before and after slices are moved back."""
+    """Greatest distance of a centroid from the middle of its neighbours', mm, before and after slices move back."""
     before, after = 0.0, 0.0
     flat = list(seg.grid.flat_axes)
     for name in seg.structures:

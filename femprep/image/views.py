@@ -38,13 +38,13 @@ class MaskEdges(NamedTuple):
 
 
 def mask_edges(mask: BoolArray, origin: FloatArray, axes: FloatArray, spacing: FloatArray) -> MaskEdges:
-    """Where a mask ``(n, m)`` on a plane changes from one pixel to the next; origin, axes, spacing as of a PlaneView."""
+    """Where a mask ``(n, m)`` on a plane changes from pixel to pixel; origin, axes, spacing as of a PlaneView."""
     points, across, distance = [], [], []
     for axis in range(2):
         rows = np.moveaxis(mask, axis, 0)
         for side in (1, -1):
             inner, outer = (rows[:-1], rows[1:]) if side > 0 else (rows[1:], rows[:-1])
-            index = np.argwhere(inner & ~outer) + [0.5, 0.0]
+            index = np.argwhere(inner & ~outer) + np.array([0.5, 0.0])
             points.append(origin + product((index if axis == 0 else index[:, ::-1]) * spacing, axes.T))
             across.append(np.broadcast_to(side * axes[:, axis], (len(index), 3)))
             distance.append(np.full(len(index), spacing[axis]))

@@ -127,16 +127,17 @@ def _bodies(seg: Segmentation, planes: list[ImagePlane], objects: Mapping[str, t
         with suppress(FemprepError):
             obj = make_object(seg.mask(*parts), grid, name)
             points, triangles = outlines(obj, _VERTICES)[1]
-            own = [view for one in seg.views if (view := one.showing(*parts)) is not None]
+            shown = [view for one in seg.views if (view := one.showing(*parts)) is not None]
             turn: FloatArray = seg.grid.direction.T
-            views = tuple(view.moved(turn, -turn @ seg.grid.origin) for view in own)
+            views = tuple(view.moved(turn, -turn @ seg.grid.origin) for view in shown)
             seen = Observations.of(replace(obj, views=views))
+            middle = obj.barycentre
             bodies.append(
                 Body(
                     name,
-                    points + obj.barycentre,
+                    points + middle,
                     np.ascontiguousarray(triangles),
-                    seen.faces[seen.end] + obj.barycentre,
+                    seen.faces[seen.end] + middle,
                     axis,
                     float(grid.spacing[axis]),
                 )

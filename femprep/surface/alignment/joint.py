@@ -1,8 +1,14 @@
-"""Planes with first motions and rough surfaces in, motions and surfaces that agree best with all of them out."""
+"""Planes with first motions and rough surfaces in, the motions and surfaces that agree best with all of them out.
+
+Heights of outline points over the surfaces are linear in small moves of vertices and in small motions of planes. Both
+are found together by Gauss and Newton: vertices are eliminated from the normal equations of each surface, what is left
+of all surfaces are some fifty equations for the motions. So a plane is moved by what a smooth surface through all
+*other* planes leaves open, not by the surface that follows the plane itself; moving planes and fitting surfaces in turn
+would stay where it began.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Final, NamedTuple
 
@@ -12,155 +18,183 @@ from femprep.mesh.banded import Banded
 from femprep.mesh.curvature import Curvature
 from femprep.mesh.operations.tangential_smoothing import smooth_tangentially
 from femprep.mesh.search.closest import ClosestFinder
-from femprep.mesh.measures.triangles import vertex_sums
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import unit_vectors
 from femprep.surface.alignment.planes import ImagePlane
-from femprep.surface.estimate.estimate import _held_back
+from femprep.surface.estimate.estimate import held_back
 
+#: Weight of the change of curvature against outlines, mm^4, round by round; the last ones spare edges.
+_STIFF: Final = (3000.0, 1000.0, 1000.0, 1000.0, 1000.0, 1000.0)
+_SPARING: Final = 3
+#: Neighbouring outline points err alike: so many of them tell as much as one.
+_ALIKE: Final = 3.0
+#: Standard deviation of outlines beside their pixels, mm, and of what a plane is off across itself where it cuts a
+#: surface aslant, mm.
+_NOISE, _ASLANT = 0.4, 1.0
+#: Standard deviations from which on points count less.
+_FAR: Final = 3.0
+#: Weight of the end of a stack, a slice's distance wide.
+_END: Final = 0.1
+#: Greatest change of a motion in one round: mm, and radians.
+_MOST: Final = 4.0
+#: As in the estimate of a surface: principal curvatures, edges, squared cosines, spreading of vertices.
 _SHARPEST: Final = 0.2
-_USUAL, _LEAST = 0.005, 0.005
+_USUAL, _LEAST, _OBLIQUE, _SPREAD = 0.005, 0.005, 0.02, 5
 
 
 class Body(NamedTuple):
-    """One object's surface while it is bent, and what the planes show of it."""
+    """One object's surface while it is bent.
+
+    Attributes
+    ----------
+    name : str
+        As in the planes' masks.
+    points, triangles : (n, 3) arrays
+        A closed mesh in the coordinates of the planes, mm, wound outward.
+    ends : (k, 3) array
+        Faces of voxels where the stack ends and no view shows that the object goes on.
+    axis : int
+        Axis across the slices.
+    step : float
+        Distance of slices, mm.
+    """
 
     name: str
     points: FloatArray
     triangles: IntArray
-    caps: FloatArray = np.zeros((0, 3))
-    axis: int = 2
-    step: float = 8.0
-
-
-class Evidence(NamedTuple):
-    points: FloatArray
-    across: FloatArray
-    spacing: FloatArray
-    plane: IntArray
-
-
-def evidence(planes: list[ImagePlane], name: str, step: int = 1) -> Evidence:
-    found: list = []
-    number = []
-    for k, p in enumerate(planes):
-        if name not in p.masks:
-            continue
-        e = p.edges(name)
-        found.append(e)
-        number.append(np.full(len(e.points), k))
-    return Evidence(*(np.concatenate(x) for x in zip(*found)), np.concatenate(number))
-
-
-class Settings(NamedTuple):
-    stiff: tuple[float, ...] = (3000.0, 1000.0, 1000.0, 1000.0, 1000.0, 1000.0)
-    soft: float = 3.0          # student scale
-    noise: float = 0.4
-    across: float = 1.0
-    edges: int = 3
-    alike: float = 3.0
-    cap: float = 0.1   # information per observation divided by this
+    ends: FloatArray
+    axis: int
+    step: float
 
 
 class Agreement(NamedTuple):
+    """Planes with their motions, their covariance, and the median distance of each plane's outlines, mm."""
+
     planes: list[ImagePlane]
-    bodies: list[Body]
     covariance: FloatArray
     misfit: FloatArray
 
 
-def agree(planes, bodies):
-    planes, bodies, covariance = joint(planes, bodies)
-    return Agreement(planes, bodies, covariance, misfits(planes, bodies))
+class _Evidence(NamedTuple):
+    """Outline points of one object in all planes, where they are now, and how their motions move them."""
+
+    plane: IntArray
+    points: FloatArray
+    across: FloatArray
+    normal: FloatArray
+    spacing: FloatArray
+
+    @classmethod
+    def of(cls, planes: list[ImagePlane], name: str) -> _Evidence:
+        own = [k for k, plane in enumerate(planes) if name in plane.masks]
+        edges = [planes[k].edges(name) for k in own]
+        size = [len(each.points) for each in edges]
+        return cls(
+            np.repeat(own, size),
+            np.concatenate([planes[k].moved(each.points) for k, each in zip(own, edges)]),
+            np.concatenate([each.across @ planes[k].rotation.T for k, each in zip(own, edges)]),
+            np.repeat([planes[k].rotation @ planes[k].frame[:, 2] for k in own], size, axis=0),
+            np.concatenate([each.spacing for each in edges]),
+        )
 
 
-def misfits(planes, bodies):
-    found = [[np.zeros(0)] for _ in planes]
-    for body in bodies:
-        finder = ClosestFinder(body.points, body.triangles)
+def agree(planes: list[ImagePlane], bodies: list[Body]) -> Agreement:
+    """Bend surfaces and move planes until both agree.
+
+    Parameters
+    ----------
+    planes : list of ImagePlane
+        Near to where they belong.
+    bodies : list of Body
+        Rough surfaces.
+
+    Returns
+    -------
+    Agreement
+    """
+    start = np.cumsum([0, *(len(plane.motion) for plane in planes)])
+    precision = np.diag(np.concatenate([plane.prior**-2.0 for plane in planes]))
+    for number, stiffness in enumerate(_STIFF):
+        matrix = precision.copy()
+        right = -precision @ np.concatenate([plane.motion for plane in planes])
+        bent = [_Bent.of(body, planes, start, stiffness, number >= _SPARING) for body in bodies]
+        for one in bent:
+            matrix += one.matrix / _ALIKE
+            right += one.right / _ALIKE
+        motion = np.linalg.solve(matrix, right)
+        motion *= min(1.0, _MOST / max(float(np.abs(motion).max()), _MOST))
+        bodies = [one.moved(motion) for one in bent]
+        planes = [replace(p, motion=p.motion + motion[a:b]) for p, a, b in zip(planes, start, start[1:])]
+    return Agreement(planes, np.linalg.inv(matrix), _misfits(planes, bodies))
+
+
+class _Bent(NamedTuple):
+    """Normal equations of the motions with one surface's vertices eliminated, and how these follow."""
+
+    body: Body
+    normals: FloatArray
+    matrix: FloatArray
+    right: FloatArray
+    alone: FloatArray
+    followed: FloatArray
+
+    @classmethod
+    def of(cls, body: Body, planes: list[ImagePlane], start: IntArray, stiffness: float, sparing: bool) -> _Bent:
+        points = smooth_tangentially(body.points, body.triangles, _SPREAD)
+        shape = Curvature.of(points, body.triangles, _SHARPEST)
+        finder = ClosestFinder(points, body.triangles)
+        seen = _Evidence.of(planes, body.name)
+        pick, normal, height = _feet(finder, shape, seen.points)
+        facing = np.einsum("qk,qk->q", seen.across, normal)
+        aslant = np.einsum("qk,qk->q", seen.normal, normal) ** 2
+        variance = seen.spacing**2 * (facing**2 + _OBLIQUE) / 12.0 + _ASLANT**2 * aslant + _NOISE**2
+        # Points far away, and outlines that face the other way, belong to something else.
+        weight = np.where(facing > 0.0, 1.0, 1e-3) / (variance + (height / _FAR) ** 2)
+        jacobian = np.zeros((len(height), int(start[-1])))
         for k, plane in enumerate(planes):
-            if body.name in plane.masks:
-                found[k].append(finder(plane.moved(plane.edges(body.name).points)).distance)
-    return np.array([np.median(np.concatenate(f)) if any(len(x) for x in f) else 0.0 for f in found])
+            own = seen.plane == k
+            jacobian[own, start[k] : start[k + 1]] = plane.jacobian(seen.points[own], normal[own])
+        weighted = pick.multiply(weight[:, None]).tocsr()
+        labels, pull = weighted.T @ pick, weighted.T @ height
+        if len(body.ends):
+            there, upward, rise = _feet(finder, shape, body.ends)
+            known = _END * 12.0 / (body.step**2 * (upward[:, body.axis] ** 2 + _OBLIQUE))
+            held = there.multiply(known[:, None]).tocsr()
+            labels, pull = labels + held.T @ there, pull + held.T @ rise
+        bend = shape.lenient(_USUAL, _LEAST) if sparing else shape.stiffness
+        solver = Banded((labels + stiffness * (shape.change.T @ bend @ shape.change)).tocsr())
+        coupling = -(weighted.T @ jacobian)
+        solved = solver.solve(np.column_stack([coupling, pull - stiffness * (shape.change.T @ (bend @ shape.mean))]))
+        followed, alone = solved[:, :-1], solved[:, -1]
+        matrix = jacobian.T @ (weight[:, None] * jacobian) - coupling.T @ followed
+        right = -jacobian.T @ (weight * height) - coupling.T @ alone
+        return cls(body._replace(points=points), shape.normals, matrix, right, alone, followed)
+
+    def moved(self, motion: FloatArray) -> Body:
+        """The surface as the planes' motions leave it."""
+        move = self.alone - self.followed @ motion
+        move = move * held_back(move, self.body.triangles)
+        return self.body._replace(points=self.body.points + move[:, None] * self.normals)
 
 
-def joint(planes: list[ImagePlane], bodies: list[Body], s: Settings = Settings(), trace=None):
-    start = np.cumsum([0, *(len(p.motion) for p in planes)])
-    count = int(start[-1])
-    seen = {b.name: evidence(planes, b.name) for b in bodies}
-    for round_, stiff in enumerate(s.stiff):
-        prior = np.concatenate([1.0 / p.prior**2 for p in planes])
-        matrix = np.diag(prior)
-        right = -prior * np.concatenate([p.motion for p in planes])
-        solved = []
-        for body in bodies:
-            points = smooth_tangentially(body.points, body.triangles, 5)
-            ev = seen[body.name]
-            solved.append(_system(points, body, ev, planes, start, count, stiff, s, round_ >= s.edges))
-            app, bp, aup, bu, solver = solved[-1][1:]
-            back = solver.solve(np.column_stack([aup, bu]))
-            solved[-1] = (*solved[-1][:1], back)
-            matrix += (app - aup.T @ back[:, :-1]) / s.alike
-            right += (bp - aup.T @ back[:, -1]) / s.alike
-        move = np.linalg.solve(matrix, right)
-        move *= min(1.0, 4.0 / max(np.abs(move).max(), 1e-9))
-        new = []
-        for body, ((points, normals), back) in zip(bodies, solved):
-            u = back[:, -1] - back[:, :-1] @ move
-            new.append(body._replace(points=points + (u * _held_back(u, body.triangles))[:, None] * normals))
-        bodies = new
-        planes = [replace(p, motion=p.motion + move[a : a + len(p.motion)]) for p, a in zip(planes, start)]
-        if trace:
-            trace(round_, planes, bodies, matrix)
-    return planes, bodies, np.linalg.inv(matrix)
+def _feet(finder: ClosestFinder, shape: Curvature, points: FloatArray) -> tuple[Any, FloatArray, FloatArray]:
+    """Interpolation from vertices to the closest places of a mesh, unit normals there, heights over them."""
+    from scipy.sparse import csr_array
 
-
-def _system(points, body, ev, planes, start, count, stiff, s, edges):
-    from scipy.sparse import coo_matrix
-
-    shape = Curvature.of(points, body.triangles, _SHARPEST)
-    finder = ClosestFinder(points, body.triangles)
-    moved, across = np.empty_like(ev.points), np.empty_like(ev.points)
-    out_of = np.empty_like(ev.points)
-    for k, p in enumerate(planes):
-        own = ev.plane == k
-        if own.any():
-            moved[own] = p.moved(ev.points[own])
-            across[own] = ev.across[own] @ p.rotation.T
-            out_of[own] = p.rotation @ p.frame[:, 2]
-    found = finder(moved)
+    found = finder(points)
     normal = unit_vectors(found.at(shape.normals))
-    height = np.einsum("qk,qk->q", moved - found.points, normal)
-    facing = np.einsum("qk,qk->q", across, normal)
-    oblique = np.einsum("qk,qk->q", out_of, normal) ** 2
-    variance = ev.spacing**2 * (facing**2 + 0.02) / 12.0 + s.across**2 * oblique + s.noise**2
-    weight = 1.0 / (variance * (1.0 + height**2 / (s.soft**2 * variance)))
-    weight = np.where(facing > 0.0, weight, 1e-3 * weight)
-    jac = np.zeros((len(height), count))
-    for k, p in enumerate(planes):
-        own = np.flatnonzero(ev.plane == k)
-        if len(own):
-            jac[own[:, None], np.arange(start[k], start[k + 1])] = p.jacobian(moved[own], normal[own])
-    n = len(points)
-    rows = np.repeat(np.arange(len(height)), 3)
-    w_u = coo_matrix((found.weights.ravel(), (rows, found.nodes.ravel())), shape=(len(height), n)).tocsr()
-    scaled = w_u.multiply(weight[:, None]).tocsr()
-    auu = (scaled.T @ w_u).tocsr()
-    aup = -(scaled.T @ jac)
-    app = jac.T @ (weight[:, None] * jac)
-    bp = -jac.T @ (weight * height)
-    bent = shape.lenient(_USUAL, _LEAST) if edges else shape.stiffness
-    energy = shape.change.T @ bent @ shape.change
-    slope = shape.change.T @ (bent @ shape.mean)
-    bu = scaled.T @ height - stiff * slope
-    if len(body.caps) and s.cap:
-        at = finder(body.caps)
-        up = unit_vectors(at.at(shape.normals))
-        rise = np.einsum("qk,qk->q", body.caps - at.points, up)
-        w = s.cap * 12.0 / (body.step**2 * (up[:, body.axis] ** 2 + 0.02))
-        pick = coo_matrix((at.weights.ravel(), (np.repeat(np.arange(len(rise)), 3), at.nodes.ravel())), shape=(len(rise), n)).tocsr()
-        scaled = pick.multiply(w[:, None]).tocsr()
-        auu = auu + scaled.T @ pick
-        bu = bu + scaled.T @ rise
-    solver = Banded((auu + stiff * energy).tocsr())
-    return (points, shape.normals), app, bp, aup, bu, solver
+    rows = np.arange(len(points) + 1) * 3
+    pick = csr_array((found.weights.ravel(), found.nodes.ravel(), rows), shape=(len(points), len(finder.points)))
+    return pick, normal, np.einsum("qk,qk->q", points - found.points, normal)
+
+
+def _misfits(planes: list[ImagePlane], bodies: list[Body]) -> FloatArray:
+    """Median distance ``(planes,)`` of outlines from the surfaces, mm."""
+    found: list[list[FloatArray]] = [[np.zeros(0)] for _ in planes]
+    for body in bodies:
+        seen = _Evidence.of(planes, body.name)
+        distance = ClosestFinder(body.points, body.triangles)(seen.points).distance
+        for k in np.unique(seen.plane):
+            found[k].append(distance[seen.plane == k])
+    every = [np.concatenate(each) for each in found]
+    return np.array([np.median(each) if len(each) else 0.0 for each in every])

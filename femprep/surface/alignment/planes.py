@@ -1,4 +1,4 @@
-"""Slices and views of a heart in, planes with one pose each out: what each plane shows of every object, and its pose."""
+"""Slices and views of a heart in, planes out: what each of them shows of every object, and how it is moved."""
 
 from __future__ import annotations
 

@@ -55,6 +55,10 @@ _BETWEEN: Final = (3.0, 0.1)
 #: Least squared cosine between a face's axis and the surface's normal: what the surface bends within half a voxel is
 #: not known.
 _OBLIQUE: Final = 0.02
+#: Weight of outlines in views, which cross all slices; standard deviation of a view's place, mm, and across its plane
+#: in shares of its thickness.
+_SEEN: Final = 4.0
+_PLACED, _SLAB = 0.2, 0.1
 #: Principal curvatures are not followed beyond this, 1/mm.
 _SHARPEST: Final = 0.2
 #: Passes of spreading vertices along the surface after each round.
@@ -182,7 +186,7 @@ def _bend(
     slope = shape.change.T @ (bent @ shape.mean)
     solver = Banded(labels + stiffness * energy)
     move = solver.solve(right + also - stiffness * slope)
-    moves = np.asarray((move * _held_back(move, triangles))[:, None] * shape.normals)
+    moves = np.asarray((move * held_back(move, triangles))[:, None] * shape.normals)
     if not edges:
         return moves, stiffness
     mean = shape.mean + shape.change @ move
@@ -190,24 +194,18 @@ def _bend(
     return moves, chosen
 
 
-def _seen(
-    seen: ViewObservations, finder: ClosestFinder, normals: FloatArray, count: int
-) -> tuple[Any, FloatArray]:
+def _seen(seen: ViewObservations, finder: ClosestFinder, normals: FloatArray, count: int) -> tuple[Any, FloatArray]:
     """Matrix and right side of the least squares fit of vertex moves to what views show.
 
-    A view tells the surface's place to a pixel across its own outline. Where it cuts the surface aslant, what the
-    surface bends within its thickness and what the view itself is displaced across its plane count as well.
+    A view tells the surface's place to a pixel across its own outline. Where it cuts the surface aslant, its place
+    across its own plane and what the surface bends within its thickness count as well.
     """
     feet = _Feet.of(seen.faces, finder, normals)
     along = np.einsum("qk,qk->q", feet.normal, seen.across)
-    aslant = np.einsum("qk,qk->q", feet.normal, seen.plane) ** 2
-    variance = seen.spacing**2 * (along**2 + _OBLIQUE) / 12.0 + V_NOISE**2 + (V_THICK * seen.thickness) ** 2 * aslant
-    # An outline that faces the other way belongs to another part of the surface.
-    weight = np.where(along > 0.0, seen.count / variance, 0.0) / (1.0 + feet.height**2 / (V_SOFT**2))
-    return feet.normal_equations(weight * V_WEIGHT, count)
-
-
-V_NOISE, V_THICK, V_SOFT, V_WEIGHT = 0.2, 0.1, 1e9, 4.0
+    aslant = np.einsum("qk,qk->q", feet.normal, seen.plane)
+    variance = seen.spacing**2 * (along**2 + _OBLIQUE) / 12.0 + _PLACED**2 + (_SLAB * seen.thickness * aslant) ** 2
+    # An outline that faces the other way belongs to another part of the surface, as across a thin crescent.
+    return feet.normal_equations(np.where(along > 0.0, _SEEN * seen.count / variance, 0.0), count)
 
 
 def _determined(solver: Banded, labels: Any) -> float:
@@ -224,7 +222,7 @@ def _determined(solver: Banded, labels: Any) -> float:
     return inner(signs, solver.solve(labels @ signs)) / _PROBES
 
 
-def _held_back(move: FloatArray, triangles: IntArray) -> FloatArray:
+def held_back(move: FloatArray, triangles: IntArray) -> FloatArray:
     """Share ``(n,)`` of their moves that vertices make so that none goes too far; it changes little between neighbours.
 
     Moves cut off one by one would dent the surface.

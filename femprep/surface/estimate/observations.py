@@ -150,7 +150,7 @@ class Observations:
         return found._with_views(obj) if obj.views else found
 
     def _with_views(self, obj: LabelObject) -> Observations:
-        """The same and what views show. Where these show the object beyond an end of the stack, that end tells nothing."""
+        """The same and what views show; an end of the stack beyond which these show the object does not count."""
         seen = ViewObservations.of(obj)
         axis, half = obj.stack_axis, 0.5 * float(obj.grid.spacing[obj.stack_axis])
         bodies = [view.to_world(np.argwhere(view.mask("object"))) for view in obj.views]
