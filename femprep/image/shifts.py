@@ -147,7 +147,7 @@ class SliceShifts:
             "expected": round(self.expected, 2),
             "views": [{"view": v.name, "way": round(v.way, 2), "angle": round(v.angle, 2)} for v in self.views],
             "left_out": list(self.left_out),
-            "notices": records(self.notice),
+            "notices": records(*self.notices),
         }
 
     @property
@@ -163,12 +163,34 @@ class SliceShifts:
             moved = ", ".join(f"{k}: ({x:+.1f}, {y:+.1f})" for k, (x, y) in zip(self.index, self.shift) if x or y)
             line = (
                 "slices were moved back in their planes against breath-hold shifts of up to {amount}; "
+                f"expected residual {self.expected:.1f} mm rms; "
                 f"the largest zig-zag of a centroid fell from {self.zigzag[0]:.1f} to {self.zigzag[1]:.1f} mm; shifts "
                 f"in mm along the image's in-plane axes, by slice: {moved}"
             )
             return Notice.of("moved", line, amount=self.largest, unit="mm")
         line = f"no slice was moved: the labels show no breath-hold shifts (evidence {self.evidence:.1f}, less than 6)"
         return Notice.of("moved", line, amount=0.0, unit="mm")
+
+    @property
+    def notices(self) -> tuple[Notice, ...]:
+        """What was done to the slices and to each view, for people.
+
+        Examples
+        --------
+        >>> len(fp.estimate_shifts(seg).notices)
+        1
+        """
+        found = [self.notice]
+        for view in self.views:
+            line = f"long-axis view {view.name} was moved by {{amount}} and turned by {view.angle:.1f} degrees"
+            found.append(Notice.of("moved", line, amount=view.way, unit="mm"))
+        for name in self.left_out:
+            line = (
+                f"long-axis view {name} was left out: its outlines contradict the slices and the other views wherever "
+                "it is moved; check that it shows the same heart in the same phase"
+            )
+            found.append(Notice.of("left out", line))
+        return tuple(found)
 
 
 def estimate_shifts(seg: Segmentation) -> SliceShifts:
@@ -220,7 +242,8 @@ def estimate_shifts(seg: Segmentation) -> SliceShifts:
 def move_back(seg: Segmentation, shifts: SliceShifts) -> Segmentation:
     """Undo shifts: see :func:`femprep.align_slices`."""
     info = {**seg.info, "slice_shifts": shifts.record()}
-    _log.info(shifts.notice.what)
+    for notice in shifts.notices:
+        _log.info(notice.what)
     known = {view.name: view for view in shifts.views}
     views = tuple(
         view.moved(known[view.name].rotation, known[view.name].translation) if view.name in known else view

@@ -25,8 +25,9 @@ from femprep.surface.estimate.outline import outlines
 
 #: Vertices of the surfaces that planes are moved onto.
 _VERTICES: Final = 500
-#: A view half of whose outlines lie farther than this from the surfaces, mm, contradicts the other planes.
-_CONTRADICTS: Final = 2.5
+#: A view contradicts the other planes where half of its outlines lie farther than this from the surfaces, mm, and so
+#: many times farther than those of most planes.
+_CONTRADICTS: Final = (0.75, 2.0)
 
 
 @one_blas_thread()
@@ -63,7 +64,8 @@ def estimate_shifts(seg: Segmentation) -> SliceShifts:
         found = agree(moved, _bodies(seg, moved, objects))
         views = [k for k, plane in enumerate(planes) if plane.view]
         worst = max(views, key=lambda k: found.misfit[k], default=None)
-        if worst is None or found.misfit[worst] <= _CONTRADICTS:
+        least, times = _CONTRADICTS
+        if worst is None or found.misfit[worst] <= max(least, times * float(np.median(found.misfit))):
             break
         left_out.append(planes[worst].name)
         planes = [plane for k, plane in enumerate(planes) if k != worst]
