@@ -10,7 +10,7 @@ from greys import linear, world_value, write_image
 
 import femprep as fp
 from femprep.errors import InputError, OptionError
-from femprep.image import Grid, SliceShifts, align_slices
+from femprep.image import Grid, SliceShifts
 from femprep.image.underlay import greys, lay_under, read_under, window
 from femprep.model.image_file import ImageFile, image_file
 from femprep.phantoms import lv_ellipsoid
