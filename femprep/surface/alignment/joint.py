@@ -37,6 +37,9 @@ _FAR: Final = 3.0
 _END: Final = 0.1
 #: Greatest change of a motion in one round: mm, and radians.
 _MOST: Final = 4.0
+#: Motions of usual size that are counted with those found, and how many times larger than usual motions may be.
+_BELIEF: Final = 3.0
+_LARGER: Final = 1.5
 #: As in the estimate of a surface: principal curvatures, edges, squared cosines, spreading of vertices.
 _SHARPEST: Final = 0.2
 _USUAL, _LEAST, _OBLIQUE, _SPREAD = 0.005, 0.005, 0.02, 5
@@ -113,10 +116,11 @@ def agree(planes: list[ImagePlane], bodies: list[Body]) -> Agreement:
     Agreement
     """
     start = np.cumsum([0, *(len(plane.motion) for plane in planes)])
-    precision = np.diag(np.concatenate([plane.prior**-2.0 for plane in planes]))
+    scale = np.ones(len(planes))
     for number, stiffness in enumerate(_STIFF):
-        matrix = precision.copy()
-        right = -precision @ np.concatenate([plane.motion for plane in planes])
+        precision = np.concatenate([(one * plane.prior) ** -2.0 for one, plane in zip(scale, planes)])
+        matrix = np.diag(precision)
+        right = -precision * np.concatenate([plane.motion for plane in planes])
         bent = [_Bent.of(body, planes, start, stiffness, number >= _SPARING) for body in bodies]
         for one in bent:
             matrix += one.matrix / _ALIKE
@@ -125,7 +129,23 @@ def agree(planes: list[ImagePlane], bodies: list[Body]) -> Agreement:
         motion *= min(1.0, _MOST / max(float(np.abs(motion).max()), _MOST))
         bodies = [one.moved(motion) for one in bent]
         planes = [replace(p, motion=p.motion + motion[a:b]) for p, a, b in zip(planes, start, start[1:])]
-    return Agreement(planes, np.linalg.inv(matrix), _misfits(planes, bodies))
+        covariance = np.linalg.inv(matrix)
+        scale = _scales(planes, np.split(np.diag(covariance), start[1:-1]))
+    return Agreement(planes, covariance, _misfits(planes, bodies))
+
+
+def _scales(planes: list[ImagePlane], variance: list[FloatArray]) -> FloatArray:
+    """How much larger motions are than their priors, for all slices and for all views (empirical Bayes).
+
+    Planes that are hardly displaced are then hardly moved.
+    """
+    square = [(p.motion**2 + v) / p.prior**2 for p, v in zip(planes, variance)]
+    scale = np.empty(len(planes))
+    for own in ([not p.view for p in planes], [p.view for p in planes]):
+        if any(own):
+            found = np.concatenate([each for each, one in zip(square, own) if one])
+            scale[own] = np.sqrt((_BELIEF + found.sum()) / (_BELIEF + len(found)))
+    return np.clip(scale, 0.0, _LARGER)
 
 
 class _Bent(NamedTuple):
