@@ -168,7 +168,8 @@ class SliceShifts:
                 f"in mm along the image's in-plane axes, by slice: {moved}"
             )
             return Notice.of("moved", line, amount=self.largest, unit="mm")
-        line = f"no slice was moved: the labels show no breath-hold shifts (evidence {self.evidence:.1f}, less than 6)"
+        why = f"expected residual {self.expected:.1f} mm rms" if self.views else f"evidence {self.evidence:.1f} of 6"
+        line = f"no slice was moved: the labels show no breath-hold shifts ({why})"
         return Notice.of("moved", line, amount=0.0, unit="mm")
 
     @property

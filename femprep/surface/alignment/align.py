@@ -18,7 +18,7 @@ from femprep.image.shifts import SliceShifts, ViewMotion
 from femprep.mesh.blas import one_blas_thread
 from femprep.model import FloatArray
 from femprep.surface.alignment.crossing_lines import first_motions
-from femprep.surface.alignment.joint import Body, agree
+from femprep.surface.alignment.joint import Agreement, Body, agree
 from femprep.surface.alignment.planes import ImagePlane, objects_of, planes_of
 from femprep.surface.estimate.observations import Observations
 from femprep.surface.estimate.outline import outlines
@@ -69,22 +69,35 @@ def estimate_shifts(seg: Segmentation) -> SliceShifts:
             break
         left_out.append(planes[worst].name)
         planes = [plane for k, plane in enumerate(planes) if k != worst]
-    slices = [plane for plane in found.planes if not plane.view]
+    planes = _undisplaced(found)
+    slices = [plane for plane in planes if not plane.view]
     size = 2 * len(slices)
-    deviation = np.sqrt(np.diag(found.covariance)[:size].reshape(-1, 2).mean(axis=1))
-    motions = tuple(_in_world(seg.grid, plane) for plane in found.planes if plane.view)
     away = np.concatenate([plane.motion for plane in slices])
+    numbers = np.array([plane.number for plane in slices])
     return SliceShifts(
         axis=seg.stack_axis,
-        index=np.array([plane.number for plane in slices]),
+        index=numbers,
         shift=np.round(-away.reshape(-1, 2), 2) + 0.0,
-        deviation=deviation,
+        deviation=np.sqrt(np.diag(found.covariance)[:size].reshape(-1, 2).mean(axis=1)),
         evidence=float(away @ np.linalg.solve(found.covariance[:size, :size], away)),
-        zigzag=stack.zigzags(seg, np.array([plane.number for plane in slices]), -away.reshape(-1, 2)),
+        zigzag=stack.zigzags(seg, numbers, -away.reshape(-1, 2)),
         structures=tuple(seg.structures),
-        views=motions,
+        views=tuple(_in_world(seg.grid, plane) for plane in planes if plane.view),
         left_out=tuple(left_out),
     )
+
+
+def _undisplaced(found: Agreement) -> list[ImagePlane]:
+    """The planes; slices, or views, that move no farther in the mean than they are uncertain stay where they are."""
+    variance = np.split(np.diag(found.covariance), np.cumsum([len(plane.motion) for plane in found.planes])[:-1])
+    planes = list(found.planes)
+    for view, axes in ((False, 2), (True, 3)):
+        own = [k for k, plane in enumerate(planes) if plane.view == view]
+        moved = sum(float((planes[k].motion[:axes] ** 2).sum()) for k in own)
+        if moved <= sum(float(variance[k][:axes].sum()) for k in own):
+            for k in own:
+                planes[k] = replace(planes[k], motion=np.zeros_like(planes[k].motion))
+    return planes
 
 
 def align_slices(seg: Segmentation, shifts: SliceShifts | None = None) -> Segmentation:

@@ -119,9 +119,14 @@ def agree(planes: list[ImagePlane], bodies: list[Body]) -> Agreement:
     scale = np.ones(len(planes))
     for number, stiffness in enumerate(_STIFF):
         precision = np.concatenate([(one * plane.prior) ** -2.0 for one, plane in zip(scale, planes)])
-        matrix = np.diag(precision)
-        right = -precision * np.concatenate([plane.motion for plane in planes])
-        bent = [_Bent.of(body, planes, start, stiffness, number >= _SPARING) for body in bodies]
+        # Both ends of the stack in each object: they lie somewhere between two slices.
+        ends = [12.0 / body.step**2 for body in bodies for _ in range(2)]
+        matrix = np.diag([*precision, *ends])
+        right = np.append(-precision * np.concatenate([plane.motion for plane in planes]), np.zeros(len(ends)))
+        bent = [
+            _Bent.of(body, planes, start, (2 * k, len(ends)), stiffness, number >= _SPARING)
+            for k, body in enumerate(bodies)
+        ]
         for one in bent:
             matrix += one.matrix / _ALIKE
             right += one.right / _ALIKE
@@ -129,7 +134,7 @@ def agree(planes: list[ImagePlane], bodies: list[Body]) -> Agreement:
         motion *= min(1.0, _MOST / max(float(np.abs(motion).max()), _MOST))
         bodies = [one.moved(motion) for one in bent]
         planes = [replace(p, motion=p.motion + motion[a:b]) for p, a, b in zip(planes, start, start[1:])]
-        covariance = np.linalg.inv(matrix)
+        covariance = np.linalg.inv(matrix)[: start[-1], : start[-1]]
         scale = _scales(planes, np.split(np.diag(covariance), start[1:-1]))
     return Agreement(planes, covariance, _misfits(planes, bodies))
 
@@ -159,7 +164,17 @@ class _Bent(NamedTuple):
     followed: FloatArray
 
     @classmethod
-    def of(cls, body: Body, planes: list[ImagePlane], start: IntArray, stiffness: float, sparing: bool) -> _Bent:
+    def of(
+        cls,
+        body: Body,
+        planes: list[ImagePlane],
+        start: IntArray,
+        ends: tuple[int, int],
+        stiffness: float,
+        sparing: bool,
+    ) -> _Bent:
+        from scipy.sparse import vstack
+
         points = smooth_tangentially(body.points, body.triangles, _SPREAD)
         shape = Curvature.of(points, body.triangles, _SHARPEST)
         finder = ClosestFinder(points, body.triangles)
@@ -170,17 +185,22 @@ class _Bent(NamedTuple):
         variance = seen.spacing**2 * (facing**2 + _OBLIQUE) / 12.0 + _ASLANT**2 * aslant + _NOISE**2
         # Points far away, and outlines that face the other way, belong to something else.
         weight = np.where(facing > 0.0, 1.0, 1e-3) / (variance + (height / _FAR) ** 2)
-        jacobian = np.zeros((len(height), int(start[-1])))
+        count, (first, more) = int(start[-1]), ends
+        jacobian = np.zeros((len(height), count + more))
         for k, plane in enumerate(planes):
             own = seen.plane == k
             jacobian[own, start[k] : start[k + 1]] = plane.jacobian(seen.points[own], normal[own])
-        weighted = pick.multiply(weight[:, None]).tocsr()
-        labels, pull = weighted.T @ pick, weighted.T @ height
         if len(body.ends):
             there, upward, rise = _feet(finder, shape, body.ends)
-            known = _END * 12.0 / (body.step**2 * (upward[:, body.axis] ** 2 + _OBLIQUE))
-            held = there.multiply(known[:, None]).tocsr()
-            labels, pull = labels + held.T @ there, pull + held.T @ rise
+            pick, height = vstack([pick, there]).tocsr(), np.append(height, rise)
+            along = upward[:, body.axis]
+            weight = np.append(weight, _END * 12.0 / (body.step**2 * (along**2 + _OBLIQUE)))
+            upper = body.ends[:, body.axis] > points[:, body.axis].mean()
+            moved = np.zeros((len(rise), count + more))
+            moved[np.arange(len(rise)), count + first + upper] = along
+            jacobian = np.concatenate([jacobian, moved])
+        weighted = pick.multiply(weight[:, None]).tocsr()
+        labels, pull = weighted.T @ pick, weighted.T @ height
         bend = shape.lenient(_USUAL, _LEAST) if sparing else shape.stiffness
         solver = Banded((labels + stiffness * (shape.change.T @ bend @ shape.change)).tocsr())
         coupling = -(weighted.T @ jacobian)
