@@ -329,6 +329,8 @@ def zigzags(seg: Segmentation, index: IntArray, shift: FloatArray) -> tuple[floa
     for name in seg.structures:
         if set(seg.structures[name]) <= set(seg.present):
             place, position, _ = _outlines(np.moveaxis(seg.mask(name), seg.stack_axis, 0), seg.grid.spacing[flat])
+            known = np.isin(place, index)
+            place, position = place[known], position[known]
             if len(place) > 2:
                 before = max(before, _zigzag(position))
                 after = max(after, _zigzag(position - shift[np.searchsorted(index, place)]))

@@ -12,6 +12,7 @@ import numpy as np
 from femprep.errors import FemprepError
 from femprep.image import shifts as stack
 from femprep.image.grid import Grid
+from femprep.image.long_axis import is_stack
 from femprep.image.object import make_object
 from femprep.image.segmentation import Segmentation
 from femprep.image.shifts import SliceShifts, ViewMotion
@@ -54,7 +55,7 @@ def estimate_shifts(seg: Segmentation) -> SliceShifts:
     >>> float(abs(fp.estimate_shifts(seg).shift).max()) < 1.0
     True
     """
-    if not seg.views:
+    if not seg.views or not is_stack(seg.grid):
         return stack.estimate_shifts(seg)
     objects = objects_of(seg)
     planes = planes_of(seg, objects)
