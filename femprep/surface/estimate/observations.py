@@ -147,26 +147,30 @@ class Observations:
             centres - middle,
             outside,
         )
-        return found._with_views(obj) if obj.views else found
+        return found._with_views(obj, own) if obj.views else found
 
-    def _with_views(self, obj: LabelObject) -> Observations:
-        """The same and what views show; an end of the stack beyond which these show the object does not count."""
-        seen = ViewObservations.of(obj)
-        axis, half = obj.stack_axis, 0.5 * float(obj.grid.spacing[obj.stack_axis])
-        bodies = [view.to_world(np.argwhere(view.mask("object"))) for view in obj.views]
-        height = np.concatenate([body[:, axis] for body in bodies]) - obj.barycentre[axis]
-        caps = self.faces[self.end][:, axis]
-        if len(height) == 0 or len(caps) == 0:
-            return replace(self, seen=seen)
-        pixel = obj.grid.pixel
-        low, high = float(caps.min()), float(caps.max())
+    def _with_views(self, obj: LabelObject, own: BoolArray) -> Observations:
+        """The same and what views show; an end of the stack beyond which these show the object does not count.
+
+        Nor does what was put there in place of voxel faces, as an extrapolated apex (not ``own``).
+        """
+        axis = obj.stack_axis
+        half, pixel = 0.5 * float(obj.grid.spacing[axis]), obj.grid.pixel
+        used = np.flatnonzero(obj.mask.any(axis=obj.grid.flat_axes))
+        # The axes of the coordinates are those of the grid, one of them possibly turned round.
+        places = obj.grid.origin[axis] + obj.grid.direction[axis, axis] * obj.grid.spacing[axis] * used[[0, -1]]
+        low, high = np.sort(places - obj.barycentre[axis]) + np.array([-half, half])
+        bodies = [view.to_world(np.argwhere(view.mask("object")))[:, axis] for view in obj.views]
+        seen = np.concatenate(bodies) - obj.barycentre[axis]
         faces, centres = np.ones(len(self.faces), dtype=bool), np.ones(len(self.centres), dtype=bool)
-        for end, beyond in ((low, height.min() < low - pixel), (high, height.max() > high + pixel)):
-            if beyond:
-                faces &= ~(self.end & (np.abs(self.faces[:, axis] - end) < half))
-                centres &= ~(self.outside & ((self.centres[:, axis] - end) * np.sign(end) > 0.0))
+        for sign, end in ((-1.0, low), (1.0, high)):
+            if len(seen) and (sign * (seen - end)).max() > pixel:
+                above = sign * (self.faces[:, axis] - end)
+                faces &= ~((self.end & (np.abs(above) < half)) | (~own & (above > -half)))
+                centres &= ~(self.outside & (sign * (self.centres[:, axis] - end) > 0.0))
         kept = {name: getattr(self, name)[faces] for name in ("faces", "axis", "spacing", "between", "end")}
-        return replace(self, **kept, centres=self.centres[centres], outside=self.outside[centres], seen=seen)
+        shown = ViewObservations.of(obj)
+        return replace(self, **kept, centres=self.centres[centres], outside=self.outside[centres], seen=shown)
 
 
 def _between_slices(obj: LabelObject, boundary: BoundaryPoints) -> tuple[FloatArray, BoolArray]:
