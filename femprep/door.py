@@ -27,6 +27,7 @@ NOUNS: Final = {
     "MatchedSurfaces": "match_surfaces",
     "Opening": "find_openings",
     "Plane": "Plane(point, normal)",
+    "PlaneView": "PlaneView(name, labels, structures, origin, axes, spacing, thickness)",
     "Run": "mesh_segmentation",
     "Segmentation": "read_segmentation",
     "SequenceRun": "mesh_sequence",

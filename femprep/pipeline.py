@@ -14,7 +14,7 @@ from femprep.anatomy import (
 )
 from femprep.anatomy.tissue.regions import own_tissue
 from femprep.errors import FemprepError
-from femprep.image import IntensityImage, LabelObject, Segmentation, align_slices, leave_out_slices
+from femprep.image import IntensityImage, LabelObject, Segmentation, leave_out_slices
 from femprep.image.papillary import fill_helps, fill_papillary
 from femprep.image.size import require_heart_size
 from femprep.image.unnamed import require_named
@@ -28,6 +28,7 @@ from femprep.report.run import Run, Surfaces
 from femprep.stages.fill import fill
 from femprep.stages.furnish import concluded, furnish
 from femprep.surface import fit_surface
+from femprep.surface.alignment import align_slices
 from femprep.surface.fit import check_fit
 from femprep.volume import check
 from femprep.volume.quality.advice import surfaces_reached, what_helps, with_hints, with_shape_help
@@ -171,11 +172,11 @@ def _begin(seg: Segmentation, options: Options, stages: Stages) -> Begun:
 
 
 def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:
-    """The segmentation with its heart's axes; flipped, slices left out, or moved back against shifts, if asked."""
+    """The segmentation with its heart's axes: flipped, slices left out or moved back if asked or with views."""
     seg = flip(seg) if options.flip else seg
     if options.image.leave_out:
         seg = leave_out_slices(seg, options.image.leave_out)
-    if options.image.correct_shifts:
+    if options.image.correct_shifts or seg.views:
         with stages("slice shifts"):
             seg = align_slices(seg)
     seg = require_named(fill_papillary(seg) if options.image.fill_papillary else seg)

@@ -12,22 +12,22 @@ from femprep.image.reading.masks import read_masks
 from femprep.image.reading.reader import read_frames, read_segmentation, write_segmentation
 from femprep.image.resample import isotropic
 from femprep.image.segmentation import Segmentation
-from femprep.image.shifts import SliceShifts, align_slices, estimate_shifts
+from femprep.image.shifts import SliceShifts
 from femprep.image.slices import SliceTable, slice_table
 from femprep.image.topology import Topology, topology
+from femprep.image.views import PlaneView
 
 __all__ = [
     "BoundaryPoints",
     "Grid",
     "IntensityImage",
     "LabelObject",
+    "PlaneView",
     "Segmentation",
     "SliceShifts",
     "SliceTable",
     "Topology",
-    "align_slices",
     "boundary_points",
-    "estimate_shifts",
     "fill_papillary",
     "isotropic",
     "leave_out_slices",

@@ -56,7 +56,8 @@ class CanonicalFrame:
         axes = image_axes(obj)[1]
         hand = np.diag(np.sign(np.diag(product(axes.T, obj.grid.direction))))
         grid = Grid(obj.grid.shape, obj.grid.spacing, np.zeros(3), hand, obj.grid.offsets, obj.grid.stack)
-        return cls(LabelObject(obj.mask, grid, obj.name, obj.report), axes, obj)
+        views = tuple(view.moved(axes.T, -product(axes.T, obj.grid.origin)) for view in obj.views)
+        return cls(LabelObject(obj.mask, grid, obj.name, obj.report, views=views), axes, obj)
 
     def boundary(self, boundary: BoundaryPoints) -> BoundaryPoints:
         """Boundary points in the canonical frame, moved from their voxels' faces as they are in the world."""

@@ -60,7 +60,7 @@ def stored_by_content(obj: LabelObject, boundary: BoundaryPoints | None = None) 
         offsets = grid.offsets[:: -1 if grid.stack_axis in turned else 1, order] * signs
     direction = grid.direction[:, order] * signs
     own = Grid(mask.shape, grid.spacing[list(order)], grid.regular.to_world(corner), direction, offsets, 2)
-    found = LabelObject(mask, own, obj.name, obj.report, obj.frame)
+    found = LabelObject(mask, own, obj.name, obj.report, obj.frame, obj.views)
     if boundary is None:
         return found, boundary_points(found)
     axis = np.argsort(order)[boundary.axis]

@@ -14,6 +14,7 @@ from femprep.errors import InputError
 from femprep.image.grid import Grid, require_grid
 from femprep.image.solid import PADDING, Where, cut_off, filled, largest_piece, tunnels_of, without_tips
 from femprep.image.topology import counts_along, used_box
+from femprep.image.views import PlaneView
 from femprep.model import BoolArray, FloatArray, Immutable, readonly, records
 from femprep.model.products import product, weighted
 from femprep.options import ImageOptions, choose, takes
@@ -34,6 +35,8 @@ class LabelObject(Immutable):
         What was found and repaired, in voxels: see :func:`make_object`. JSON-ready.
     frame : (3, 3) array, optional
         Axes of the heart it belongs to, see :class:`~femprep.image.segmentation.Segmentation`.
+    views : tuple of PlaneView
+        Long-axis views of the object: pixels that are not 0 belong to it.
 
     Examples
     --------
@@ -46,6 +49,7 @@ class LabelObject(Immutable):
     name: str = "object"
     report: Mapping[str, Any] = field(default_factory=dict)
     frame: FloatArray | None = None
+    views: tuple[PlaneView, ...] = ()
 
     def __post_init__(self) -> None:
         require_grid(self.grid)

@@ -16,6 +16,7 @@ from femprep.image.canonical_storage import moments
 from femprep.image.grid import Grid, require_grid
 from femprep.image.object import LabelObject, make_object, rotation
 from femprep.image.slices import SliceTable, slice_table
+from femprep.image.views import PlaneView
 from femprep.model import BoolArray, FloatArray, Immutable
 from femprep.model.arrays import integers, mapping
 from femprep.options import ImageOptions, choose, likely_preset, takes
@@ -38,6 +39,8 @@ class Segmentation(Immutable):
     frame : (3, 3) array, optional
         Axes of the heart as columns, a rotation: z along the long axis to the base, x across it to the right ventricle.
         Templates fitted to its objects are turned by it; see :func:`femprep.orient`.
+    views : tuple of PlaneView
+        Long-axis slices of the same heart at the same time, each with its own pose.
 
     Examples
     --------
@@ -52,9 +55,11 @@ class Segmentation(Immutable):
     structures: Mapping[str, tuple[int, ...]]
     info: Mapping[str, Any] = field(default_factory=dict)
     frame: FloatArray | None = None
+    views: tuple[PlaneView, ...] = ()
 
     def __post_init__(self) -> None:
         require_grid(self.grid)
+        object.__setattr__(self, "views", tuple(self.views))
         labels = np.asarray(self.labels)
         if labels.dtype == bool:
             labels = labels.astype(np.uint8)
@@ -203,7 +208,18 @@ class Segmentation(Immutable):
         chosen = choose(ImageOptions, options, changes)
         mask = self.mask(*structures)
         found = make_object(mask, self.grid, name or "+".join(structures), options=chosen, labels=self.labels)
-        return replace(found, frame=self.frame)
+        views = tuple(view for one in self.views if (view := one.showing(*structures)) is not None)
+        return replace(found, frame=self.frame, views=views)
+
+    def with_views(self, *views: PlaneView) -> Segmentation:
+        """The same segmentation with further long-axis views.
+
+        Examples
+        --------
+        >>> seg.with_views().views
+        ()
+        """
+        return replace(self, views=(*self.views, *views))
 
     def slices(self, *structures: str) -> SliceTable:
         """Area and centroid of one or several structures together in each slice across the stack.

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,29 @@ _SLICES: Final = 5
 _NOISE: Final = 0.15
 #: Twice the logarithm of the ratio of likelihoods from which shifts are believed: by chance about once in 140 stacks.
 _EVIDENCE: Final = 6.0
+
+
+class ViewMotion(NamedTuple):
+    """How a long-axis view is moved to where the heart is: ``x -> rotation @ x + translation``, mm LPS.
+
+    Attributes
+    ----------
+    name : str
+    rotation : (3, 3) array
+    translation : (3,) array
+    way : float
+        How far its middle moves, mm.
+    """
+
+    name: str
+    rotation: FloatArray
+    translation: FloatArray
+    way: float
+
+    @property
+    def angle(self) -> float:
+        """Angle of the rotation, degrees."""
+        return float(np.degrees(np.arccos(np.clip(0.5 * (np.trace(self.rotation) - 1.0), -1.0, 1.0))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +73,10 @@ class SliceShifts(Immutable):
         the slices moved back.
     structures : tuple of str
         Structures the shifts were found from.
+    views : tuple of ViewMotion
+        How the long-axis views are moved back.
+    left_out : tuple of str
+        Names of views that contradict all other planes.
 
     Examples
     --------
@@ -65,6 +92,8 @@ class SliceShifts(Immutable):
     evidence: float
     zigzag: tuple[float, float]
     structures: tuple[str, ...]
+    views: tuple[ViewMotion, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.index)
@@ -74,6 +103,17 @@ class SliceShifts(Immutable):
 
     def __repr__(self) -> str:
         return f"SliceShifts({len(self.index)} slices, {self.largest:.1f} mm at most)"
+
+    @property
+    def expected(self) -> float:
+        """Expected length of what is left of a slice's shift once it is moved back, rms, mm.
+
+        Examples
+        --------
+        >>> fp.estimate_shifts(seg).expected >= 0.0
+        True
+        """
+        return float(np.sqrt(2.0 * np.mean(self.deviation**2))) if len(self.deviation) else 0.0
 
     @property
     def largest(self) -> float:
@@ -104,7 +144,10 @@ class SliceShifts(Immutable):
             "evidence": round(self.evidence, 2),
             "zigzag": [round(z, 2) for z in self.zigzag],
             "structures": list(self.structures),
-            "notices": records(self.notice),
+            "expected": round(self.expected, 2),
+            "views": [{"view": v.name, "way": round(v.way, 2), "angle": round(v.angle, 2)} for v in self.views],
+            "left_out": list(self.left_out),
+            "notices": records(*self.notices),
         }
 
     @property
@@ -120,12 +163,35 @@ class SliceShifts(Immutable):
             moved = ", ".join(f"{k}: ({x:+.1f}, {y:+.1f})" for k, (x, y) in zip(self.index, self.shift) if x or y)
             line = (
                 "slices were moved back in their planes against breath-hold shifts of up to {amount}; "
+                f"expected residual {self.expected:.1f} mm rms; "
                 f"the largest zig-zag of a centroid fell from {self.zigzag[0]:.1f} to {self.zigzag[1]:.1f} mm; shifts "
                 f"in mm along the image's in-plane axes, by slice: {moved}"
             )
             return Notice.of("moved", line, amount=self.largest, unit="mm")
-        line = f"no slice was moved: the labels show no breath-hold shifts (evidence {self.evidence:.1f}, less than 6)"
+        why = f"expected residual {self.expected:.1f} mm rms" if self.views else f"evidence {self.evidence:.1f} of 6"
+        line = f"no slice was moved: the labels show no breath-hold shifts ({why})"
         return Notice.of("moved", line, amount=0.0, unit="mm")
+
+    @property
+    def notices(self) -> tuple[Notice, ...]:
+        """What was done to the slices and to each view, for people.
+
+        Examples
+        --------
+        >>> len(fp.estimate_shifts(seg).notices)
+        1
+        """
+        found = [self.notice]
+        for view in self.views:
+            line = f"long-axis view {view.name} was moved by {{amount}} and turned by {view.angle:.1f} degrees"
+            found.append(Notice.of("moved", line, amount=view.way, unit="mm"))
+        for name in self.left_out:
+            line = (
+                f"long-axis view {name} was left out: its outlines contradict the slices and the other views wherever "
+                "it is moved; check that it shows the same heart in the same phase"
+            )
+            found.append(Notice.of("left out", line))
+        return tuple(found)
 
 
 def estimate_shifts(seg: Segmentation) -> SliceShifts:
@@ -174,35 +240,20 @@ def estimate_shifts(seg: Segmentation) -> SliceShifts:
     return SliceShifts(axis, jumps.place, shift + 0.0, jumps.deviation, jumps.evidence, (before, after), tuple(names))
 
 
-def align_slices(seg: Segmentation, shifts: SliceShifts | None = None) -> Segmentation:
-    """Move the slices of a stack back in their planes, against their breath-hold shifts.
-
-    Labels move by whole pixels, so that none is drawn anew; what is left, at most half a pixel, the grid carries as an
-    offset of the slice, which boundary points, contours and centroids have in them.
-
-    Parameters
-    ----------
-    seg : Segmentation
-    shifts : SliceShifts, optional
-        As estimated from the labels where not given.
-
-    Returns
-    -------
-    Segmentation
-        On a grid that is wider by what slices moved; ``info["slice_shifts"]`` tells each slice's shift. The same one,
-        with that record, where no slice is displaced.
-
-    Examples
-    --------
-    >>> aligned = fp.align_slices(seg)
-    >>> aligned.labels.shape == seg.labels.shape
-    True
-    """
-    shifts = estimate_shifts(seg) if shifts is None else shifts
+def move_back(seg: Segmentation, shifts: SliceShifts) -> Segmentation:
+    """Undo shifts: see :func:`femprep.align_slices`."""
     info = {**seg.info, "slice_shifts": shifts.record()}
-    _log.info(shifts.notice.what)
+    for notice in shifts.notices:
+        _log.info(notice.what)
+    known = {view.name: view for view in shifts.views}
+    views = tuple(
+        view.moved(known[view.name].rotation, known[view.name].translation) if view.name in known else view
+        for view in seg.views
+        if view.name not in shifts.left_out
+    )
+    seg = replace(seg, info=info, views=views)
     if not shifts.largest:
-        return replace(seg, info=info)
+        return seg
     axis = shifts.axis
     flat = [a for a in range(3) if a != axis]
     count = seg.grid.shape[axis]
@@ -218,7 +269,7 @@ def align_slices(seg: Segmentation, shifts: SliceShifts | None = None) -> Segmen
     grid = seg.grid.window((corner[0], corner[1], corner[2]), labels.shape)
     offsets = np.array(grid.offset_at(np.arange(count)))
     offsets[:, flat] += back - pixels * seg.grid.spacing[flat]
-    return replace(seg, labels=labels, grid=replace(grid, offsets=offsets), info=info)
+    return replace(seg, labels=labels, grid=replace(grid, offsets=offsets))
 
 
 def scanned_places(seg: Segmentation, index: FloatArray) -> FloatArray:
@@ -269,6 +320,21 @@ def _outlines(stack: Any, spacing: FloatArray) -> tuple[IntArray, FloatArray, Fl
     pairs = {(a, a + 1): outside(a, a + 1) for a in range(len(places) - 1)}
     change = [min(pairs.get((a - 1, a), 1.0), pairs.get((a, a + 1), 1.0)) for a in range(len(places))]
     return places, centre, np.array(change) * radius
+
+
+def zigzags(seg: Segmentation, index: IntArray, shift: FloatArray) -> tuple[float, float]:
+    """Greatest distance of a centroid from the middle of its neighbours', mm, before and after slices move back."""
+    before, after = 0.0, 0.0
+    flat = list(seg.grid.flat_axes)
+    for name in seg.structures:
+        if set(seg.structures[name]) <= set(seg.present):
+            place, position, _ = _outlines(np.moveaxis(seg.mask(name), seg.stack_axis, 0), seg.grid.spacing[flat])
+            known = np.isin(place, index)
+            place, position = place[known], position[known]
+            if len(place) > 2:
+                before = max(before, _zigzag(position))
+                after = max(after, _zigzag(position - shift[np.searchsorted(index, place)]))
+    return before, after
 
 
 def _zigzag(position: FloatArray) -> float:

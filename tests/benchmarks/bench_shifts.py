@@ -20,9 +20,10 @@ from pathlib import Path
 
 import numpy as np
 
-from femprep.image import Segmentation, align_slices, estimate_shifts, read_segmentation
+from femprep.image import Segmentation, read_segmentation
 from femprep.model import FloatArray
 from femprep.phantoms import Phantom, biventricular, lv_ellipsoid
+from femprep.surface.alignment import align_slices, estimate_shifts
 
 SPACING = (1.44, 1.44, 8.0)
 

@@ -12,14 +12,13 @@ from femprep.errors import InputError
 from femprep.image import (
     Grid,
     SliceShifts,
-    align_slices,
     boundary_points,
-    estimate_shifts,
     isotropic,
     write_segmentation,
 )
 from femprep.image.reading.reader import read_segmentation
 from femprep.phantoms import biventricular, lv_ellipsoid, rv_bent
+from femprep.surface.alignment import align_slices, estimate_shifts
 from femprep.surface.measure.sections import label_contours
 
 SPACING = (1.44, 1.44, 8.0)

@@ -10,10 +10,11 @@ from greys import linear, world_value, write_image
 
 import femprep as fp
 from femprep.errors import InputError, OptionError
-from femprep.image import Grid, SliceShifts, align_slices
+from femprep.image import Grid, SliceShifts
 from femprep.image.underlay import greys, lay_under, read_under, window
 from femprep.model.image_file import ImageFile, image_file
 from femprep.phantoms import lv_ellipsoid
+from femprep.surface.alignment import align_slices
 
 TURN = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
 

@@ -57,7 +57,12 @@ def flip(heart: VolumeMesh | Segmentation, *, plane: Plane | None = None) -> Vol
         heart.grid if offsets is None else replace(heart.grid, offsets=offsets * np.where(np.arange(3) == axis, -1, 1))
     )
     flipped = not heart.info.get("flipped", False)
-    return replace(heart, labels=labels, grid=grid, frame=None, info={**heart.info, "flipped": flipped})
+    across = heart.grid.direction[:, axis]
+    middle = heart.grid.origin + 0.5 * (heart.grid.shape[axis] - 1) * heart.grid.spacing[axis] * across
+    mirror = np.eye(3) - 2.0 * np.outer(across, across)
+    views = [view.moved(mirror, middle - mirror @ middle) for view in heart.views]
+    info = {**heart.info, "flipped": flipped}
+    return replace(heart, labels=labels, grid=grid, frame=None, info=info, views=tuple(views))
 
 
 def _flip_mesh(mesh: VolumeMesh, plane: Plane | None) -> VolumeMesh:

@@ -20,7 +20,7 @@ from femprep.mesh.search.intersection import self_intersections
 from femprep.model import FloatArray, IntArray
 from femprep.model.functions import exponential, logarithm
 from femprep.model.products import inner, unit_vectors
-from femprep.surface.estimate.observations import Observations
+from femprep.surface.estimate.observations import Observations, ViewObservations
 
 #: Old vertices, new ones and triangles to where the vertices go.
 Step = Callable[[FloatArray, FloatArray, IntArray], FloatArray]
@@ -55,6 +55,10 @@ _BETWEEN: Final = (3.0, 0.1)
 #: Least squared cosine between a face's axis and the surface's normal: what the surface bends within half a voxel is
 #: not known.
 _OBLIQUE: Final = 0.02
+#: Weight of outlines in views, which cross all slices; standard deviation of a view's place, mm, and across its plane
+#: in shares of its thickness.
+_SEEN: Final = 4.0
+_PLACED, _SLAB = 0.2, 0.1
 #: Principal curvatures are not followed beyond this, 1/mm.
 _SHARPEST: Final = 0.2
 #: Passes of spreading vertices along the surface after each round.
@@ -174,17 +178,34 @@ def _bend(
     matrix, right = faces.normal_equations(weight, len(points))
     more, also = centres.normal_equations(wrong, len(points))
     labels = matrix + more
+    if observations.seen is not None:
+        seen, pull = _seen(observations.seen, finder, shape.normals, len(points))
+        labels, right = labels + seen, right + pull
     bent = shape.lenient(_USUAL, _LEAST) if edges else shape.stiffness
     energy = shape.change.T @ bent @ shape.change
     slope = shape.change.T @ (bent @ shape.mean)
     solver = Banded(labels + stiffness * energy)
     move = solver.solve(right + also - stiffness * slope)
-    moves = np.asarray((move * _held_back(move, triangles))[:, None] * shape.normals)
+    moves = np.asarray((move * held_back(move, triangles))[:, None] * shape.normals)
     if not edges:
         return moves, stiffness
     mean = shape.mean + shape.change @ move
     chosen = _ALIKE * _determined(solver, labels) / inner(mean, bent @ mean)
     return moves, chosen
+
+
+def _seen(seen: ViewObservations, finder: ClosestFinder, normals: FloatArray, count: int) -> tuple[Any, FloatArray]:
+    """Matrix and right side of the least squares fit of vertex moves to what views show.
+
+    A view tells the surface's place to a pixel across its own outline. Where it cuts the surface aslant, its place
+    across its own plane and what the surface bends within its thickness count as well.
+    """
+    feet = _Feet.of(seen.faces, finder, normals)
+    along = np.einsum("qk,qk->q", feet.normal, seen.across)
+    aslant = np.einsum("qk,qk->q", feet.normal, seen.plane)
+    variance = seen.spacing**2 * (along**2 + _OBLIQUE) / 12.0 + _PLACED**2 + (_SLAB * seen.thickness * aslant) ** 2
+    # An outline that faces the other way belongs to another part of the surface, as across a thin crescent.
+    return feet.normal_equations(np.where(along > 0.0, _SEEN * seen.count / variance, 0.0), count)
 
 
 def _determined(solver: Banded, labels: Any) -> float:
@@ -201,7 +222,7 @@ def _determined(solver: Banded, labels: Any) -> float:
     return inner(signs, solver.solve(labels @ signs)) / _PROBES
 
 
-def _held_back(move: FloatArray, triangles: IntArray) -> FloatArray:
+def held_back(move: FloatArray, triangles: IntArray) -> FloatArray:
     """Share ``(n,)`` of their moves that vertices make so that none goes too far; it changes little between neighbours.
 
     Moves cut off one by one would dent the surface.

@@ -9,6 +9,7 @@ import numpy as np
 
 from femprep.image.boundary import BoundaryPoints, boundary_points, face_indices
 from femprep.image.object import LabelObject
+from femprep.image.views import mask_edges
 from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.model.products import product
 from femprep.surface.estimate.crossings import crossings, slice_distances
@@ -17,6 +18,54 @@ from femprep.surface.estimate.crossings import crossings, slice_distances
 _INTERPOLATED: Final = 0.85
 #: A boundary point within this of the middle of its voxel's face has not been put elsewhere, mm.
 _OWN: Final = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class ViewObservations:
+    """What long-axis views show of a surface, in the coordinates of Observations, mm.
+
+    Attributes
+    ----------
+    faces : (N, 3) array
+        Middles between neighbouring pixels of which one shows the object: the surface crosses ``across`` within half a
+        pixel of them.
+    across : (N, 3) array
+        Unit vector from the inner pixel to the outer one.
+    plane : (N, 3) array
+        Unit normal of the view.
+    spacing : (N,) array
+        Distance of the two pixels, mm.
+    thickness : (N,) array
+        Thickness of the slice, mm.
+    count : float
+        How many like it each stands for.
+    """
+
+    faces: FloatArray
+    across: FloatArray
+    plane: FloatArray
+    spacing: FloatArray
+    thickness: FloatArray
+    count: float = 1.0
+
+    @classmethod
+    def of(cls, obj: LabelObject) -> ViewObservations:
+        """Of all views of an object whose image's axes are those of the coordinates."""
+        edges = [mask_edges(v.mask("object"), v.origin, v.axes, v.spacing) for v in obj.views]
+        size = [len(e.points) for e in edges]
+        return cls(
+            np.concatenate([e.points for e in edges]) - obj.barycentre,
+            np.concatenate([e.across for e in edges]),
+            np.repeat([v.normal for v in obj.views], size, axis=0),
+            np.concatenate([e.spacing for e in edges]),
+            np.repeat([v.thickness for v in obj.views], size),
+        )
+
+    def thinned(self, most: int) -> ViewObservations:
+        """One in so many faces, so that there are at most ``most``."""
+        step = max(1, -(-len(self.faces) // most))
+        names = ("faces", "across", "plane", "spacing", "thickness")
+        return replace(self, **{name: getattr(self, name)[::step] for name in names}, count=float(step))
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +90,8 @@ class Observations:
         Whether each lies outside of the object.
     count : float
         How many like it each of the faces and centres stands for.
+    seen : ViewObservations, optional
+        What long-axis views show.
     """
 
     faces: FloatArray
@@ -51,12 +102,15 @@ class Observations:
     centres: FloatArray
     outside: BoolArray
     count: float = 1.0
+    seen: ViewObservations | None = None
 
     def thinned(self, most: int) -> Observations:
         """One in so many faces and centres, each standing for those left out, so that there are at most ``most``."""
         step = -(-len(self.faces) // most)
         faces = {name: getattr(self, name)[::step] for name in ("faces", "axis", "spacing", "between", "end")}
-        return replace(self, **faces, centres=self.centres[::step], outside=self.outside[::step], count=float(step))
+        seen = None if self.seen is None else self.seen.thinned(most)
+        thin = {**faces, "centres": self.centres[::step], "outside": self.outside[::step], "seen": seen}
+        return replace(self, **thin, count=float(step))
 
     @classmethod
     def of(cls, obj: LabelObject, boundary: BoundaryPoints | None = None) -> Observations:
@@ -84,7 +138,7 @@ class Observations:
         moved, end = _between_slices(obj, boundary)
         # Points that were put elsewhere, such as an extrapolated apex, are meant to lie there.
         own = np.abs(boundary.points - obj.grid.to_world(face_indices(boundary, obj.grid))).max(axis=1) < _OWN
-        return cls(
+        found = cls(
             boundary.points + np.where(own[:, None], moved, 0.0) - middle,
             np.asarray(boundary.axis),
             np.where(own, boundary.spacing, np.sqrt(obj.grid.spacing.min() * boundary.spacing)),
@@ -93,6 +147,30 @@ class Observations:
             centres - middle,
             outside,
         )
+        return found._with_views(obj, own) if obj.views else found
+
+    def _with_views(self, obj: LabelObject, own: BoolArray) -> Observations:
+        """The same and what views show; an end of the stack beyond which these show the object does not count.
+
+        Nor does what was put there in place of voxel faces, as an extrapolated apex (not ``own``).
+        """
+        axis = obj.stack_axis
+        half, pixel = 0.5 * float(obj.grid.spacing[axis]), obj.grid.pixel
+        used = np.flatnonzero(obj.mask.any(axis=obj.grid.flat_axes))
+        # The axes of the coordinates are those of the grid, one of them possibly turned round.
+        places = obj.grid.origin[axis] + obj.grid.direction[axis, axis] * obj.grid.spacing[axis] * used[[0, -1]]
+        low, high = np.sort(places - obj.barycentre[axis]) + np.array([-half, half])
+        bodies = [view.to_world(np.argwhere(view.mask("object")))[:, axis] for view in obj.views]
+        seen = np.concatenate(bodies) - obj.barycentre[axis]
+        faces, centres = np.ones(len(self.faces), dtype=bool), np.ones(len(self.centres), dtype=bool)
+        for sign, end in ((-1.0, low), (1.0, high)):
+            if len(seen) and (sign * (seen - end)).max() > pixel:
+                above = sign * (self.faces[:, axis] - end)
+                faces &= ~((self.end & (np.abs(above) < half)) | (~own & (above > -half)))
+                centres &= ~(self.outside & (sign * (self.centres[:, axis] - end) > 0.0))
+        kept = {name: getattr(self, name)[faces] for name in ("faces", "axis", "spacing", "between", "end")}
+        shown = ViewObservations.of(obj)
+        return replace(self, **kept, centres=self.centres[centres], outside=self.outside[centres], seen=shown)
 
 
 def _between_slices(obj: LabelObject, boundary: BoundaryPoints) -> tuple[FloatArray, BoolArray]:

@@ -44,16 +44,19 @@ class Off(NamedTuple):
     mean: float
     greatest: float
 
-    def short(self, best: Off, cut: float) -> Off:
+    def short(self, best: Off, cut: float, exact: bool = True) -> Off:
         """How many times farther than it should be a template is, on a surface that is ``best`` off itself.
 
         In the mean flat triangles come no closer than that surface, give or take half of the most they cut off,
-        ``cut`` pixels; where it is too far itself, another may come closer.
+        ``cut`` pixels; where it is too far itself, another may come closer. That does not hold where the outlines are
+        not all that the surface follows (``exact``): then no other comes closer either.
         """
-        mean = ACCEPTANCE.distance
-        if best.mean <= mean:
+        mean, greatest = ACCEPTANCE.distance, ACCEPTANCE.greatest
+        if best.mean <= mean or not exact:
             mean = max(mean, best.mean + 0.5 * cut)
-        return Off(self.mean / mean, self.greatest / ACCEPTANCE.greatest)
+        if not exact:
+            greatest = max(greatest, best.greatest + 0.5 * ACCEPTANCE.greatest)
+        return Off(self.mean / mean, self.greatest / greatest)
 
 
 class Yardstick(Protocol):
@@ -62,6 +65,11 @@ class Yardstick(Protocol):
     @property
     def pixel(self) -> float:
         """Unit of distances from it, mm."""
+        ...
+
+    @property
+    def exact(self) -> bool:
+        """Whether the surface follows nothing else."""
         ...
 
     def off(self, points: FloatArray, triangles: IntArray) -> Off:
@@ -81,6 +89,7 @@ class Outlines:
     def __init__(self, obj: LabelObject) -> None:
         self._obj = obj
         self.pixel = obj.grid.pixel
+        self.exact = not obj.views
 
     def off(self, points: FloatArray, triangles: IntArray) -> Off:
         """How far a surface is from them."""
@@ -210,7 +219,7 @@ class Laying:
         if laid.placed is None or record.least_quality is None:
             return laid
         off = self._yardstick.off(laid.placed.points, split_quads(laid.placed.cells))
-        far = off.short(self._best, self._cut)
+        far = off.short(self._best, self._cut, self._yardstick.exact)
         poor = [ACCEPTANCE.least / max(record.least_quality, 1e-9), far.mean]
         if record.mean_quality is not None:
             poor.append((1.0 - record.mean_quality) / (1.0 - ACCEPTANCE.mean))

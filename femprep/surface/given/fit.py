@@ -92,6 +92,7 @@ class _GivenPoints:
     """What a template is measured against: points of the given surface, without what was added to close it."""
 
     pixel = 1.0
+    exact = True
 
     def __init__(self, points: FloatArray, cells: IntArray) -> None:
         self.points = np.asarray(sample_surface(points, cells, _SAMPLES).points)

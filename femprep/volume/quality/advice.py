@@ -10,12 +10,13 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import Advice, FemprepError, InputError, OptionError, StageError, alternatives
-from femprep.image import Segmentation, align_slices, estimate_shifts, leave_out_slices
+from femprep.image import Segmentation, leave_out_slices
 from femprep.model.shared_records.label_fidelity import FidelityRecord
 from femprep.model.stages import Stages
 from femprep.options import Options
 from femprep.options.advice import SHIFTS, SHORTER_EDGES, Fixed, changed, followable
 from femprep.options.run import TETWILD
+from femprep.surface.alignment import align_slices, estimate_shifts
 from femprep.volume.quality.fidelity import Fidelity, judge_fidelity, surface_fidelity
 from femprep.volume.quality.limits import SHAPES
 from femprep.volume.quality.report import QualityReport
