@@ -89,6 +89,7 @@ _HOMES = {
     "LabelObject": "femprep.image",
     "PlaneView": "femprep.image",
     "align_slices": "femprep.image",
+    "fill_papillary": "femprep.image",
     "leave_out_slices": "femprep.image",
     "estimate_shifts": "femprep.image",
     "SliceShifts": "femprep.image",

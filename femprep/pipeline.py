@@ -12,8 +12,11 @@ from femprep.anatomy import (
     orient,
     ventricular_axes,
 )
+from femprep.anatomy.tissue.regions import own_tissue
 from femprep.image import IntensityImage, Segmentation, align_slices, leave_out_slices
+from femprep.image.papillary import fill_helps, fill_papillary
 from femprep.image.size import require_heart_size
+from femprep.image.unnamed import require_named
 from femprep.model import Progress
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
@@ -30,7 +33,7 @@ from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, wit
 from femprep.volume.quality.limits import judge_wall_volume
 from femprep.wall.anatomies import ANATOMIES, Layout, lay_out, structures_of
 from femprep.wall.outlines import Outline
-from femprep.wall.planes.misnamed import numbers_told
+from femprep.wall.planes.misnamed import require_order
 
 _log = logging.getLogger(__name__)
 
@@ -57,7 +60,8 @@ def mesh_segmentation(
     progress : callable, optional
         Called with ``(stage, fraction)``.
     tissue : Segmentation, optional
-        A second image of labels, whose structures are scar, border zone, fat...: see :func:`femprep.add_regions`.
+        A second image of labels, whose structures are scar, border zone, fat...: see :func:`femprep.add_regions`. Where
+        not given, those structures of ``seg`` itself.
     images : mapping of str to IntensityImage, optional
         Images to sample, by the name of the field: see :func:`femprep.sample_image`.
     **changes
@@ -85,6 +89,8 @@ def mesh_segmentation(
     stages = Stages(progress)
     check_second_images(seg, options, tissue, images or {})
     seg, layout, axes = begin(seg, options, stages)
+    if tissue is None and options.anatomy != "whole-heart":
+        tissue = own_tissue(seg)
     with advised(seg, options):
         fitted = ANATOMIES[options.anatomy](seg, layout, options, stages)
         wall, mesh = fill(fitted, options, stages)
@@ -96,7 +102,9 @@ def mesh_segmentation(
         volumes = volumes_beside_labels(filled, seg, fitted.objects, wall.planes)
         fidelity = mesh_fidelity(mesh, fitted.outlines, seg.grid, quality.options.maximum_label_distance)
         judged = judge_wall_volume(with_shape_help(quality, options), wall_difference(volumes))
-        judged = with_fidelity(judged, fidelity, what_helps(seg, fidelity, fitted, options))
+        helps = what_helps(seg, fidelity, fitted, options)
+        helps += fill_helps(seg) if helps else []
+        judged = with_fidelity(judged, fidelity, helps)
     mesh, judged, solution = concluded(mesh, quality, judged, options, stages)
     made = (fitted.objects, fitted.surfaces, wall, mesh, judged, fidelity, tuple(volumes), stages.seconds, solution)
     return Run(seg, options, *made)
@@ -107,11 +115,11 @@ def begin(seg: Segmentation, options: Options, stages: Stages) -> tuple[Segmenta
     check_options(options)
     check_apart(seg.structures)
     require_heart_size(seg, structures_of(seg, options.anatomy).values())
-    with numbers_told(seg):
-        seg = _prepared(flip(seg) if options.flip else seg, options, stages)
-        layout = lay_out(seg, options, stages)
-        with stages("preflight"):
-            return seg, layout, check_labels(seg, layout, options)
+    require_order(seg)
+    seg = _prepared(flip(seg) if options.flip else seg, options, stages)
+    layout = lay_out(seg, options, stages)
+    with stages("preflight"):
+        return seg, layout, check_labels(seg, layout, options)
 
 
 def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentation:
@@ -121,6 +129,7 @@ def _prepared(seg: Segmentation, options: Options, stages: Stages) -> Segmentati
     if options.image.correct_shifts:
         with stages("slice shifts"):
             seg = align_slices(seg)
+    seg = require_named(fill_papillary(seg) if options.image.fill_papillary else seg)
     return orient(seg, basal_end=options.wall.basal_end)
 
 

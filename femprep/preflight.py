@@ -14,7 +14,7 @@ import numpy as np
 from femprep.activation.growth import require_growth
 from femprep.anatomy import VentricularAxes, ventricular_axes
 from femprep.anatomy.laplace.fields import require_ventricle
-from femprep.anatomy.tissue.regions import require_tissues
+from femprep.anatomy.tissue.regions import own_tissue, require_tissues
 from femprep.errors import InputError, MissingDependencyError, OptionError
 from femprep.export.abaqus.calculix import require_calculix
 from femprep.export.content import Content
@@ -100,7 +100,7 @@ def check_second_images(
     ------
     OptionError, InputError
     """
-    if options.conforming and tissue is None:
+    if options.conforming and tissue is None and not (isinstance(heart, Segmentation) and own_tissue(heart)):
         raise OptionError(
             "conforming cuts elements along the tissue of a second image; give it by --regions FILE scar=1"
         )

@@ -64,10 +64,10 @@ def mesh_phases(
         stages = Stages(progress)
         with stages("read"):
             if len(paths) > 1:
-                phases = [read_segmentation(path, structures=options.labels, options=options.image) for path in paths]
+                phases = [read_segmentation(path, options.structures, options.preset, options.image) for path in paths]
                 times = [float(number) for number in range(len(paths))]
             else:
-                frames = read_frames(paths[0], options.labels, options=options.image)
+                frames = read_frames(paths[0], options.structures, options.preset, options.image)
                 names, phases = [f"frame{number:03d}" for number in frames], list(frames.values())
                 times = [float(number) for number in frames]
                 require_output(out, options.formats, partial(sequence_names, names))
@@ -111,8 +111,7 @@ def mesh_file(
             if isinstance(segmentation, dict):
                 seg, source = read_masks(segmentation, options=options.image), None
             else:
-                preset = "slicer" if options.preset == "slicer" else None
-                seg = read_segmentation(segmentation, options.labels, preset, options=options.image)
+                seg = read_segmentation(segmentation, options.structures, options.preset, options.image)
                 source = segmentation
             further = _read_second(second, options)
             shown = None if image is None else read_under(seg, image, options)

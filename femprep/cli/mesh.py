@@ -54,6 +54,7 @@ def mesh_options(
     resample: shared.Resample = None,
     leave_out: shared.LeaveOut = None,
     correct_shifts: shared.CorrectShifts = None,
+    fill_papillary: shared.FillPapillary = None,
     flip: Annotated[bool | None, option(Options, "flip", "--flip", panel=INPUT)] = None,
     sequence: Annotated[
         bool,
@@ -207,7 +208,7 @@ def mesh(
         Path | None,
         typer.Option(
             help="Label map of scar, border zone, fat..., of any grid and pose; behind it NAME=LABEL[,LABEL...]: scar, "
-            "border, fat, edema, hypoperfused, and healthy for the rest of the wall.",
+            "border, fat, edema, hypoperfused, no_reflow, and healthy for the rest of the wall.",
             rich_help_panel=IMAGES,
         ),
     ] = None,

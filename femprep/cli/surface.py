@@ -36,6 +36,7 @@ def surface(
     resample: shared.Resample = None,
     leave_out: shared.LeaveOut = None,
     correct_shifts: shared.CorrectShifts = None,
+    fill_papillary: shared.FillPapillary = None,
     config: shared.Config = None,
     vertices: shared.Vertices = None,
     cells: Annotated[str | None, option(SurfaceOptions, "cells", panel=SURFACES)] = None,
@@ -66,7 +67,7 @@ def surface(
     from femprep.report.output import write_surfaces
 
     with bars(quiet or json) as progress:
-        seg = read_segmentation(segmentation, structures=options.labels, options=options.image)
+        seg = read_segmentation(segmentation, options.structures, options.preset, options.image)
         fitted = fit_surfaces(seg, objects, options, progress)
         manifest = write_surfaces(fitted, out, source=segmentation)
     if json:

@@ -92,7 +92,7 @@ REASONS: Final[tuple[Reason, ...]] = (
         "Check the label numbers: `--preset`, `--structure`.",
         (
             *("InputError image.segmentation", "InputError image.object:bounding_box", "InputError wall.planes.stack"),
-            "InputError wall.planes.misnamed:numbers_told",
+            *("InputError wall.planes.misnamed:require_order", "InputError image.unnamed"),
         ),
     ),
     Reason(

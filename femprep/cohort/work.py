@@ -127,7 +127,7 @@ def _make(subject: Subject, folder: Path) -> None:
     options = subject.options
     stages = Stages(None)
     with stages("read"):
-        maps = [read_segmentation(path, structures=options.labels, options=options.image) for path in subject.images]
+        maps = [read_segmentation(path, options.structures, options.preset, options.image) for path in subject.images]
         shown = [] if subject.kind == "surfaces" else [read_under(*one, options) for one in zip(maps, subject.shown)]
     if subject.kind == "sequence":
         found = mesh_sequence(maps, options)

@@ -6,6 +6,7 @@ from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.grid import Grid
 from femprep.image.left_out import leave_out_slices
 from femprep.image.object import LabelObject, make_object
+from femprep.image.papillary import fill_papillary
 from femprep.image.reading.intensity import IntensityImage, read_image
 from femprep.image.reading.masks import read_masks
 from femprep.image.reading.reader import read_frames, read_segmentation, write_segmentation
@@ -29,6 +30,7 @@ __all__ = [
     "align_slices",
     "boundary_points",
     "estimate_shifts",
+    "fill_papillary",
     "isotropic",
     "leave_out_slices",
     "make_object",

@@ -19,7 +19,7 @@ from femprep.image.slices import SliceTable, slice_table
 from femprep.image.views import PlaneView
 from femprep.model import BoolArray, FloatArray
 from femprep.model.arrays import integers, mapping
-from femprep.options import ImageOptions, choose, takes
+from femprep.options import ImageOptions, choose, likely_preset, takes
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +142,7 @@ class Segmentation:
                 if number not in self.present:
                     raise InputError(
                         f"label {number} of structure {name!r} does not occur in {self._source}; "
-                        f"labels there: {self.label_table() or 'none'}"
+                        f"labels there: {self.label_table() or 'none'}{likely_preset(self.present)}"
                     )
                 found.append(number)
         return tuple(dict.fromkeys(found))

@@ -30,11 +30,12 @@ REGION_TAGS: Final[Mapping[str, int]] = MappingProxyType(
         "fat": 23,
         "edema": 24,
         "hypoperfused": 25,
+        "no_reflow": 26,
     }
 )
 
 #: Regions of tissue that a second image shows within the wall; ``wall_region`` tells the wall's own region there.
-TISSUES: Final = ("scar", "border", "fat", "edema", "hypoperfused")
+TISSUES: Final = ("scar", "border", "fat", "edema", "hypoperfused", "no_reflow")
 
 #: Numbers of boundary and interface facets.
 FACET_TAGS: Final[Mapping[str, int]] = MappingProxyType(

@@ -14,7 +14,7 @@ from femprep.options.export import ExportOptions
 from femprep.options.fibres import FibreOptions
 from femprep.options.image import ImageOptions
 from femprep.options.pericardium import PericardiumOptions
-from femprep.options.presets import PRESETS
+from femprep.options.presets import PRESETS, likely_preset
 from femprep.options.run import Options
 from femprep.options.surface import SurfaceOptions
 from femprep.options.sweep import SweepOptions
@@ -43,6 +43,7 @@ __all__ = [
     "VolumeOptions",
     "WallOptions",
     "choose",
+    "likely_preset",
     "require_number",
     "takes",
 ]

@@ -35,3 +35,8 @@ class ImageOptions(StageOptions):
     correct_shifts: bool = Field(
         False, description="Estimate breath-hold shifts of the slices from the labels and move the slices back."
     )
+    fill_papillary: bool = Field(
+        False,
+        description="Make papillary muscles that are labelled as wall, or not at all, part of the left ventricle's "
+        "cavity: what its slices lack of their convex hull, as far as the wall stays as thick as usual.",
+    )

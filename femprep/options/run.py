@@ -7,6 +7,7 @@ from typing import Any, Final, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from femprep.model.tags import TISSUES
 from femprep.options.activation import ActivationOptions, PurkinjeOptions
 from femprep.options.base import StageOptions
 from femprep.options.check import CheckOptions
@@ -247,7 +248,8 @@ class Options(StageOptions):
         >>> fp.Options(preset="acdc").objects
         {'rv': ('rv',), 'lv': ('lv',), 'epi': ('lv', 'myo')}
         """
-        found = {name: (name,) for name in self.labels if name not in WALLS}
+        inner = {*WALLS, *((*TISSUES, "aorta", "pulmonary_artery") if self.preset else ())} - set(self.structures)
+        found = {name: (name,) for name in self.labels if name not in inner | WALLS}
         return {**found, "epi": ("lv", "myo")} if {"lv", "myo"} <= set(self.labels) else dict(found)
 
     @property

@@ -79,7 +79,7 @@ def test_every_reason_can_be_come_to(sites: list[tuple[str, str, str]]) -> None:
     (InputError, ("wall.planes.stack", "read_stack"), "labels-missing"),
     (InputError, ("image.object", "_require_size"), "labels-broken"),
     (InputError, ("image.reading.itk", "_require_volume"), "image-unreadable"),
-    (InputError, ("wall.planes.misnamed", "numbers_told"), "labels-missing"),
+    (InputError, ("wall.planes.misnamed", "require_order"), "labels-missing"),
     (InputError, ("wall.joining.build", "_thicken"), "wall-too-thin"),
     (StageError, ("volume.tetwild.guard", "_wait"), "mesher-limit"),
     (StageError, ("stages.fill", "_tetrahedra"), "mesher-failed"),

@@ -143,6 +143,13 @@ def require_tissues(image: Segmentation) -> None:
         image.numbers(name)
 
 
+def own_tissue(seg: Segmentation) -> Segmentation | None:
+    """The tissues that a heart's own label map names, as an image of them; None where it holds none."""
+    held = {name: tuple(n for n in seg.structures.get(name, ()) if n in seg.present) for name in TISSUES}
+    found = {name: own for name, own in held.items() if own}
+    return replace(seg, structures=found, info={"file": seg.info.get("file")}) if found else None
+
+
 def _record(
     field: TissueField,
     names: list[str],

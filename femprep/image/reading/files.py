@@ -95,6 +95,14 @@ def require_whole(path: Path) -> str:
     return reader
 
 
+def header_of(path: Path) -> bytes:
+    """The first bytes of a NIfTI file, unpacked where it is compressed."""
+    with open(path, "rb") as file:
+        compressed = file.read(2) == b"\x1f\x8b"
+    with gzip.open(path, "rb") if compressed else open(path, "rb") as stream:
+        return stream.read(LONGEST_HEADER)
+
+
 def _require_whole_nifti(path: Path) -> None:
     """Compare the number of bytes with what the header announces; decompressing also checks the checksum."""
     with open(path, "rb") as file:

@@ -16,13 +16,21 @@ import numpy.typing as npt
 from femprep.errors import DiskFullError, FileError, InputError, cannot_write
 from femprep.image.grid import Grid
 from femprep.image.reading.affine import FLAT, sform
-from femprep.image.reading.files import format_of, require_whole
+from femprep.image.reading.files import format_of, header_of, require_whole
 from femprep.image.reading.native import captured_stderr, require_memory
+from femprep.image.reading.nifti_header import pose_note
 from femprep.image.reading.rectangular import is_sheared, sharpest_angle
 from femprep.model import FloatArray
 
 #: A disk with less room than this is full, bytes.
 _FULL: Final = 2**16
+#: Channels add to 1 within this; so many frames are listed.
+_SUM, _LISTED = 0.01, 20
+#: What to do with channels of classes.
+_ARGMAX: Final = (
+    "; of channels of classes, the first of which is the background, save the argmax (nibabel: labels = "
+    "numpy.argmax(image.get_fdata(), axis=-1).astype('uint8'))"
+)
 
 
 class ImageContent(NamedTuple):
@@ -55,6 +63,8 @@ def read_content(file: Path, frame: int | None = None, *, sheared: bool = False)
     """
     with _sheared_taken(sheared):
         image = _read(file, frame)
+    if format_of(file) == "NiftiImageIO" and (note := pose_note(header_of(file), image.origin, image.direction)):
+        image.notes.append(note)
     matrix = sform(image.header)
     if matrix is None or not is_sheared(matrix[:, :3]):
         return image
@@ -200,32 +210,36 @@ def _require_volume(file: Path, reader: Any, components: int, complex_values: bo
     size = list(reader.GetSize())
     shown = " x ".join(map(str, size))
     if components > 1 or complex_values:
-        raise InputError(f"{file}: has {max(components, 2)} values per voxel, expected one label")
+        raise InputError(f"{file}: has {max(components, 2)} values per voxel, expected one label{_ARGMAX}")
     if len(size) < 3 or min(size[:3]) < 2:
         raise InputError(f"{file}: is a 2-D image ({shown}), expected a stack of at least two slices")
     frames = size[3] if len(size) > 3 else 1
     if frame is not None and not 1 <= frame <= frames:
         raise InputError(f"{file}: has no frame {frame}, it holds {frames} ({shown}), counted from 1")
     if any(n > 1 for n in (size[3:] if frame is None else size[4:])):
-        raise InputError(
-            f"{file}: is a {len(size)}-D image ({shown}), expected 3-D; write one frame to a file of its own, or "
-            f"choose one by frame (--frame N, of --image FILE:N, counted from 1){_masks(file, reader)}"
-        )
+        raise InputError(f"{file}: is a {len(size)}-D image ({shown}), expected 3-D{_several(file, reader)}")
 
 
-def _masks(file: Path, reader: Any) -> str:
-    """What else to do where the first of several frames is a mask, as of a map with a channel for each structure."""
+def _several(file: Path, reader: Any) -> str:
+    """What to do with an image of several frames, by what they hold."""
     import SimpleITK as sitk
 
     size = list(reader.GetSize())
-    require_memory(file, size[:3])
-    reader.SetExtractSize(size[:3] + [0] * (len(size) - 3))
-    first = sitk.GetArrayFromImage(reader.Execute())
-    if (first.min(), first.max()) != (0, 1):
-        return ""
+    require_memory(file, size)
+    frames = sitk.GetArrayFromImage(reader.Execute()).reshape(-1, *size[2::-1])
+    if np.abs(frames.sum(axis=0) - 1.0).max() < _SUM and frames.min() >= 0:
+        return f"; its {len(frames)} channels add to 1 in every voxel, as probabilities of classes do{_ARGMAX}"
+    held = [number for number, frame in enumerate(frames, 1) if frame.any()]
+    listed = ", ".join(map(str, held[:_LISTED])) or "none"
+    words = (
+        f"; frames {listed or 'none'} of {len(frames)} hold labels: choose one by --frame N (of --image FILE:N), or mesh them as "
+        "phases of one heart by --sequence"
+    )
+    if (frames.min(), frames.max()) != (0, 1) or np.any((frames != 0) & (frames != 1)):
+        return words
     return (
-        "; or, as its first frame holds 0 and 1 alone, write each frame that is the mask of a structure to a file of "
-        "its own, for --mask lv=FILE --mask myo=FILE"
+        f"{words}; or, as they hold 0 and 1 alone, write each that is the mask of a structure to a file of its own, "
+        "for --mask lv=FILE --mask myo=FILE"
     )
 
 

@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -22,8 +22,11 @@ from femprep.image.reading.nifti_floats import require_finite
 from femprep.image.reading.rectangular import is_sheared, rectangular_labels
 from femprep.image.reading.segments import Segment, chosen_segments, merged_layers, require_layers, segments_of
 from femprep.image.segmentation import Segmentation, count_labels
-from femprep.model import FloatArray, Notice, noted, records
-from femprep.options import PRESETS, ImageOptions, choose, takes
+from femprep.model import TISSUES, FloatArray, Notice, noted, records
+from femprep.options import PRESETS, ImageOptions, choose, likely_preset, takes
+
+#: Numbers this near to whole ones are labels that went through floating point or a scale.
+_ROUNDED: Final = 0.01
 
 log = logging.getLogger(__name__)
 
@@ -94,7 +97,8 @@ def read_segmentation(
     if segments:
         array, names, named, said = _of_segments(array, segments, names, known=preset == "slicer" or not names)
         notes += said
-    labels = _labels(array, file)
+    labels, said = _labels(array, file)
+    notes += said
     spacing, source, found, doubts = _spacing(spacing, header, labels.shape, chosen.spacing)
     notes += found
     if chosen.resample and is_sheared(direction * spacing):
@@ -125,12 +129,14 @@ def read_segmentation(
         "right_handed": grid.right_handed,
         "notices": records(*(Notice.of("assumed", line) for line in notes + doubts)),
     }
+    names, said = _in_wall(names, set(count))
+    info["notices"] += records(*(Notice.of("assumed", line) for line in said))
     seg = Segmentation(labels, grid, names, info)
     if not names:
         why = f"preset {preset!r} takes segments by their names, and {file} has none" if preset else "no structures"
         raise OptionError(
             f"{why}: give a preset ({', '.join(sorted(set(PRESETS) - {preset}))}) or labels by name, as in lv=3 and "
-            f"myo=2; labels there: {seg.label_table()}"
+            f"myo=2; labels there: {seg.label_table()}{likely_preset(seg.present)}"
         )
     return seg
 
@@ -235,6 +241,22 @@ def _names(
     return names
 
 
+def _in_wall(names: Mapping[str, tuple[int, ...]], there: set[int]) -> tuple[dict[str, tuple[int, ...]], list[str]]:
+    """The structures with tissue such as scar as part of the myocardium, and without labels that a map lacks."""
+    found, said = dict(names), []
+    chambers = {number for name, own in names.items() if name not in TISSUES for number in own}
+    tissue = {n: name for name in TISSUES for n in names.get(name, ()) if n in there - chambers}
+    if tissue and "myo" in names:
+        found["myo"] = (*names["myo"], *tissue)
+        said.append(f"{', '.join(dict.fromkeys(tissue.values()))} is taken as part of the myocardium (myo)")
+    for name, own in found.items():
+        here = tuple(number for number in own if number in there)
+        if 0 < len(here) < len(own):
+            found[name] = here
+            said.append(f"of the labels {own} of {name} the map holds {here} alone")
+    return found, said
+
+
 def _of_segments(
     array: npt.NDArray[Any], segments: Sequence[Segment], names: Mapping[str, Any], *, known: bool
 ) -> tuple[npt.NDArray[np.uint16], dict[str, tuple[int, ...]], dict[str, str], list[str]]:
@@ -272,11 +294,14 @@ def _spacing(
     return found.spacing, found.source, notes, doubts
 
 
-def _labels(array: npt.NDArray[Any], file: Path) -> npt.NDArray[np.integer[Any]]:
-    """Label numbers in the smallest unsigned type, read-only; refuses fractions and negative numbers."""
+def _labels(array: npt.NDArray[Any], file: Path) -> tuple[npt.NDArray[np.integer[Any]], list[str]]:
+    """Label numbers in the smallest unsigned type, read-only, and what was rounded; refuses other numbers."""
+    said = []
     if np.issubdtype(array.dtype, np.floating):
         with np.errstate(invalid="ignore"):  # NaN of the kind that signals
-            whole = np.isfinite(array) & (array == np.rint(array))
+            rounded = np.rint(array)
+            off = np.abs(array - rounded)
+            whole = np.isfinite(array) & (off <= _ROUNDED)
         if not whole.all():
             value = float(array[~whole][0])
             wrong = int(array.size - np.count_nonzero(whole))
@@ -285,6 +310,9 @@ def _labels(array: npt.NDArray[Any], file: Path) -> npt.NDArray[np.integer[Any]]
                 f"{file}: {some} (the first is {value:.6g}), so that it is no label map; "
                 "threshold it, or resample with nearest neighbour"
             )
+        if count := int(np.count_nonzero(off)):
+            said.append(f"{count} voxels within {float(off.max()):.2g} of whole numbers were rounded to them")
+            array = rounded
     low, high = array.min(), array.max()
     if low < 0:
         raise InputError(f"{file}: has negative labels (the lowest is {int(low)}); labels are 0 and above")
@@ -292,4 +320,4 @@ def _labels(array: npt.NDArray[Any], file: Path) -> npt.NDArray[np.integer[Any]]
         raise InputError(f"{file}: has label {high:.6g}, which is too large; is it a label map?")
     labels = array.astype(np.min_scalar_type(int(high)), order="K", copy=False)
     labels.setflags(write=False)
-    return labels
+    return labels, said

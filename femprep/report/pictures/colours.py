@@ -43,6 +43,7 @@ REGIONS: Final = {
     "fat": "#f2c11f",
     "edema": "#4fa3d1",
     "hypoperfused": "#7d8f3a",
+    "no_reflow": "#b0383d",
 }
 #: Walls among the structures of a label map, and the region of a mesh that each becomes.
 _WALLS: Final = {"myo": "lv", "rv_wall": "rv", "la_wall": "la", "ra_wall": "ra"}

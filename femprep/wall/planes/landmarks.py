@@ -18,7 +18,7 @@ from femprep.model import Notice, Plane
 from femprep.model.products import length
 from femprep.options import WallOptions, choose, takes
 from femprep.wall.planes.base_slice import base_notices, base_slice, closed_rings
-from femprep.wall.planes.misnamed import numbers_told
+from femprep.wall.planes.misnamed import require_order
 from femprep.wall.planes.oblique import look_across
 from femprep.wall.planes.round_off import LEFT, inward_note, inward_of_end, round_off_notices
 from femprep.wall.planes.stack import Stack, read_stack
@@ -84,10 +84,10 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     chosen = choose(WallOptions, options, changes)
     if chosen.base is not None:
         return given_base(chosen)
-    with numbers_told(seg):
-        view = look_across(seg, chosen.basal_end)
-        stack = read_stack(view.seg, basal_end=view.basal_end, what="the base")
-        base = base_slice(view.seg, stack)
+    require_order(seg)
+    view = look_across(seg, chosen.basal_end)
+    stack = read_stack(view.seg, basal_end=view.basal_end, what="the base")
+    base = base_slice(view.seg, stack)
     inward = inward_of_end(view.seg, stack, base.number, LEFT)
     source = f"labels: {view.words or centre(stack, base.number)}{base.note}{inward_note(inward)}"
     logger.info("base plane: %s; %s", source, stack.evidence)

@@ -1,13 +1,11 @@
 """A label map in; an error that tells which numbers its structures should have, where no ring is found under theirs.
 
-A cavity lies in a ring of its wall. Where what is called so nowhere does, another pair of structures may, or a label
-that none of them names, as of scar, may close the ring.
+A cavity lies in a ring of its wall. Where what is called so nowhere does, another pair of structures may.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from itertools import permutations
 from typing import Final
 
@@ -16,6 +14,7 @@ import numpy as np
 from femprep.errors import InputError
 from femprep.image import Segmentation
 from femprep.image.topology import used_box
+from femprep.options import likely_preset
 from femprep.wall.planes.stack import open_share
 
 #: Share of the slices with a cavity from which rings around it are no chance. Of the 200 maps of ACDC none is refused
@@ -24,13 +23,8 @@ from femprep.wall.planes.stack import open_share
 _MOST: Final = 0.5
 
 
-@contextmanager
-def numbers_told(seg: Segmentation) -> Iterator[None]:
-    """Around what looks for a base: structures under one another's numbers are refused, a label that no one names told.
-
-    Parameters
-    ----------
-    seg : Segmentation
+def require_order(seg: Segmentation) -> None:
+    """Refuse structures with swapped numbers.
 
     Raises
     ------
@@ -38,17 +32,8 @@ def numbers_told(seg: Segmentation) -> Iterator[None]:
     """
     own = {name: seg.structures[name] for name in ("lv", "myo", "rv") if name in seg.structures}
     known = {"lv", "myo"} <= set(own) and set(own["lv"] + own["myo"]) <= set(seg.present)
-    if not known or _rings(seg, own["lv"], own["myo"])[0]:
-        yield
-        return
-    if told := _swapped(seg, own):
-        raise InputError(told)
-    try:
-        yield
-    except InputError:
-        if told := _left_out(seg, own):
-            raise InputError(told) from None
-        raise
+    if known and not _rings(seg, own["lv"], own["myo"])[0] and (told := _swapped(seg, own)):
+        raise InputError(told + likely_preset(seg.present))
 
 
 def _swapped(seg: Segmentation, own: Mapping[str, tuple[int, ...]]) -> str:
@@ -62,23 +47,6 @@ def _swapped(seg: Segmentation, own: Mapping[str, tuple[int, ...]]) -> str:
             return (
                 f"{cavity!r} lies in a ring of {wall!r} in {rings} of {slices} slices, and 'lv' in one of 'myo' in "
                 f"none: their numbers, segments or files seem to be swapped; of numbers give {given}"
-            )
-    return ""
-
-
-def _left_out(seg: Segmentation, own: Mapping[str, tuple[int, ...]]) -> str:
-    """Which label that no structure names closes the ring; nothing where none does."""
-    named = {number for numbers in seg.structures.values() for number in numbers}
-    for number in (one for one in seg.present if one not in named):
-        wall = (*own["myo"], number)
-        rings, slices = _rings(seg, own["lv"], wall)
-        if rings > _MOST * slices:
-            name = seg.info.get("segments", {}).get(str(number))
-            label = f"label {number}" if name is None else f"segment {name!r}"
-            return (
-                f"'myo' closes around 'lv' in no slice; with {label}, which no structure names, it does in {rings} of "
-                f"{slices}: if that is myocardium, as scar is, add it to myo (of numbers: --structure "
-                f"myo={_listed(wall)})"
             )
     return ""
 

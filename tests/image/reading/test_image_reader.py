@@ -282,13 +282,18 @@ def test_voxels_that_are_no_numbers_are_found_in_the_other_byte_order(tmp_path, 
 def test_several_frames_are_refused_and_a_single_one_is_taken(tmp_path, ending):
     path = tmp_path / f"frames.{ending}"
     one = image(heart().labels.T.copy())
-    SimpleITK.WriteImage(SimpleITK.JoinSeries([one, one]), str(path))
-    with pytest.raises(InputError, match=r"4-D image \(30 x 40 x 12 x 2\).*one frame(?!.*--mask)"):
+    SimpleITK.WriteImage(SimpleITK.JoinSeries([one, one * 0, one]), str(path))
+    with pytest.raises(InputError, match=r"4-D image \(30 x 40 x 12 x 3\).*frames 1, 3 of 3.*--sequence(?!.*--mask)"):
         read_segmentation(path, preset="acdc")
     masks = [image((label == heart().labels.T).astype(np.uint8)) for label in (0, 2, 3)]
     SimpleITK.WriteImage(SimpleITK.JoinSeries(masks), str(path))
     with pytest.raises(InputError, match=r"4-D image .*0 and 1 alone.*--mask lv=FILE"):
         read_segmentation(path, preset="acdc")
+    classes = [image(np.where(label == heart().labels.T, 0.94, 0.02).astype(np.float32)) for label in range(4)]
+    for several in (SimpleITK.JoinSeries(classes), SimpleITK.Compose(classes)):
+        SimpleITK.WriteImage(several, str(path))
+        with pytest.raises(InputError, match="argmax"):
+            read_segmentation(path, preset="acdc")
     SimpleITK.WriteImage(SimpleITK.JoinSeries([one]), str(path))
     np.testing.assert_array_equal(read_segmentation(path, preset="acdc").labels, heart().labels)
 
@@ -400,6 +405,18 @@ def test_nothing_is_written_to_standard_error(tmp_path, nifti):
     )
     done = subprocess.run([sys.executable, "-c", script, str(tmp_path)], capture_output=True, text=True, check=True)
     assert done.stderr == "said by us\n"
+
+
+def test_labels_that_went_through_floats_are_rounded(tmp_path):
+    path = tmp_path / "heart.nii.gz"
+    labels = heart().labels.T
+    SimpleITK.WriteImage(image(labels * np.float32(0.9999)), str(path))
+    seg = read_segmentation(path, preset="acdc")
+    assert np.array_equal(seg.labels.T, labels)
+    assert any("rounded" in notice["what"] for notice in seg.info["notices"])
+    SimpleITK.WriteImage(image(labels * np.float32(0.97)), str(path))
+    with pytest.raises(InputError, match="no integers"):
+        read_segmentation(path, preset="acdc")
 
 
 # --- structures ----------------------------------------------------------------------------------------------------
