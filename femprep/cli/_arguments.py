@@ -34,6 +34,10 @@ Policy = Annotated[str | None, option(ImageOptions, "policy", panel=INPUT)]
 Spacing = Annotated[tuple[float, float, float] | None, option(ImageOptions, "spacing", panel=INPUT, metavar="MM MM MM")]
 CorrectShifts = Annotated[bool | None, option(ImageOptions, "correct_shifts", "--correct-shifts", panel=INPUT)]
 FillPapillary = Annotated[bool | None, option(ImageOptions, "fill_papillary", "--fill-papillary", panel=INPUT)]
+LongAxis = Annotated[
+    list[str] | None,
+    option(ImageOptions, "long_axis", panel=INPUT, default="none; repeatable", metavar="FILE[:NAME=LABEL,...]"),
+]
 LeaveOut = Annotated[
     list[int] | None, option(ImageOptions, "leave_out", panel=INPUT, default="none; repeatable", metavar="N")
 ]

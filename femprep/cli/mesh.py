@@ -55,6 +55,7 @@ def mesh_options(
     resample: shared.Resample = None,
     leave_out: shared.LeaveOut = None,
     correct_shifts: shared.CorrectShifts = None,
+    long_axis: shared.LongAxis = None,
     fill_papillary: shared.FillPapillary = None,
     flip: Annotated[bool | None, option(Options, "flip", "--flip", panel=INPUT)] = None,
     sequence: Annotated[

@@ -36,6 +36,7 @@ def surface(
     resample: shared.Resample = None,
     leave_out: shared.LeaveOut = None,
     correct_shifts: shared.CorrectShifts = None,
+    long_axis: shared.LongAxis = None,
     fill_papillary: shared.FillPapillary = None,
     config: shared.Config = None,
     vertices: shared.Vertices = None,

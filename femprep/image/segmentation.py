@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -220,6 +222,38 @@ class Segmentation(Immutable):
         ()
         """
         return replace(self, views=(*self.views, *views))
+
+    def with_long_axis(
+        self,
+        path: str | os.PathLike[str],
+        structures: Mapping[str, int | Sequence[int]] | None = None,
+        preset: str | None = None,
+    ) -> Segmentation:
+        """The same segmentation with the long-axis views of a file.
+
+        Parameters
+        ----------
+        path : path
+            Label map of one or a few slices in any pose, of the same heart at the same time.
+        structures : mapping of str to int or several ints, optional
+            Label numbers by structure; those of the stack where not given.
+        preset : str, optional
+            A known data set, in place of structures.
+
+        Raises
+        ------
+        FileError, InputError, OptionError
+            See :func:`femprep.read_segmentation`.
+
+        Examples
+        --------
+        >>> seg.with_long_axis("patient_LA_ED_gt.nii.gz")  # doctest: +SKIP
+        """
+        from femprep.image.reading.long_axis import read_views
+
+        given = {name: tuple(np.atleast_1d(n).tolist()) for name, n in (structures or {}).items()}
+        own = given or (None if preset else self.structures)
+        return self.with_views(*read_views(Path(path), own, preset))
 
     def slices(self, *structures: str) -> SliceTable:
         """Area and centroid of one or several structures together in each slice across the stack.

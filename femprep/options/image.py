@@ -35,6 +35,12 @@ class ImageOptions(StageOptions):
     correct_shifts: bool = Field(
         False, description="Estimate breath-hold shifts of the slices from the labels and move the slices back."
     )
+    long_axis: tuple[str, ...] = Field(
+        (),
+        description="Label maps of long-axis views of the same heart at the same time: FILE, or "
+        "FILE:NAME=LABEL[,NAME=LABEL...] where its labels are others than the stack's; a name with * is a pattern in "
+        "the folder of the stack.",
+    )
     fill_papillary: bool = Field(
         False,
         description="Make papillary muscles that are labelled as wall, or not at all, part of the left ventricle's "

@@ -56,13 +56,13 @@ class ImageContent(NamedTuple):
     notes: list[str]
 
 
-def read_content(file: Path, frame: int | None = None, *, sheared: bool = False) -> ImageContent:
-    """Read a file, one frame of it where it has several.
+def read_content(file: Path, frame: int | None = None, *, sheared: bool = False, slices: int = 2) -> ImageContent:
+    """Read a file of at least so many slices, one frame of it where it has several.
 
     With ``sheared`` also one whose axes are not at right angles: its ``direction`` are then unit vectors that are not.
     """
     with _sheared_taken(sheared):
-        image = _read(file, frame)
+        image = _read(file, frame, slices)
     if format_of(file) == "NiftiImageIO" and (note := pose_note(header_of(file), image.origin, image.direction)):
         image.notes.append(note)
     matrix = sform(image.header)
@@ -108,7 +108,7 @@ def _sheared_taken(wanted: bool) -> Iterator[None]:
                 os.environ[name] = before
 
 
-def _read(file: Path, frame: int | None) -> ImageContent:
+def _read(file: Path, frame: int | None, slices: int) -> ImageContent:
     """Read a file as ITK understands it."""
     import SimpleITK as sitk
 
@@ -130,6 +130,7 @@ def _read(file: Path, frame: int | None) -> ImageContent:
                 components,
                 reader.GetPixelID() in (sitk.sitkComplexFloat32, sitk.sitkComplexFloat64),
                 frame,
+                slices,
             )
             require_memory(file, size[:3])
             if len(size) > 3:
@@ -205,13 +206,15 @@ def skewed(file: Path) -> InputError:
     )
 
 
-def _require_volume(file: Path, reader: Any, components: int, complex_values: bool, frame: int | None) -> None:
+def _require_volume(
+    file: Path, reader: Any, components: int, complex_values: bool, frame: int | None, slices: int
+) -> None:
     """Refuse what is no single 3-D image of scalars."""
     size = list(reader.GetSize())
     shown = " x ".join(map(str, size))
     if components > 1 or complex_values:
         raise InputError(f"{file}: has {max(components, 2)} values per voxel, expected one label{_ARGMAX}")
-    if len(size) < 3 or min(size[:3]) < 2:
+    if len(size) < 3 or min(size[:3]) < slices:
         raise InputError(f"{file}: is a 2-D image ({shown}), expected a stack of at least two slices")
     frames = size[3] if len(size) > 3 else 1
     if frame is not None and not 1 <= frame <= frames:

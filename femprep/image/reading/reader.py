@@ -18,6 +18,7 @@ from femprep.image.reading.affine import choose_spacing, sizes, spacing_warning
 from femprep.image.reading.dicom import is_dicom, read_dicom
 from femprep.image.reading.files import format_of
 from femprep.image.reading.itk import ImageContent, count_frames, read_content, skewed, write_image
+from femprep.image.reading.long_axis import read_views, view_files
 from femprep.image.reading.nifti_floats import require_finite
 from femprep.image.reading.rectangular import is_sheared, rectangular_labels
 from femprep.image.reading.segments import Segment, chosen_segments, merged_layers, require_layers, segments_of
@@ -138,7 +139,23 @@ def read_segmentation(
             f"{why}: give a preset ({', '.join(sorted(set(PRESETS) - {preset}))}) or labels by name, as in lv=3 and "
             f"myo=2; labels there: {seg.label_table()}{likely_preset(seg.present)}"
         )
-    return seg
+    return _with_views(seg, file, structures, preset, chosen)
+
+
+def _with_views(
+    seg: Segmentation,
+    file: Path,
+    structures: Mapping[str, int | str | Sequence[int | str]] | None,
+    preset: str | None,
+    options: ImageOptions,
+) -> Segmentation:
+    """The segmentation with the long-axis views that were asked for, or that its data set has beside the stack."""
+    files, notices = view_files(options.long_axis, file, preset)
+    if not files:
+        return seg
+    own = _names(structures, None) if preset is None else None
+    views = [view for one in files for view in read_views(one.path, one.structures or own, preset, frame=options.frame)]
+    return replace(seg, views=tuple(views), info=noted(seg.info, *notices))
 
 
 def read_frames(
