@@ -258,9 +258,15 @@ def _check_scale(layout: Layout, options: Options) -> None:
     ):
         return
     wanted = " ".join(f"--{name.replace('_', '-')} {share * thick:.1g}" for name, (_, share) in lengths.items())
+    least = float(f"{lengths['minimum_thickness'][1] * thick:.1g}")
+    alone = ("wall.minimum_thickness", least) if len(lengths) == 1 else ()
     raise OptionError(
         f"the wall of the left ventricle is about {thick:.2g} mm thick by the labels, too thin for lengths that suit a "
-        f"human heart: give {wanted} --edge-length {thick / 3.0:.1g}, or --spacing where the voxel sizes are wrong"
+        "human heart (the voxel sizes of the file may also be wrong: --spacing)",
+        advice=[
+            # Of several lengths no single one makes the heart pass.
+            Advice(f"give {wanted} --edge-length {thick / 3.0:.1g}", *alone),
+        ],
     )
 
 

@@ -158,7 +158,7 @@ def _sides(item: tuple[str, Surface]) -> dict[str, Surface]:
         raise InputError(
             f"{name} is one open surface; a wall lies between two: give --surface lv=FILE --surface epi=FILE"
         )
-    _, diagonal = guess_unit(surface.points)
+    _, diagonal = guess_unit(surface.points, name)
     scale = diagonal / float(np.linalg.norm(np.ptp(surface.points, axis=0)))
     cells, _ = wound(name, surface.points, surface.triangles, table)
     cells = cells[:, ::-1] if volume(surface.points, cells) < 0.0 else cells

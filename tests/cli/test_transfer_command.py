@@ -74,7 +74,7 @@ def test_tissues_stand_behind_the_file_of_the_regions(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["scar=1"], "names tissue of a second image; give it by --regions"),
+        (["scar=1"], "--regions FILE"),
         (["--regions", "lge.nii.gz"], "--regions takes a label map and its tissues"),
         (["--regions", "lge.nii.gz", "scar=1", "--sequence"], "leave --sequence out"),
         (["--regions", "lge.nii.gz", "scar=1"], "no such file"),

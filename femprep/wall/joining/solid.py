@@ -206,8 +206,9 @@ def _subtract(
     cutters: Sequence[tuple[FloatArray, IntArray, Mapping[str, int]]],
     rotation: FloatArray,
     origin: FloatArray,
+    largest: bool = False,
 ) -> Wall:
-    """Subtract closed solids from a wall.
+    """Subtract closed solids from a wall; of what this separates keep all, or the largest piece.
 
     Each has points ``(n, 3)`` in world coordinates, triangles, and by the name of their facets the row at which its
     triangles begin. The boolean operation runs in a frame with these rows as axes about an origin.
@@ -233,8 +234,8 @@ def _subtract(
     opened = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Subtract)
     if opened.status() != manifold3d.Error.NoError:
         raise StageError(f"cutting the wall open failed: {opened.status().name}")
-    # Of what the cut separates the wall itself stays.
-    opened = max(opened.decompose(), key=lambda piece: piece.volume())
+    if largest:
+        opened = max(opened.decompose(), key=lambda piece: piece.volume())
     mesh = opened.to_mesh64()
     points = product(np.asarray(mesh.vert_properties)[:, :3], rotation) + origin
     runs = np.diff(np.asarray(mesh.run_index, dtype=np.int64) // 3)
@@ -268,7 +269,7 @@ def cut_down(wall: Wall, plane: Plane, points: FloatArray, triangles: IntArray, 
     StageError
         The boolean operation failed.
     """
-    made = _subtract(wall, [(points, triangles, {"epi": 0, "base_rv": floor})], plane_frame(plane), plane.point)
+    made = _subtract(wall, [(points, triangles, {"epi": 0, "base_rv": floor})], plane_frame(plane), plane.point, True)
     at = np.unique(made.triangles[made.facet_tag == FACET_TAGS["base_rv"]])
     exact = made.points.copy()
     exact[at] = plane.feet(exact[at])

@@ -14,5 +14,5 @@ from femprep.surface.fitting import outlined
 def test_a_folded_template_is_told_with_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(outlined, "placed_or_flipped", lambda *_: SimpleNamespace(folded=3))
     obj = lv_ellipsoid().segmentation((2.5, 2.5, 8.0)).object("lv")
-    with pytest.raises(StageError, match=r"folds on the outline of 'lv'; .*mend them, or give more vertices"):
+    with pytest.raises(StageError, match=r"folds on the outline of 'lv'; give more"):
         outlined.outline_surface(obj, 100)
