@@ -1,0 +1,68 @@
+"""Both ventricles whose right one ends below the left one's base: cavity volumes against the labels, and the checks.
+
+    python tests/benchmarks/bench_two_bases.py --list            which of ACDC's 200 maps they are (FEMPREP_DATA)
+    python tests/benchmarks/bench_two_bases.py --every 8 --edge-length 3
+
+Printed for each map are how far the right base lies below the left one, the volumes of both cavities of the mesh and of
+their labels below each base, the left cavity that a common base would leave, and what the checks said.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+
+import femprep as fp
+from femprep.report.volumes import labelled_volume
+from femprep.wall.planes.common_base import separate_bases
+
+
+def maps() -> list[Path]:
+    """The maps of which the right ventricle has a base of its own."""
+    found = []
+    for path in sorted(Path(os.environ["FEMPREP_DATA"]).glob("acdc/training/*/*_gt.nii.gz")):
+        seg = fp.orient(fp.read_segmentation(path, preset="acdc"))
+        try:
+            if separate_bases(seg, fp.WallOptions())[1] is not None:
+                found.append(path)
+        except fp.FemprepError:
+            continue
+    return found
+
+
+def row(path: Path, edge_length: float) -> str:
+    """What becomes of one map."""
+    seg = fp.orient(fp.read_segmentation(path, preset="acdc"))
+    name = path.name.removesuffix("_gt.nii.gz")
+    left, common = fp.find_base(seg), fp.find_common_base(seg)
+    whole, less = (labelled_volume(seg, "lv", [plane]) / 1000.0 for plane in (left, common))
+    head = f"{name}: right base {-left.signed_distance(common.point[None])[0]:.0f} mm lower"
+    head += f", a common one leaves {less:.1f} of {whole:.1f} mL"
+    try:
+        run = fp.mesh_segmentation(seg, anatomy="biv", volume={"edge_length": edge_length})
+    except fp.FemprepError as error:
+        return f"{head}; refused: {error}"
+    volumes = "; ".join(
+        f"{item.name} {item.mesh_ml:.1f} of {item.segmentation_ml:.1f} mL ({item.difference_percent:+.2f} %)"
+        for item in run.volumes
+        if "cavity" in item.name
+    )
+    return f"{head}; {volumes}; {'passed' if run.quality.passed else 'failed: ' + '; '.join(run.quality.failures)}"
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--list", action="store_true")
+    parser.add_argument("--every", type=int, default=1, help="take one in so many")
+    parser.add_argument("--edge-length", type=float, default=3.0)
+    given = parser.parse_args()
+    found = maps()
+    print(f"{len(found)} maps", flush=True)
+    for path in found[:: given.every]:
+        print(path.name if given.list else row(path, given.edge_length), flush=True)
+
+
+if __name__ == "__main__":
+    main()
