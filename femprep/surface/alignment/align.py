@@ -19,7 +19,7 @@ from femprep.image.shifts import SliceShifts, ViewMotion
 from femprep.mesh.blas import one_blas_thread
 from femprep.model import FloatArray
 from femprep.surface.alignment.crossing_lines import first_motions
-from femprep.surface.alignment.joint import Agreement, Body, agree
+from femprep.surface.alignment.joint import Agreement, RoughSurface, agree
 from femprep.surface.alignment.planes import ImagePlane, objects_of, planes_of
 from femprep.surface.estimate.observations import Observations
 from femprep.surface.estimate.outline import outlines
@@ -128,7 +128,7 @@ def align_slices(seg: Segmentation, shifts: SliceShifts | None = None) -> Segmen
     return stack.move_back(seg, estimate_shifts(seg) if shifts is None else shifts)
 
 
-def _bodies(seg: Segmentation, planes: list[ImagePlane], objects: Mapping[str, tuple[str, ...]]) -> list[Body]:
+def _bodies(seg: Segmentation, planes: list[ImagePlane], objects: Mapping[str, tuple[str, ...]]) -> list[RoughSurface]:
     """Rough surfaces of the objects with the slices moved; objects of which none can be made are left out."""
     axis, flat = seg.stack_axis, list(seg.grid.flat_axes)
     count = seg.grid.shape[axis]
@@ -149,7 +149,7 @@ def _bodies(seg: Segmentation, planes: list[ImagePlane], objects: Mapping[str, t
             seen = Observations.of(replace(obj, views=views))
             middle = obj.barycentre
             bodies.append(
-                Body(
+                RoughSurface(
                     name,
                     points + middle,
                     np.ascontiguousarray(triangles),

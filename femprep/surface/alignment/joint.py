@@ -45,7 +45,7 @@ _SHARPEST: Final = 0.2
 _USUAL, _LEAST, _OBLIQUE, _SPREAD = 0.005, 0.005, 0.02, 5
 
 
-class Body(NamedTuple):
+class RoughSurface(NamedTuple):
     """One object's surface while it is bent.
 
     Attributes
@@ -101,14 +101,14 @@ class _Evidence(NamedTuple):
         )
 
 
-def agree(planes: list[ImagePlane], bodies: list[Body]) -> Agreement:
+def agree(planes: list[ImagePlane], bodies: list[RoughSurface]) -> Agreement:
     """Bend surfaces and move planes until both agree.
 
     Parameters
     ----------
     planes : list of ImagePlane
         Near to where they belong.
-    bodies : list of Body
+    bodies : list of RoughSurface
         Rough surfaces.
 
     Returns
@@ -156,7 +156,7 @@ def _scales(planes: list[ImagePlane], variance: list[FloatArray]) -> FloatArray:
 class _Bent(NamedTuple):
     """Normal equations of the motions with one surface's vertices eliminated, and how these follow."""
 
-    body: Body
+    body: RoughSurface
     normals: FloatArray
     matrix: FloatArray
     right: FloatArray
@@ -166,7 +166,7 @@ class _Bent(NamedTuple):
     @classmethod
     def of(
         cls,
-        body: Body,
+        body: RoughSurface,
         planes: list[ImagePlane],
         start: IntArray,
         ends: tuple[int, int],
@@ -210,7 +210,7 @@ class _Bent(NamedTuple):
         right = -jacobian.T @ (weight * height) - coupling.T @ alone
         return cls(body._replace(points=points), shape.normals, matrix, right, alone, followed)
 
-    def moved(self, motion: FloatArray) -> Body:
+    def moved(self, motion: FloatArray) -> RoughSurface:
         """The surface as the planes' motions leave it."""
         move = self.alone - self.followed @ motion
         move = move * held_back(move, self.body.triangles)
@@ -228,7 +228,7 @@ def _feet(finder: ClosestFinder, shape: Curvature, points: FloatArray) -> tuple[
     return pick, normal, np.einsum("qk,qk->q", points - found.points, normal)
 
 
-def _misfits(planes: list[ImagePlane], bodies: list[Body]) -> FloatArray:
+def _misfits(planes: list[ImagePlane], bodies: list[RoughSurface]) -> FloatArray:
     """Median distance ``(planes,)`` of outlines from the surfaces, mm."""
     found: list[list[FloatArray]] = [[np.zeros(0)] for _ in planes]
     for body in bodies:
