@@ -68,7 +68,8 @@ def view_files(items: Sequence[str], stack: Path, preset: str | None) -> tuple[l
     FileError
         No file matches a pattern.
     """
-    found, notices = [], []
+    found: list[ViewFile] = []
+    notices: list[Notice] = []
     for item in items:
         match = _LABELS.match(item)
         name = match["file"] if match else item
