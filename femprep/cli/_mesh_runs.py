@@ -56,11 +56,13 @@ def mesh_phases(
 
     from femprep.cli._progress import bars
     from femprep.image import read_frames, read_segmentation
+    from femprep.image.reading.long_axis import require_one_phase
     from femprep.image.underlay import read_under
     from femprep.model.stages import Stages
     from femprep.report.sequence_output import phase_names, write_sequence
     from femprep.sequence import mesh_sequence
 
+    require_one_phase(options.image.long_axis, len(paths))
     names = phase_names(paths)
     if len(paths) > 1:
         require_output(out, options.formats, partial(sequence_names, names))

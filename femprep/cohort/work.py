@@ -18,6 +18,7 @@ from femprep.cohort.subjects import Subject
 from femprep.cohort.watch import Watch
 from femprep.errors import DiskFullError, FemprepError, cannot_write
 from femprep.image import read_segmentation
+from femprep.image.reading.long_axis import require_one_phase
 from femprep.image.underlay import read_under
 from femprep.model.stages import Stages
 from femprep.pipeline import fit_surfaces, mesh_segmentation
@@ -126,6 +127,7 @@ def _make(subject: Subject, folder: Path) -> None:
     """The folder of a subject, as the commands ``mesh``, ``mesh --sequence`` and ``surface`` make it."""
     options = subject.options
     stages = Stages(None)
+    require_one_phase(options.image.long_axis, len(subject.images))
     with stages("read"):
         maps = [read_segmentation(path, options.structures, options.preset, options.image) for path in subject.images]
         shown = [] if subject.kind == "surfaces" else [read_under(*one, options) for one in zip(maps, subject.shown)]

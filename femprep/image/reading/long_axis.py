@@ -45,6 +45,19 @@ class ViewFile(NamedTuple):
     structures: Mapping[str, tuple[int, ...]] | None = None
 
 
+def require_one_phase(items: Sequence[str], phases: int) -> None:
+    """Refuse views that are named once for several phases: they show one of them.
+
+    Raises
+    ------
+    OptionError
+    """
+    if items and phases > 1:
+        raise OptionError(
+            f"--long-axis names the views of one phase, and there are {phases}; --preset mnms2 or ukb finds each one's"
+        )
+
+
 def view_files(items: Sequence[str], stack: Path, preset: str | None) -> tuple[list[ViewFile], list[Notice]]:
     """The files of long-axis slices that belong to a stack.
 

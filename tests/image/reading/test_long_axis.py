@@ -121,3 +121,16 @@ def _thick(phantom, folder):
     """A stack of more slices than a view may have."""
     fp.write_segmentation(phantom.segmentation(spacing=(3.0, 3.0, 4.0)), folder / "many.nii.gz")
     return folder / "many.nii.gz"
+
+
+def test_views_of_one_phase_are_not_taken_for_all(phantom, tmp_path, capsys):
+    from femprep.cli import main
+
+    for name in ("a", "b"):
+        write_stack(phantom, tmp_path / f"{name}.nii.gz")
+    write_view(phantom, tmp_path / "la.nii.gz")
+    maps = [str(tmp_path / f"{name}.nii.gz") for name in ("a", "b")]
+    words = ["mesh", *maps, "-o", str(tmp_path / "out"), "--sequence", "--preset", "acdc"]
+    assert main([*words, "--long-axis", str(tmp_path / "la.nii.gz")]) == 2
+    assert "--long-axis" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
