@@ -158,7 +158,9 @@ def test_ventricles_of_real_hearts(name):
     path = Path(os.environ["FEMPREP_DATA"]) / "acdc" / "training" / name.split("_")[0] / f"{name}_gt.nii.gz"
     seg = fp.read_segmentation(path, preset="acdc")
     run = fp.mesh_segmentation(seg, anatomy="biv", preset="acdc", blood_pool=True, **COARSE)
-    assert set(run.mesh.facet_names) == {"endo_lv", "endo_rv", "epi", "base", "cap_lv", "cap_rv"}
+    # The right ventricle's labels end a slice below the left one's base.
+    assert set(run.mesh.facet_names) == {"endo_lv", "endo_rv", "epi", "base", "base_rv", "cap_lv", "cap_rv"}
+    assert all(abs(item.difference_percent) < 3.0 for item in run.volumes if "cavity" in item.name)
     found = regions(run.mesh)
     assert set(found) == {"lv", "rv", "septum", "blood_lv", "blood_rv"}
     for name in ("lv", "rv"):
