@@ -77,6 +77,6 @@ def test_the_tip_of_a_right_ventricle_stays_in_the_wall(data, case):
     improve(clipped)
     mend(clipped)
     cut = Surface(clipped.points, clipped.triangles, "rv")
-    (record,) = surface_fidelity({"rv": cut}, [Outline("rv", seg.object("rv"))], seg.grid, [base]).records
+    (record,) = surface_fidelity({"rv": cut}, [Outline("rv", seg.object("rv"))], seg.grid, {"base": base}).records
     assert record.greatest_pixels < 2.0
     assert triangle_quality(clipped.points, clipped.triangles).min() > 0.2
