@@ -116,8 +116,16 @@ def mesh_map(
             return None
 
     with with_hints(seg, options, fixed, reached):
-        fitted = ANATOMIES[options.anatomy](seg, layout, options, stages)
-        wall, mesh = fill(fitted, options, stages)
+        try:
+            fitted = ANATOMIES[options.anatomy](seg, layout, options, stages)
+            wall, mesh = fill(fitted, options, stages)
+        except FemprepError as error:
+            if layout.right_base is None:
+                raise
+            _log.warning("no wall with a base for each ventricle (%s); both are cut by one plane", error)
+            layout = lay_out(seg, options, stages, one_base=True)
+            fitted = ANATOMIES[options.anatomy](seg, layout, options, stages)
+            wall, mesh = fill(fitted, options, stages)
     filled = mesh
     mesh = furnish(mesh, lambda: axes or ventricular_axes(seg), options, stages, tissue, images)
     with stages("quality") as report:

@@ -139,7 +139,7 @@ class WallSurfaces:
 CHAMBERS: Final = {"lv": ("lv", "myo"), "rv": ("rv", "rv_wall"), "la": ("la", "la_wall"), "ra": ("ra", "ra_wall")}
 
 
-def lay_out(seg: Segmentation, options: Options, stages: Stages) -> Layout:
+def lay_out(seg: Segmentation, options: Options, stages: Stages, *, one_base: bool = False) -> Layout:
     """Objects, planes and openings of the anatomy asked for, by the labels.
 
     Raises
@@ -157,7 +157,7 @@ def lay_out(seg: Segmentation, options: Options, stages: Stages) -> Layout:
                 openings += [opening for opening in find_openings(seg) if opening.name not in named]
             check_openings(seg, openings)
     with stages("objects"):
-        right, right_base = separate_bases(seg, wall) if options.anatomy == "biv" else (seg, None)
+        right, right_base = separate_bases(seg, wall) if options.anatomy == "biv" and not one_base else (seg, None)
         parts = structures_of(seg, options.anatomy)
         objects = {
             name: (right if own[0] == "rv" else seg).object(*own, name=name, options=options.image)

@@ -89,3 +89,13 @@ def test_a_given_base_cuts_both():
     run_options = Options(anatomy="biv", wall={"base": (*base.point.tolist(), *base.normal.tolist())})
     _, layout, _ = begin(seg, run_options, Stages(None), {})
     assert layout.right_base is None
+
+
+def test_one_plane_cuts_both_where_two_bases_give_no_wall(monkeypatch):
+    def refuse(*_):
+        raise fp.StageError("no wall")
+
+    monkeypatch.setattr("femprep.stages.fill.cut_right_base", refuse)
+    run = fp.mesh_segmentation(short_right(1), anatomy="biv", surface={"vertices": 700}, volume={"edge_length": 6.0})
+    assert list(run.wall.planes) == ["base"]
+    assert any("moved" in notice["what"] for notice in run.wall.planes["base"].record()["notices"])
