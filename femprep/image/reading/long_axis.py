@@ -10,7 +10,6 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from femprep.errors import FileError, InputError, OptionError
-from femprep.image.reading.files import format_of
 from femprep.image.reading.itk import count_frames, read_content
 from femprep.image.views import PlaneView
 from femprep.model import Notice
@@ -189,7 +188,7 @@ def _known(path: Path, preset: str | None) -> dict[str, Any]:
 
 
 def _stem(path: Path) -> str:
+    """The name of a file without its ending."""
     name = path.name
     ending = next((e for e in (".nii.gz", ".seg.nrrd", path.suffix) if name.lower().endswith(e)), "")
-    format_of(path)
     return name[: len(name) - len(ending)] if ending else name

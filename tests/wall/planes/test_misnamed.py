@@ -39,6 +39,7 @@ def test_a_base_is_not_looked_for_under_exchanged_numbers(both: fp.Segmentation)
 
 def test_right_numbers_pass(both: fp.Segmentation) -> None:
     require_order(both)
+    assert fp.find_base(both).source.startswith("labels")
 
 
 def test_label_that_would_close_the_ring_is_told_where_no_base_is_found(both: fp.Segmentation) -> None:
