@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -36,25 +35,7 @@ from femprep.wall.clipping.clip import clip
 from femprep.wall.clipping.mend import mend
 from femprep.wall.planes.phase_bases import base_moved_with_phases
 
-PACKAGE = Path(fp.__file__).parent
 GRID = Grid((40, 40, 40), np.ones(3), np.zeros(3), np.eye(3))
-#: Files that warn of what is no part of a mesh, or whose caller tells it, and why.
-FOREIGN = ("vtu", "opencarp")
-TOLD_ELSEWHERE = {
-    "wall/anatomies.py": "of what it tries next; what it took is told by wall/chambers/envelope.py",
-    "surface/harmonic/leastsquares.py": "surface/fit.py tells it",
-    "report/pictures/mesh_picture.py": "report/output.py tells it",
-    "report/folder/swap.py": "of the user's own files, after the run's record is written",
-    "mesh/compiled.py": "of the cache of compiled code: no result",
-    "sweeping/matching/minimum_thickness.py": "sweeping/matching/match.py tells it",
-    "wall/planes/common_base.py": "by wall/planes/landmarks.py, on the plane",
-    "export/deck/split.py": "export/losses.py tells it",
-    "export/xdmf/write.py": "export/losses.py tells it",
-    "template/store.py": "a template that is made anew is the same",
-    "export/foreign.py": "of a foreign mesh that is read: no run",
-    "export/deck/parts.py": "of a foreign mesh that is read: no run",
-    **{f"export/{name}/read.py": "of a foreign mesh: no run" for name in FOREIGN},
-}
 
 
 def solid(*boxes: tuple[slice, slice, slice], hollow: tuple[slice, slice, slice] | None = None) -> dict[str, Any]:
@@ -270,21 +251,6 @@ def test_edges_made_straight_are_said(module: str, monkeypatch: pytest.MonkeyPat
         info = fp.sweep(matched, order=2).info
     (notice,) = [one for one in gather(info) if "made straight" in one.what]
     assert (notice.amount, notice.unit) == (1, "edges")
-
-
-@pytest.mark.slow
-def test_whoever_warns_tells() -> None:
-    """A file of the package that warns in the log says so in a notice as well, or is known to be told elsewhere."""
-    silent = []
-    for file in sorted(PACKAGE.rglob("*.py")):
-        tree = ast.parse(file.read_text(encoding="utf-8"))
-        calls = [node.func for node in ast.walk(tree) if isinstance(node, ast.Call)]
-        warns = any(isinstance(f, ast.Attribute) and f.attr == "warning" for f in calls)
-        tells = any(isinstance(f, ast.Attribute) and ast.unparse(f) == "Notice.of" for f in calls)
-        name = file.relative_to(PACKAGE).as_posix()
-        if warns and not tells and name not in TOLD_ELSEWHERE:
-            silent.append(name)
-    assert silent == []
 
 
 @pytest.mark.slow

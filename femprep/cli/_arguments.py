@@ -36,7 +36,7 @@ CorrectShifts = Annotated[bool | None, option(ImageOptions, "correct_shifts", "-
 FillPapillary = Annotated[bool | None, option(ImageOptions, "fill_papillary", "--fill-papillary", panel=INPUT)]
 LongAxis = Annotated[
     list[str] | None,
-    option(ImageOptions, "long_axis", panel=INPUT, default="none; repeatable", metavar="FILE[:NAME=LABEL,...]"),
+    option(ImageOptions, "long_axis", panel=INPUT, default="none; repeatable", metavar="FILE[:...]"),
 ]
 LeaveOut = Annotated[
     list[int] | None, option(ImageOptions, "leave_out", panel=INPUT, default="none; repeatable", metavar="N")

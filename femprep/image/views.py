@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -71,6 +71,9 @@ class PlaneView(Immutable):
         Pixel size along them, mm.
     thickness : float
         Thickness of the slice, mm.
+    landmarks : mapping of str to (k, 3) array, optional
+        Points that the view shows, mm LPS: ``"mitral"``, ``"tricuspid"``, ``"aortic"`` and ``"pulmonary"``, where the
+        valve's leaflets begin, and ``"apex"``.
 
     Raises
     ------
@@ -93,6 +96,7 @@ class PlaneView(Immutable):
     axes: FloatArray
     spacing: FloatArray
     thickness: float
+    landmarks: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         labels = np.asarray(self.labels)
@@ -118,6 +122,9 @@ class PlaneView(Immutable):
                 f"view {self.name!r}: pixels and thickness are {sizes} mm, expected three positive numbers"
             )
         object.__setattr__(self, "thickness", float(self.thickness))
+        own = mapping(self.landmarks, f"landmarks of view {self.name!r}").items()
+        points = {name: readonly(p, np.float64, (None, 3), f"landmark {name!r} of {self.name!r}") for name, p in own}
+        object.__setattr__(self, "landmarks", MappingProxyType(points))
 
     def __repr__(self) -> str:
         return f"PlaneView({self.name!r}: {' x '.join(map(str, self.labels.shape))} pixels, {', '.join(self.shown)})"
@@ -206,4 +213,6 @@ class PlaneView(Immutable):
         >>> view.moved(np.eye(3), np.array([0.0, 0.0, 5.0])).origin.tolist()
         [0.0, 0.0, 5.0]
         """
-        return replace(self, origin=rotation @ self.origin + translation, axes=rotation @ self.axes)
+        landmarks = {name: product(points, rotation.T) + translation for name, points in self.landmarks.items()}
+        origin = rotation @ self.origin + translation
+        return replace(self, origin=origin, axes=rotation @ self.axes, landmarks=landmarks)

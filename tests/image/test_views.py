@@ -76,3 +76,9 @@ def test_a_mirrored_heart_takes_its_views_along():
     twice = fp.flip(fp.flip(seg)).views[0]
     np.testing.assert_allclose(twice.to_world([[2, 3]]), view().to_world([[2, 3]]), atol=1e-9)
     assert not np.allclose(fp.flip(seg).views[0].origin, view().origin)
+
+
+def test_landmarks_move_with_their_view():
+    seen = view(landmarks={"mitral": [[1.0, 3.0, 5.0], [1.0, 5.0, 5.0]]})
+    turned = seen.moved(np.eye(3)[[1, 0, 2]], np.array([0.0, 0.0, 2.0])).landmarks["mitral"]
+    np.testing.assert_allclose(turned, [[3.0, 1.0, 7.0], [5.0, 1.0, 7.0]])
