@@ -13,7 +13,7 @@ from femprep.anatomy import (
     ventricular_axes,
 )
 from femprep.anatomy.tissue.regions import own_tissue
-from femprep.errors import FemprepError
+from femprep.errors import FemprepError, require_kind
 from femprep.image import IntensityImage, LabelObject, Segmentation, leave_out_slices
 from femprep.image.papillary import fill_helps, fill_papillary
 from femprep.image.size import require_heart_size
@@ -87,6 +87,7 @@ def mesh_segmentation(
     >>> run.quality.passed  # doctest: +SKIP
     True
     """
+    require_kind(seg, Segmentation, "read_segmentation")
     return mesh_map(seg, choose(Options, options, changes), progress, {}, tissue, images)
 
 
