@@ -61,9 +61,8 @@ def reader_of(path: Path) -> Any:
 
 def may_end_the_process(path: Path) -> bool:
     """Whether VTK believes numbers of a file that no check sum goes with."""
-    ending = path.suffix.lower()
-    if ending in (".vtk", ".vti") or not path.stat().st_size:
-        return ending == ".vtk"
+    if path.suffix.lower() == ".vtk" or not path.stat().st_size:
+        return path.suffix.lower() == ".vtk"
     with path.open("rb") as file:
         compressed = _COMPRESSED in file.read(_HEAD)
     return not compressed or holds_text(path)
