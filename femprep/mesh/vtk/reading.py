@@ -12,8 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import FileError
-from femprep.mesh.vtk.text import require_text
-from femprep.mesh.vtk.trial import holds_text, may_end_the_process, reader_of, require_readable
+from femprep.mesh.vtk.trial import may_end_the_process, reader_of, require_readable
 
 #: Where the cells of the two kinds of data sets are.
 _CELLS: Final = {"vtkPolyData": ("GetVerts", "GetLines", "GetPolys", "GetStrips"), "vtkUnstructuredGrid": ("GetCells",)}
@@ -40,8 +39,6 @@ def load(path: Path) -> Any:
         raise FileError(
             f"{str(path)!r} has letters in its path that are no UTF-8, which VTK needs; rename it"
         ) from None
-    if path.suffix.lower() in (".vtu", ".vtp") and holds_text(path):
-        require_text(path)
     if may_end_the_process(path):
         require_readable(path)
     reader = reader_of(path)
