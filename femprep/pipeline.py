@@ -87,7 +87,6 @@ def mesh_segmentation(
     >>> run.quality.passed  # doctest: +SKIP
     True
     """
-    require_kind(seg, Segmentation, "read_segmentation")
     return mesh_map(seg, choose(Options, options, changes), progress, {}, tissue, images)
 
 
@@ -100,6 +99,7 @@ def mesh_map(
     images: Mapping[str, IntensityImage] | None = None,
 ) -> Run:
     """As :func:`mesh_segmentation`; nothing that the command fixes is advised."""
+    require_kind(seg, Segmentation, "read_segmentation")
     _log.debug("options: %s", options)
     stages = Stages(progress)
     check_second_images(seg, options, tissue, images or {})

@@ -77,8 +77,8 @@ def meta_voxels(path: Path) -> Voxels:
     Raises
     ------
     FileError
-        There are no voxels, their sizes are no numbers, their bytes are not stated where they are compressed, or the
-        files' name is no pattern.
+        There are no voxels, their sizes are no numbers or not as many as axes, their bytes are not stated where they
+        are compressed, or the files' name is no pattern.
     """
     fields: dict[str, str] = {}
     with open(path, "rb") as file:
@@ -89,7 +89,10 @@ def meta_voxels(path: Path) -> Voxels:
             fields[key.strip()] = "".join(value).strip()
         offset = file.tell()
     name, compressed = fields[_DATA], fields.get("CompressedData", "")[:1] in ("T", "t", "1")
-    count = math.prod(_numbers(path, "DimSize", fields.get("DimSize", "")))
+    sizes = _numbers(path, "DimSize", fields.get("DimSize", ""))
+    if (axes := _numbers(path, "NDims", fields.get("NDims", ""))[0]) != len(sizes):
+        raise FileError(f"{path}: its header has {len(sizes)} sizes, expected {axes} (NDims); {REMEDY}")
+    count = math.prod(sizes)
     count *= math.prod(_numbers(path, "ElementNumberOfChannels", fields.get("ElementNumberOfChannels", "1")))
     least = count * _BYTES.get(fields.get("ElementType", "").removeprefix("MET_"), 1)
     if name.upper() != "LOCAL":
