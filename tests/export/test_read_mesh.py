@@ -131,11 +131,14 @@ def test_surface_mesh_is_refused_with_what_it_holds(tmp_path: Path) -> None:
         read_mesh(tmp_path / "sphere.vtu")
 
 
-@pytest.mark.parametrize("ending", [".msh", ".mesh", ".xdmf"])
+FORMATS = {".msh": "gmsh22", ".mesh": "medit", ".xdmf": "xdmf"}
+
+
+@pytest.mark.parametrize("ending", FORMATS)
 def test_a_mesh_whose_elements_are_none_is_refused(ending: str, tmp_path: Path) -> None:
     path = tmp_path / f"none{ending}"
-    meshio.write(path, meshio.Mesh(np.eye(4, 3), [("tetra", np.empty((0, 4), dtype=int))]))
-    with pytest.raises(FileError, match="holds no volume elements; give a mesh of tetra"):
+    meshio.write(path, meshio.Mesh(np.eye(4, 3), [("tetra", np.empty((0, 4), dtype=int))]), FORMATS[ending])
+    with pytest.raises(FileError, match=r"holds no volume elements.*; give a mesh of tetra"):
         read_mesh(path)
 
 

@@ -52,8 +52,8 @@ def node_numbers(path: Path) -> npt.NDArray[np.float64] | None:
         found = format_of(data)
         if found is None:
             raise FileError(
-                "it is of no version of Gmsh that is read (a $MeshFormat of 2.2 or 4.1 at its beginning), nor is a .msh "
-                f"of Ansys; convert it first: meshio convert {path.name} {path.stem}.vtu"
+                "it begins with no $MeshFormat of a version that is read (Gmsh 2.2 or 4.1; none of Ansys); convert it "
+                f"first: meshio convert {path.name} {path.stem}.vtu"
             )
         start = data.find(b"$Nodes")
         place = data.find(b"\n", start) + 1
