@@ -198,6 +198,13 @@ def cases() -> list[Case]:
             slow=True,
         ),
         Case(
+            "walls of a whole heart too thin, strict",
+            mesh(four_chambers().segmentation((2.5, 2.5, 2.5))),
+            WHOLE | {"wall": {"policy": "strict", "minimum_thickness": 3.0}},
+            mended=mesh(four_chambers(7.0, 7.0).segmentation((2.5, 2.5, 2.5))),
+            slow=True,
+        ),
+        Case(
             "rims that fall away",
             surfaces({name: gable(name) for name in ("lv", "epi")}),
             own,
