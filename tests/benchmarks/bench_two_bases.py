@@ -80,12 +80,13 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--list", action="store_true")
+    parser.add_argument("--maps", nargs="*", default=[], help="only these, as patient001_frame12")
     parser.add_argument("--walls", action="store_true", help="build the walls, do not mesh them")
     parser.add_argument("--every", type=int, default=1, help="take one in so many")
     parser.add_argument("--from", dest="first", type=int, default=0, help="leave out so many of them")
     parser.add_argument("--edge-length", type=float, default=3.0)
     given = parser.parse_args()
-    found = maps()
+    found = [path for path in maps() if not given.maps or path.name.removesuffix("_gt.nii.gz") in given.maps]
     print(f"{len(found)} maps", flush=True)
     for path in found[given.first :: given.every]:
         line = path.name if given.list else wall_row(path) if given.walls else row(path, given.edge_length)
