@@ -15,7 +15,7 @@ from femprep.anatomy import (
     ventricular_axes,
 )
 from femprep.anatomy.tissue.regions import own_tissue
-from femprep.errors import FemprepError
+from femprep.errors import FemprepError, require_kind
 from femprep.image import IntensityImage, LabelObject, Segmentation, leave_out_slices
 from femprep.image.papillary import fill_helps, fill_papillary
 from femprep.image.size import require_heart_size
@@ -33,7 +33,7 @@ from femprep.surface import fit_surface
 from femprep.surface.alignment import align_slices
 from femprep.surface.fit import check_fit
 from femprep.volume import check
-from femprep.volume.quality.advice import surfaces_reached, what_helps, with_hints, with_shape_help
+from femprep.volume.quality.advice import Reached, surfaces_reached, what_helps, with_hints, with_shape_help
 from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.volume.quality.limits import judge_wall_volume
 from femprep.wall.anatomies import ANATOMIES, Layout, WallSurfaces, lay_out, structures_of
@@ -103,6 +103,7 @@ def mesh_map(
     images: Mapping[str, IntensityImage] | None = None,
 ) -> Run:
     """As :func:`mesh_segmentation`; nothing that the command fixes is advised."""
+    require_kind(seg, Segmentation, "read_segmentation")
     _log.debug("options: %s", options)
     stages = Stages(progress)
     check_second_images(seg, options, tissue, images or {})
@@ -111,9 +112,9 @@ def mesh_map(
     if tissue is None and options.anatomy != "whole-heart":
         tissue = own_tissue(seg)
 
-    def reached(other: Options) -> str | None:
+    def reached(other: Options) -> float | None:
         if other.image == options.image:
-            return ""
+            return 0.0
         try:
             return surfaces_reached(_prepared(given, other, Stages(None)), other)
         except FemprepError:
@@ -129,7 +130,7 @@ def mesh_map(
         volumes = volumes_beside_labels(filled, seg, fitted.objects, wall.planes)
         fidelity = mesh_fidelity(mesh, fitted.outlines, seg.grid, quality.options.maximum_label_distance)
         judged = judge_wall_volume(with_shape_help(quality, options, fixed), wall_difference(volumes))
-        helps = what_helps(seg, fidelity, fitted, options, fixed)
+        helps = what_helps(seg, fidelity, fitted, options, fixed, reached)
         helps += fill_helps(seg) if helps else []
         judged = with_fidelity(judged, fidelity, helps)
     mesh, judged, solved = concluded(mesh, quality, judged, options, stages)
@@ -176,15 +177,15 @@ def begin(seg: Segmentation, options: Options, stages: Stages, fixed: Fixed | No
         return _begin(seg, options, stages)
 
 
-def _passes(attempt: Callable[[Options], object]) -> Callable[[Options], str | None]:
-    """Of options, nothing to add to the advice where an attempt with them succeeds; None where it fails."""
+def _passes(attempt: Callable[[Options], object]) -> Reached:
+    """Whether an attempt with other options succeeds, with no distance to tell."""
 
-    def reached(options: Options) -> str | None:
+    def reached(options: Options) -> float | None:
         try:
             attempt(options)
         except FemprepError:
             return None
-        return ""
+        return 0.0
 
     return reached
 
