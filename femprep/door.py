@@ -22,6 +22,7 @@ NOUNS: Final = {
     "Annotation": "annotate",
     "BloodPools": "fill_cavities",
     "BoundaryPoints": "boundary_points",
+    "Contours": "read_contours",
     "IntensityImage": "read_image",
     "LabelObject": "Segmentation.object",
     "MatchedSurfaces": "match_surfaces",
