@@ -10,7 +10,6 @@ from typing import Final, NamedTuple
 
 from femprep.errors import FileError
 from femprep.image.contours import Contours
-from femprep.model import Notice
 
 
 class ContourReader(NamedTuple):
@@ -87,11 +86,3 @@ def read_contours(
             return found
     known = ", ".join(reader.name for reader in READERS)
     raise FileError(f"{path}: is no file of contours that femprep reads ({known})")
-
-
-def shown_notice(path: Path, left_out: dict[str, int]) -> list[Notice]:
-    """Notice of the contours of a file that femprep has no use for: number by name."""
-    if not left_out:
-        return []
-    names = ", ".join(f"{count} of {name}" for name, count in left_out.items())
-    return [Notice.of("left out", f"{path.name}: contours that femprep does not use were left out: {names}")]
