@@ -9,6 +9,9 @@ from typing import Final
 import numpy as np
 
 from femprep.errors import InputError, quoted
+from femprep.image.contour_labels import segmentation_of, views_of
+from femprep.image.segmentation import Segmentation
+from femprep.image.views import PlaneView
 from femprep.model import FloatArray, Immutable, Notice, readonly
 from femprep.model.products import product
 
@@ -231,3 +234,49 @@ class Contours(Immutable):
         (Contour('lv': closed line of 62 points on '2'),)
         """
         return tuple(one for one in self.contours if one.plane == plane and one.surface == surface)
+
+    def views(self, *, pixel: float | None = None) -> tuple[PlaneView, ...]:
+        """The long-axis planes as views, with their landmarks.
+
+        Parameters
+        ----------
+        pixel : float, optional
+            Pixel size of the labels, mm; half of the plane's where not given.
+
+        Examples
+        --------
+        >>> seg = seg.with_views(*fp.read_contours("GPFile_000.txt").views())  # doctest: +SKIP
+        """
+        return views_of(self, pixel)
+
+    def to_segmentation(self, *, pixel: float | None = None) -> Segmentation:
+        """Labels inside of the contours: the short-axis planes as a stack, the long-axis planes as its views.
+
+        Where contours overlap, a pixel is the left ventricle's first, then its myocardium's, the right ventricle's, an
+        atrium's, and the right ventricle's wall last. Where short-axis planes are not equally spaced, slices between
+        them are interpolated, and a notice reports it.
+
+        Parameters
+        ----------
+        pixel : float, optional
+            Pixel size of the labels, mm; half of the planes' smallest where not given, because contours are known to
+            less than a pixel.
+
+        Returns
+        -------
+        Segmentation
+            With ``lv``, ``myo``, ``rv``, ``rv_wall``, ``la``, ``ra``, as far as there are contours.
+
+        Raises
+        ------
+        InputError
+            Fewer than two short-axis planes have contours, or they are not parallel.
+        OptionError
+            The pixel size is not positive.
+
+        Examples
+        --------
+        >>> fp.read_contours("GPFile_000.txt").to_segmentation()  # doctest: +SKIP
+        Segmentation(176 x 158 x 5 voxels of 0.703 x 0.703 x 17.7 mm: lv, myo, rv, rv_wall)
+        """
+        return segmentation_of(self, pixel)

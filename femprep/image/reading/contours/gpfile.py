@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -111,7 +112,7 @@ def _poses(path: Path) -> dict[int, tuple[FloatArray, FloatArray, FloatArray]]:
     for line, row in enumerate(_lines(path), start=1):
         parts = row.split()
         try:
-            number = next(int(b) for a, b in zip(parts, parts[1:]) if a in ("sliceID:", "frameID:"))
+            number = next(int(b) for a, b in pairwise(parts) if a in ("sliceID:", "frameID:"))
             at = [parts.index(word) + 1 for word, _ in _POSE]
             place, axes, pixel = (np.array(parts[i : i + n], dtype=float) for i, (_, n) in zip(at, _POSE))
             # PixelSpacing is the distance of rows first, and the first axis runs along a row.
