@@ -25,7 +25,7 @@ def refuse_entities(path: Path) -> None:
     """
 
     def declared(name: str, *_: object) -> None:
-        raise FileError(f"{str(path)!r} declares the XML entity {name!r}, which no mesh needs; take it out")
+        raise FileError(f"{str(path)!r} declares the XML entity {name!r}, which no such file needs; take it out")
 
     def ends(*_: object) -> None:
         raise _PrologEndsError
