@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
+from typing import Final
 
 from femprep.anatomy import (
     VentricularAxes,
@@ -18,7 +20,7 @@ from femprep.image import IntensityImage, LabelObject, Segmentation, leave_out_s
 from femprep.image.papillary import fill_helps, fill_papillary
 from femprep.image.size import require_heart_size
 from femprep.image.unnamed import require_named
-from femprep.model import Progress
+from femprep.model import Notice, Progress, VolumeMesh, Wall
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
 from femprep.options.advice import SURFACES_ALONE, Fixed
@@ -34,11 +36,13 @@ from femprep.volume import check
 from femprep.volume.quality.advice import Reached, surfaces_reached, what_helps, with_hints, with_shape_help
 from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.volume.quality.limits import judge_wall_volume
-from femprep.wall.anatomies import ANATOMIES, Layout, lay_out, structures_of
+from femprep.wall.anatomies import ANATOMIES, Layout, WallSurfaces, lay_out, structures_of
 from femprep.wall.outlines import Outline
 from femprep.wall.planes.misnamed import require_order
 
 _log = logging.getLogger(__name__)
+#: How far two bases move towards the apex where they give no wall, mm: surfaces round off beside their last slice.
+_INWARD: Final = 2.0
 
 
 @takes(Options)
@@ -117,16 +121,7 @@ def mesh_map(
             return None
 
     with with_hints(seg, options, fixed, reached):
-        try:
-            fitted = ANATOMIES[options.anatomy](seg, layout, options, stages)
-            wall, mesh = fill(fitted, options, stages)
-        except FemprepError as error:
-            if layout.right_base is None:
-                raise
-            _log.warning("no wall with a base for each ventricle (%s); both are cut by one plane", error)
-            layout = lay_out(seg, options, stages, one_base=True)
-            fitted = ANATOMIES[options.anatomy](seg, layout, options, stages)
-            wall, mesh = fill(fitted, options, stages)
+        fitted, wall, mesh = _filled(seg, layout, options, stages)
     filled = mesh
     mesh = furnish(mesh, lambda: axes or ventricular_axes(seg), options, stages, tissue, images)
     with stages("quality") as report:
@@ -141,6 +136,32 @@ def mesh_map(
     mesh, judged, solved = concluded(mesh, quality, judged, options, stages)
     made = (fitted.objects, fitted.surfaces, wall, mesh, judged, fidelity, tuple(volumes), stages.seconds)
     return Run(seg, options, *made, **solved)
+
+
+def _filled(
+    seg: Segmentation, layout: Layout, options: Options, stages: Stages
+) -> tuple[WallSurfaces, Wall, VolumeMesh]:
+    """Surfaces, wall and mesh of a heart.
+
+    Two bases that give none are moved 2 mm towards the apex; where that gives none either, one plane cuts both.
+    """
+    try:
+        fitted = ANATOMIES[options.anatomy](seg, layout, options, stages)
+        return fitted, *fill(fitted, options, stages)
+    except FemprepError as error:
+        if layout.right_base is None:
+            raise
+        why = error.args[0]
+    offset = options.wall.base_offset + _INWARD
+    inward = options.model_copy(update={"wall": options.wall.model_copy(update={"base_offset": offset})})
+    with suppress(FemprepError):
+        fitted = ANATOMIES[options.anatomy](seg, lay_out(seg, inward, stages), options, stages)
+        words = f"both bases lie {{amount}} nearer to the apex, because there was no wall without that: {why}"
+        notice = Notice.of("moved", words, amount=_INWARD, unit="mm")
+        return fitted, *fill(replace(fitted, notices=[*fitted.notices, notice]), options, stages)
+    fitted = ANATOMIES[options.anatomy](seg, lay_out(seg, options, stages, one_base=True), options, stages)
+    notice = Notice.of("moved", f"one plane cuts both ventricles, because two bases gave no wall: {why}")
+    return fitted, *fill(replace(fitted, notices=[*fitted.notices, notice]), options, stages)
 
 
 Begun = tuple[Segmentation, Layout, VentricularAxes | None]

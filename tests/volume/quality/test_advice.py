@@ -116,9 +116,9 @@ def test_what_leaves_the_labels_is_told_apart() -> None:
     seg = lv_ellipsoid().segmentation((2.5, 2.5, 8.0))
     near, away, found = apart(seg)
     (line,) = what_helps(seg, found, replace(near, epi=away), OPTIONS, {}, reached_on(seg))
-    assert re.search(r"built from are 4\.\d pixels off themselves: more --vertices", line)
+    assert "more --vertices" in line
     (line,) = what_helps(seg, found, near, OPTIONS, {}, reached_on(seg))
-    assert re.search(r"built from lie within [01]\.\d pixels.* a smaller --edge-length", line)
+    assert re.search(r"within [01]\.\d pixels.* a smaller --edge-length", line)
     # The endocardium, which is near its labels, is none of the reasons.
     (line,) = what_helps(seg, found, replace(near, endo={"lv": away}), OPTIONS, {}, reached_on(seg))
     assert "a smaller --edge-length" in line
