@@ -16,7 +16,7 @@ from femprep.errors import Advice, FemprepError, OptionError
 from femprep.model import Surface
 from femprep.options import Options, choose
 from femprep.options.advice import changed
-from femprep.phantoms import biventricular, four_chambers, lv_ellipsoid
+from femprep.phantoms import biventricular, lv_ellipsoid
 
 #: A plane through the phantoms' middle, where their true base is not.
 BASE = (0.0, 0.0, 8.0, 0.0, 0.0, 1.0)
@@ -27,14 +27,6 @@ QUICK: dict[str, Any] = {
     "volume": {"mesher": "sweep", "edge_length": 8.0},
 }
 TETRAHEDRA = QUICK | {"volume": {"edge_length": 6.0}}
-WHOLE: dict[str, Any] = {
-    "anatomy": "whole-heart",
-    "preset": None,
-    "surface": {"vertices": 600},
-    "volume": {"edge_length": 4.5},
-}
-#: Between left atrium and ventricle of the whole heart.
-MITRAL = (0.0, 0.0, 49.0, 0.0, 0.0, 1.0, 10.0)
 Run = Callable[[Options], object]
 
 
@@ -113,17 +105,9 @@ def mesh(seg: fp.Segmentation) -> Run:
     return lambda options: fp.mesh_segmentation(seg, options)
 
 
-def open_chambers() -> fp.Segmentation:
-    """A whole heart whose left ventricle reaches up to the atrium in a column, its mitral valve."""
-    seg = four_chambers().segmentation((2.5, 2.5, 2.5))
-    x, y, z = seg.grid.to_world(np.argwhere(seg.labels >= 0)).T.reshape(3, *seg.grid.shape)
-    column = (np.hypot(x, y) < 10.0) & (z > 30.0) & (z < 60.0) & ~seg.mask("la")
-    return replace(seg, labels=np.where(column, seg.structures["lv"][0], seg.labels))
-
-
-def without_options(seg: fp.Segmentation, **options: Any) -> Run:
+def without_options(seg: fp.Segmentation) -> Run:
     """Meshes a map with quick options, whatever is given."""
-    return lambda _: fp.mesh_segmentation(seg, Options(**(QUICK | options)))
+    return lambda _: fp.mesh_segmentation(seg, Options(**QUICK))
 
 
 def phases(seg: fp.Segmentation) -> Run:
@@ -159,7 +143,6 @@ def cases() -> list[Case]:
     strict = {"policy": "strict", "minimum_thickness": 8.7}
     pieces, swept = displaced(15.0), QUICK["volume"]
     both, turned, beyond = biventricular().segmentation(VOXELS), tube(), {"base": (0.0, 0.0, -20.0, 0.0, 0.0, 1.0)}
-    chambers = open_chambers()
     legs = {name: bent(one) for name, one in heart().items()}
     return [
         Case(
@@ -181,6 +164,7 @@ def cases() -> list[Case]:
             mesh(sound),
             TETRAHEDRA | {"sweep": {"layers": 3}},
             mended=without_options(sound),
+            slow=True,
         ),
         Case("phases of both ventricles", phases(both), TETRAHEDRA | {"anatomy": "biv"}, mended=mesh(both), slow=True),
         Case(
@@ -190,25 +174,11 @@ def cases() -> list[Case]:
             {"wall.basal_end": "last"},
         ),
         Case(
-            "a closed whole heart, fibres",
-            mesh(chambers),
-            WHOLE | {"fibres": {}},
-            {"wall.valves": {"mitral": MITRAL}},
-            without_options(chambers, **WHOLE),
-            slow=True,
-        ),
-        Case(
-            "walls of a whole heart too thin, strict",
-            mesh(four_chambers().segmentation((2.5, 2.5, 2.5))),
-            WHOLE | {"wall": {"policy": "strict", "minimum_thickness": 3.0}},
-            mended=mesh(four_chambers(7.0, 7.0).segmentation((2.5, 2.5, 2.5))),
-            slow=True,
-        ),
-        Case(
             "rims that fall away",
             surfaces({name: gable(name) for name in ("lv", "epi")}),
             own,
             {"wall.base": (0.0, 0.0, -38.0, 0.0, 0.0, 1.0)},
+            slow=True,
         ),
         Case(
             "a base across both ends of a bent heart",
