@@ -44,8 +44,8 @@ class ImageOptions(StageOptions):
     contours: tuple[str, ...] = Field(
         (),
         description="Files of contours, in place of a label map, or beside one, which gets their long-axis contours: "
-        "FILE (GPFile, Segment .mat, .cvi42wsx, RTSTRUCT, JSON), or FILE:SURFACE=NAME[,SURFACE=NAME...] with the names "
-        "of a structure set; a name with * is a pattern.",
+        "FILE (GPFile, Segment .mat, .cvi42wsx, RTSTRUCT, JSON), or FILE:lv=NAME[,epi=NAME...] with the names of a "
+        "structure set; a name with * is a pattern.",
     )
     fill_papillary: bool = Field(
         False,

@@ -37,7 +37,7 @@ def write(folder, body):
 @pytest.fixture
 def crescent():
     """A free wall and a septum, which bends inwards, in shuffled pieces and directions."""
-    wall, septum = arc(30.0, 100.0, 260.0, 60), arc(40.0, 132.5, 227.5, 40) + [22.0, 0.0, 0.0]
+    wall, septum = arc(30.0, 100.0, 260.0, 60), np.add(arc(40.0, 132.5, 227.5, 40), [22.0, 0.0, 0.0])
     return [np.concatenate([wall[35:], wall[:35]]), septum[::-1]]
 
 
