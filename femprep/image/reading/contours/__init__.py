@@ -71,8 +71,7 @@ def read_contours(
     phase : int, optional
         Which phase of a file that holds several, from 0.
     images : path, optional
-        Folder of the DICOM images that the contours were drawn on: of a cvi42 workspace, by default the folder of the
-        file, and of a structure set, which needs none.
+        Folder of the DICOM images that a cvi42 workspace was drawn on; by default the folder of the file.
     structures : mapping of str to str, optional
         Name of the structure of each surface in a DICOM structure set, ``{"lv": "LV_ENDO"}``.
 

@@ -15,16 +15,15 @@ from xml.etree import ElementTree
 import numpy as np
 
 from femprep.errors import FileError
-from femprep.image.contours import Contour, ContourPlane, Contours
-from femprep.image.reading.contours.images import Image, read_images, require_pydicom
-from femprep.image.reading.contours.phases import Frames, frames_at, unused
-from femprep.mesh.vtk.entities import refuse_entities
+from femprep.image.contours import LANDMARKS, Contour, ContourPlane, Contours
+from femprep.image.reading.contours.images import read_images, require_pydicom
+from femprep.image.reading.contours.phases import DrawnPlane, contours_at, unused
 from femprep.model import FloatArray, Notice
 
 _KEY: Final = "{http://www.circlecvi.com/cvi42/Workspace/Hash/}key"
 _POINT: Final = "{http://www.circlecvi.com/cvi42/Workspace/Point/}"
-#: What is called ``NAMEContour`` or ``NAMEOpenContour``.
-_SURFACES: Final = {
+#: What contours mean: outlines, called ``NAMEContour`` or ``NAMEOpenContour``; lines across a valve; points.
+_MEANINGS: Final = {
     "saendocardial": "lv",
     "laendocardial": "lv",
     "saepicardial": "epi",
@@ -35,9 +34,6 @@ _SURFACES: Final = {
     "larvepicardial": "rv_epi",
     "lala": "la",
     "lara": "ra",
-}
-#: Lines across a valve, and single points.
-_LANDMARKS: Final = {
     "MV": "mitral",
     "AV": "aortic",
     "AorticValveDiameter": "aortic",
@@ -52,7 +48,7 @@ _ON_VALVE: Final = 1.0
 
 def read(path: Path, phase: int | None, images: Path | None) -> Contours:
     """Read the contours of one phase; images are looked for beside the file where no folder is given."""
-    require_pydicom("a cvi42 workspace")
+    require_pydicom(path)
     drawn = _drawn(path)
     folder = path.parent if images is None else images
     there = read_images(folder)
@@ -66,34 +62,30 @@ def read(path: Path, phase: int | None, images: Path | None) -> Contours:
     if missing := len(drawn) - len(here):
         words = f"{path.name}: contours of {missing} of {len(drawn)} images were left out: no such image in {folder}"
         notices.append(Notice.of("left out", words))
-    other: Counter[str] = Counter()
-    planes: dict[tuple[object, ...], ContourPlane] = {}
-    outlines: dict[str, dict[int, list[Contour]]] = {}
     times: dict[tuple[object, ...], list[tuple[float, float]]] = {}
     for image in there.values():
         times.setdefault(image.plane, []).append(image.time)
+    other: Counter[str] = Counter()
+    planes: dict[tuple[object, ...], DrawnPlane] = {}
     for uid in here:
-        image = there[uid]
-        if not any(_used(name) for name in drawn[uid]):
-            other.update(drawn[uid].keys())
+        image, known = there[uid], {name: xy for name, xy in drawn[uid].items() if _meaning(name) or name in _EXTENTS}
+        other.update(drawn[uid].keys() - known)
+        if not known:
             continue
         if image.plane not in planes:
-            planes[image.plane] = _plane(image, len(planes) + 1, drawn[uid])
-        plane, frame = planes[image.plane], sorted(times[image.plane]).index(image.time)
-        found, names = _contours(plane, drawn[uid])
-        other.update(names)
+            number = f"{len(planes) + 1}: {image.series}".removesuffix(": ")
+            # Contours of short-axis slices begin so.
+            plane = ContourPlane(number, *image[:4], short_axis=any(name.startswith("sa") for name in known))
+            planes[image.plane] = DrawnPlane(plane, len(times[image.plane]), {})
+        found = _contours(planes[image.plane].plane, known)
         if found:
-            outlines.setdefault(plane.name, {})[frame] = found
-    frames = [Frames(p.name, len(times[key]), outlines[p.name]) for key, p in planes.items() if p.name in outlines]
-    at, more = frames_at(path, frames, phase)
-    kept = tuple(plane for plane in planes.values() if plane.name in at)
-    contours = [one for plane in kept for one in outlines[plane.name][at[plane.name]]]
-    return Contours(kept, tuple(contours), str(path), (*notices, *unused(path, other), *more))
+            planes[image.plane].drawn[sorted(times[image.plane]).index(image.time)] = found
+    notices += unused(path, other)
+    return contours_at(path, [plane for plane in planes.values() if plane.drawn], phase, notices)
 
 
 def _drawn(path: Path) -> dict[str, dict[str, FloatArray]]:
     """Points ``(n, 2)`` in pixels, by contour name, by SOPInstanceUID."""
-    refuse_entities(path)
     try:
         root = ElementTree.parse(path).getroot()
     except (ElementTree.ParseError, LookupError, ValueError) as error:
@@ -115,48 +107,32 @@ def _drawn(path: Path) -> dict[str, dict[str, FloatArray]]:
     return found
 
 
-def _surface(name: str) -> str | None:
-    """The surface that a contour of some name outlines; several of one name have numbers behind it."""
-    stem = name.rstrip("0123456789").removesuffix("Contour").removesuffix("Open")
-    return _SURFACES.get(stem) if "Contour" in name else None
+def _meaning(name: str) -> str | None:
+    """What a contour shows; several of one name have numbers behind it."""
+    return _MEANINGS.get(name.rstrip("0123456789").removesuffix("Contour").removesuffix("Open"))
 
 
-def _used(name: str) -> bool:
-    return _surface(name) is not None or name in _LANDMARKS or name in _EXTENTS
-
-
-def _plane(image: Image, number: int, drawn: dict[str, FloatArray]) -> ContourPlane:
-    """A plane with a name of its own; contours of short-axis slices begin with ``sa``."""
-    short = any(name.startswith("sa") and _used(name) for name in drawn)
-    name = f"{number}: {image.series}" if image.series else str(number)
-    return ContourPlane(name, image.origin, image.axes, image.spacing, image.thickness, short)
-
-
-def _contours(plane: ContourPlane, drawn: dict[str, FloatArray]) -> tuple[list[Contour], list[str]]:
-    """The contours of one image, and the names of those that are not used."""
+def _contours(plane: ContourPlane, drawn: dict[str, FloatArray]) -> list[Contour]:
+    """The contours of one image."""
+    found: list[Contour] = []
+    valves: dict[str, FloatArray] = {}
     world = {name: plane.origin + (points * plane.spacing) @ plane.axes.T for name, points in drawn.items()}
-    found, other, valves = [], [], {}
+    for name in [name for name in _EXTENTS if name in world]:
+        (valve, surface), points = _EXTENTS[name], world.pop(name)
+        found.append(Contour(valve, points[:2], plane.name, closed=False))
+        if len(points) > 1:
+            valves[surface] = points[:2]
+        if len(points) == 3 and surface == "lv":
+            found.append(Contour("apex", points[2:], plane.name, closed=False))
     for name, points in world.items():
-        if name in _EXTENTS:
-            valve, surface = _EXTENTS[name]
-            found.append(Contour(valve, points[:2], plane.name, closed=False))
-            if len(points) == 3 and surface == "lv":
-                found.append(Contour("apex", points[2:], plane.name, closed=False))
-            if len(points) > 1:
-                valves[surface] = points[:2]
-        elif name in _LANDMARKS:
-            ends = points if len(points) < 2 else points[[0, -1]]
-            found.append(Contour(_LANDMARKS[name], ends, plane.name, closed=False))
-    for name, points in world.items():
-        outlined = _surface(name)
-        if outlined is None or len(points) < 3:
-            other += [] if _used(name) else [name]
-            continue
-        line, closed = points, "Open" not in name
-        if closed and outlined in valves:
-            line, closed = _opened(points, valves[outlined])
-        found.append(Contour(outlined, line, plane.name, closed))
-    return found, other
+        meaning, line, closed = str(_meaning(name)), points, "Open" not in name
+        if meaning in LANDMARKS:
+            line, closed = points if len(points) < 2 else points[[0, -1]], False
+        elif closed and meaning in valves:
+            line, closed = _opened(points, valves[meaning])
+        if meaning in LANDMARKS or len(line) > 2:
+            found.append(Contour(meaning, line, plane.name, closed))
+    return found
 
 
 def _opened(points: FloatArray, valve: FloatArray) -> tuple[FloatArray, bool]:

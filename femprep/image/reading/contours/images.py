@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from femprep.errors import FileError, MissingDependencyError
-from femprep.image.reading.dicom import quiet
+from femprep.image.reading.dicom import is_dicom, quiet
 from femprep.model import FloatArray
 from femprep.model.products import unit_vectors
 
@@ -45,7 +45,7 @@ class Image(NamedTuple):
     time: tuple[float, float]
 
 
-def require_pydicom(what: str) -> None:
+def require_pydicom(path: Path) -> None:
     """Refuse to go on without pydicom.
 
     Raises
@@ -53,7 +53,7 @@ def require_pydicom(what: str) -> None:
     MissingDependencyError
     """
     if find_spec("pydicom") is None:
-        raise MissingDependencyError(f"{what} needs pydicom; install it with pip install 'femprep[dicom]'")
+        raise MissingDependencyError(f"{path}: needs pydicom; install it with pip install 'femprep[dicom]'")
 
 
 def read_images(folder: Path) -> dict[str, Image]:
@@ -71,7 +71,7 @@ def read_images(folder: Path) -> dict[str, Image]:
     found = {}
     with quiet():
         for path in sorted(folder.rglob("*")):
-            if not _begins_as_dicom(path):
+            if not is_dicom(path):
                 continue
             try:
                 data = pydicom.dcmread(path, stop_before_pixels=True, specific_tags=list(_TAGS))
@@ -82,13 +82,6 @@ def read_images(folder: Path) -> dict[str, Image]:
     if not found:
         raise FileError(f"{folder}: holds no DICOM image; give the folder of the images that were contoured")
     return found
-
-
-def _begins_as_dicom(path: Path) -> bool:
-    if not path.is_file():
-        return False
-    with path.open("rb") as stream:
-        return stream.read(132)[128:] == b"DICM"
 
 
 def _image(data: Any) -> Image:

@@ -21,7 +21,7 @@ import numpy as np
 
 from femprep.errors import FemprepError, FileError, InputError, OptionError
 from femprep.image.contours import LANDMARKS, SURFACES, Contour, ContourPlane, Contours
-from femprep.image.reading.contours.images import THICKNESS, Image, read_images, require_pydicom
+from femprep.image.reading.contours.images import THICKNESS, require_pydicom
 from femprep.image.reading.contours.phases import unused
 from femprep.image.reading.dicom import quiet
 from femprep.model import FloatArray, Notice
@@ -41,17 +41,15 @@ _NAMES: Final = {
 }
 #: How far points lie off the plane of their contour, mm: coordinates are rounded.
 _FLAT: Final = 0.5
-#: Cosine of the angle between planes that are parallel.
-_PARALLEL: Final = 0.9995
 #: Bounds of a pixel size taken from the distance of points, mm.
 _PIXELS: Final = (0.7, 2.0)
 
 
 def read(path: Path, phase: int | None, images: Path | None, structures: Mapping[str, str] | None = None) -> Contours:
     """Read a structure set; ``structures`` names the structure of each surface where their names are unusual."""
-    require_pydicom("a DICOM structure set")
-    if phase:
-        raise OptionError(f"{path}: a DICOM structure set holds one phase, and phase is {phase}")
+    require_pydicom(path)
+    if phase is not None or images is not None:
+        raise OptionError(f"{path}: a DICOM structure set holds world points of one phase; leave out phase and images")
     there = _structures(path)
     given = _matched(path, list(there), structures)
     left = Counter(name for name in there if name not in given)
@@ -62,16 +60,10 @@ def read(path: Path, phase: int | None, images: Path | None, structures: Mapping
         raise InputError(f"{path}: its structures {', '.join(given)} hold no contours")
     steps = np.concatenate([np.linalg.norm(np.diff(points, axis=0), axis=1) for points in flat])
     pixel = float(np.clip(np.median(steps), *_PIXELS))
-    planes = _planes(flat, pixel)
+    planes = _planes(path, flat, pixel)
     contours = [Contour(surface, points, _plane_of(points, planes), closed) for surface, points, closed in lines]
     words = ", ".join(f"{name!r} taken as {surface}" for name, surface in given.items())
-    if images is None:
-        words += (
-            f"; pixels taken as {pixel:.2f} mm, slices as {planes[0].thickness:.1f} mm (give images for their sizes)"
-        )
-    else:
-        poses = list(read_images(images).values())
-        planes = [_posed(plane, poses, images) for plane in planes]
+    words += f"; pixels taken as {pixel:.2f} mm and slices as {planes[0].thickness:.1f} mm"
     notices = [Notice.of("assumed", f"{path.name}: {words}"), *unused(path, left)]
     return Contours(tuple(planes), tuple(contours), str(path), tuple(notices))
 
@@ -124,18 +116,19 @@ def _matched(path: Path, there: list[str], names: Mapping[str, str] | None) -> d
     return found
 
 
-def _planes(lines: list[FloatArray], pixel: float) -> list[ContourPlane]:
+def _planes(path: Path, lines: list[FloatArray], pixel: float) -> list[ContourPlane]:
     """The planes of contours, those of the largest stack first."""
     size = [np.ptp(points, axis=0).max() for points in lines]
     rest = [lines[n] for n in np.argsort(size)[::-1]]
     stacks: list[tuple[FloatArray, list[FloatArray]]] = []
     while rest:
         normal = _normal(rest[:1])
-        inside = [points for points in rest if np.ptp(product(points, normal)) < 2.0 * _FLAT]
-        normal = _normal(inside)
-        stacks.append((normal, inside))
-        taken = set(map(id, inside))
-        rest = [points for points in rest if id(points) not in taken] if inside else rest[1:]
+        flat = [bool(np.ptp(product(points, normal)) < 2.0 * _FLAT) for points in rest]
+        if not flat[0]:
+            raise InputError(f"{path}: a contour of {len(rest[0])} points lies on no plane; export planar contours")
+        inside = [points for points, one in zip(rest, flat) if one]
+        stacks.append((_normal(inside), inside))
+        rest = [points for points, one in zip(rest, flat) if not one]
     stacks.sort(key=lambda stack: -len(stack[1]))
     planes: list[ContourPlane] = []
     thickness = THICKNESS
@@ -160,15 +153,6 @@ def _normal(lines: list[FloatArray]) -> FloatArray:
     centred = np.concatenate([points - points.mean(axis=0) for points in lines])
     normal = np.linalg.svd(centred, full_matrices=False)[2][2]
     return np.asarray(normal * np.sign(normal[np.abs(normal).argmax()]))
-
-
-def _posed(plane: ContourPlane, poses: list[Image], folder: Path) -> ContourPlane:
-    """The same plane with the pose, the pixels and the thickness of its image."""
-    for pose in poses:
-        normal = np.cross(*pose.axes.T)
-        if abs(normal @ plane.normal) > _PARALLEL and abs((plane.origin - pose.origin) @ normal) < _FLAT:
-            return ContourPlane(plane.name, *pose[:4], plane.short_axis)
-    raise FileError(f"{folder}: holds no image in the plane of {plane.name!r}; give the folder of all images, or none")
 
 
 def _plane_of(points: FloatArray, planes: list[ContourPlane]) -> str:

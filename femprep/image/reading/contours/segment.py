@@ -19,7 +19,7 @@ import numpy as np
 
 from femprep.errors import FemprepError, FileError, InputError, OptionError
 from femprep.image.contours import Contour, ContourPlane, Contours
-from femprep.image.reading.contours.phases import Frames, frames_at
+from femprep.image.reading.contours.phases import DrawnPlane, contours_at
 from femprep.model import FloatArray, Notice
 from femprep.model.products import unit_vectors
 
@@ -37,27 +37,21 @@ def read(path: Path, phase: int | None, images: Path | None) -> Contours:
     try:
         import h5py
 
-        stacks = _hdf5(path) if h5py.is_hdf5(path) else _matlab5(path)
-        planes, outlines, frames, notices = _planes(path, stacks)
+        planes, notices = _planes(path, _hdf5(path) if h5py.is_hdf5(path) else _matlab5(path))
     except FemprepError:
         raise
     except Exception as error:  # scipy and h5py raise errors of any kind on damaged files
         reason = (str(error).strip() or type(error).__name__).splitlines()[0]
         raise FileError(f"{path}: damaged, or no study of Segment ({reason}); save it again") from None
-    at, more = frames_at(path, frames, phase)
-    kept = tuple(plane for plane in planes if plane.name in at)
-    contours = [one for plane in kept for one in outlines[plane.name][at[plane.name]]]
-    return Contours(kept, tuple(contours), str(path), (*notices, *more))
+    return contours_at(path, planes, phase, notices)
 
 
-def _planes(
-    path: Path, stacks: list[dict[str, Any]]
-) -> tuple[list[ContourPlane], dict[str, dict[int, list[Contour]]], list[Frames], list[Notice]]:
-    """Planes with outlines, the outlines by plane and frame, the frames of each plane, and notices."""
+def _planes(path: Path, stacks: list[dict[str, Any]]) -> tuple[list[DrawnPlane], list[Notice]]:
+    """Planes with their outlines."""
     counts = [sum(int(np.isfinite(stack.get(name + "X", ())).sum()) for name in _SURFACES) for stack in stacks]
     short = [n for n, stack in enumerate(stacks) if counts[n] and _is_short_axis(stack)]
     most = max(short, key=lambda n: counts[n], default=-1)
-    planes, outlines, frames, notices = [], {}, [], []
+    planes, notices = [], []
     if len(short) > 1:
         words = f"{path.name}: of {len(short)} short-axis stacks with contours, stack {most + 1} with most is used"
         notices.append(Notice.of("left out", words))
@@ -86,10 +80,8 @@ def _planes(
                         points = origin + (index * plane.spacing) @ axes.T
                         drawn.setdefault(t, []).append(Contour(surface, points, name, closed=True))
             if drawn:
-                planes.append(plane)
-                outlines[name] = drawn
-                frames.append(Frames(name, times, drawn))
-    return planes, outlines, frames, notices
+                planes.append(DrawnPlane(plane, times, drawn))
+    return planes, notices
 
 
 def _is_short_axis(stack: Mapping[str, Any]) -> bool:

@@ -37,18 +37,6 @@ def test_oblique_planes_are_found_from_the_contours(made, tmp_path):
     assert "pixels" in assumed
 
 
-def test_images_give_pixels_and_thickness(made, tmp_path):
-    write_cvi42(tmp_path / "study.cvi42wsx", tmp_path / "images", made)
-    path = write_rtstruct(tmp_path / "rt.dcm", made, NAMES)
-    found = fp.read_contours(path, images=tmp_path / "images")
-    assert sorted(plane.spacing[0] for plane in found.planes) == pytest.approx([1.4] * 10 + [1.68] * 3)
-    assert sorted(plane.thickness for plane in found.planes) == pytest.approx([6.0] * 3 + [8.0] * 10)
-    for image in (tmp_path / "images").glob("IM03*"):
-        image.unlink()
-    with pytest.raises(FileError, match="in the plane of"):
-        fp.read_contours(path, images=tmp_path / "images")
-
-
 def test_unusual_names_are_a_question_that_lists_them(made, tmp_path):
     path = write_rtstruct(tmp_path / "rt.dcm", made, {"lv": "Ventricle_L", "epi": "Heart muscle"})
     with pytest.raises(OptionError, match="'Ventricle_L', 'Heart muscle'"):
@@ -74,6 +62,14 @@ def test_what_is_no_structure_set(made, tmp_path):
     whole = path.read_bytes()
     with pytest.raises(OptionError, match="one phase"):
         fp.read_contours(path, phase=3)
+    bent = [fp.Contour("lv", made.contours[0].points, made.contours[0].plane, closed=True)]
+    path_bent = write_rtstruct(tmp_path / "bent.dcm", fp.Contours(made.planes, tuple(bent)), {"lv": "lv"})
+    data = pydicom.dcmread(path_bent)
+    line = data.ROIContourSequence[0].ContourSequence[0]
+    line.ContourData = [f"{x + 9.0 * (n % 7 == 0):.2f}" for n, x in enumerate(line.ContourData)]
+    data.save_as(path_bent)
+    with pytest.raises(InputError, match="no plane"):
+        fp.read_contours(path_bent)
     path.write_bytes(whole[: len(whole) // 3])
     with pytest.raises(FileError, match=r"rt\.dcm"):
         fp.read_contours(path)
