@@ -38,6 +38,7 @@ class ContourReader(NamedTuple):
 #: Kinds of files, in the order in which they are tried.
 READERS: Final = (
     ContourReader("biv-me GPFile", lambda path, head: b"contour type" in head.partition(b"\n")[0], "gpfile"),
+    ContourReader("JSON file", lambda path, head: head.lstrip()[:1] == b"{", "own_file"),
     ContourReader("Segment study", lambda path, head: path.suffix == ".mat" or head[:7] == b"MATLAB ", "segment"),
     ContourReader("cvi42 workspace", lambda path, head: path.suffix.startswith(".cvi42ws"), "cvi42"),
     ContourReader("DICOM structure set", lambda path, head: head[128:132] == b"DICM", "rtstruct", named=True),
@@ -59,7 +60,8 @@ def read_contours(
     ----------
     path : path
         A GPFile of biv-me, with its ``SliceInfoFile.txt`` beside it; a study of Medviso Segment (``.mat``); a
-        workspace of Circle cvi42 (``.cvi42wsx``); a DICOM structure set (RTSTRUCT).
+        workspace of Circle cvi42 (``.cvi42wsx``); a DICOM structure set (RTSTRUCT); a JSON file as
+        :meth:`Contours.save` writes it.
     phase : int, optional
         Which phase of a file that holds several, from 0.
     images : path, optional
