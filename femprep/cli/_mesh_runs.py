@@ -74,7 +74,7 @@ def mesh_phases(
     if len(drawn) == 1:
         raise OptionError("--sequence takes the contours of several phases, a file for each: --contours 'GPFile_*.txt'")
     paths = paths or [path for path, _ in drawn]
-    require_one_phase(options.image.long_axis, len(paths))
+    require_one_phase(options.image.long_axis + (() if drawn else options.image.contours), len(paths))
     names = phase_names(paths)
     if len(paths) > 1:
         require_output(out, options.formats, partial(sequence_names, names))

@@ -283,8 +283,8 @@ def mesh(
     alone = bool(given["contours"]) and not maps and not masks
     if (maps and masks) or not (maps or masks or alone):
         raise OptionError("give either a label map, masks (--mask lv=FILE --mask myo=FILE) or --contours FILE")
-    if given["contours"] and (masks or (maps and given["sequence"])):
-        raise OptionError("--contours stand alone or beside one label map; leave masks and further phases out")
+    if given["contours"] and masks:
+        raise OptionError("--contours stand alone or beside a label map; leave the masks out")
     if alone and (given["structure"] or given["preset"] or given["long_axis"]):
         raise OptionError("contours name themselves; leave --structure, --preset and --long-axis out")
     if masks and (given["sequence"] or given["structure"] or given["preset"]):

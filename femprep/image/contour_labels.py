@@ -28,6 +28,8 @@ _PAINT: Final = (
 )
 #: Room around the contours, pixels.
 _ROOM: Final = 3
+#: Pixels of labels per pixel of the image: contours are known to less than a pixel.
+_FINER: Final = 1.5
 #: Short-axis planes may be tilted against each other by so much: 1 - cosine of 1 degree.
 _TILT: Final = 1.5e-4
 #: Of an end of the stack whose cavity's outline lies on no myocardium along more than this share, views know more.
@@ -47,7 +49,7 @@ def segmentation_of(contours: Contours, pixel: float | None) -> Segmentation:
             f"{where}has contours on {len(short)} short-axis plane{'s' * (len(short) != 1)}; a heart needs at least "
             "two, and long-axis planes add to them"
         )
-    size = float(min(plane.spacing.min() for plane in drawn)) if pixel is None else float(pixel)
+    size = float(min(plane.spacing.min() for plane in drawn)) / _FINER if pixel is None else float(pixel)
     if not np.isfinite(size) or size <= 0.0:
         raise OptionError(f"pixel is {pixel!r} mm, expected a positive number")
     labels, grid, notices = _stack(short, lines, size, where)
@@ -142,7 +144,7 @@ def views_of(contours: Contours, pixel: float | None) -> tuple[PlaneView, ...]:
         lines = [one for one in own if not one.is_landmark]
         if plane.short_axis or not lines:
             continue
-        size = float(plane.spacing.min()) if pixel is None else pixel
+        size = float(plane.spacing.min()) / _FINER if pixel is None else pixel
         low, shape = _frame(plane.to_plane(np.concatenate([one.points for one in lines])), size)
         origin = plane.origin + product(low, plane.axes.T)
         labels = _paint(lines, origin, plane.axes, size, shape)

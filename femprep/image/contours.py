@@ -244,7 +244,7 @@ class Contours(Immutable):
         Parameters
         ----------
         pixel : float, optional
-            Pixel size of the labels, mm; the plane's where not given.
+            Pixel size of the labels, mm; two thirds of the plane's where not given.
 
         Examples
         --------
@@ -262,7 +262,8 @@ class Contours(Immutable):
         Parameters
         ----------
         pixel : float, optional
-            Pixel size of the labels, mm; the smallest of the planes where not given.
+            Pixel size of the labels, mm; two thirds of the planes' smallest where not given, because contours are known
+            to less than a pixel.
 
         Returns
         -------
@@ -279,7 +280,7 @@ class Contours(Immutable):
         Examples
         --------
         >>> fp.read_contours("GPFile_000.txt").to_segmentation()  # doctest: +SKIP
-        Segmentation(95 x 79 x 5 voxels of 1.41 x 1.41 x 17.7 mm: lv, myo, rv, rv_wall)
+        Segmentation(138 x 116 x 5 voxels of 0.938 x 0.938 x 17.7 mm: lv, myo, rv, rv_wall)
         """
         return segmentation_of(self, pixel)
 
