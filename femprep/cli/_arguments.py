@@ -41,7 +41,6 @@ LongAxis = Annotated[
 LeaveOut = Annotated[
     list[int] | None, option(ImageOptions, "leave_out", panel=INPUT, default="none; repeatable", metavar="N")
 ]
-Resample = Annotated[bool | None, option(ImageOptions, "resample", "--resample", panel=INPUT)]
 Frame = Annotated[int | None, option(ImageOptions, "frame", panel=INPUT, metavar="N")]
 Mask = Annotated[
     list[str] | None,

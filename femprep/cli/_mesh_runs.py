@@ -136,10 +136,9 @@ def _read_second(second: SecondImages, options: Options) -> dict[str, Any]:
     from femprep.image import read_image, read_segmentation
 
     regions, tissues, images = second
-    resample = options.image.resample
     return {
-        "tissue": read_segmentation(regions, structures=tissues, resample=resample) if regions else None,
-        "images": {name: read_image(path, resample=resample) for name, path in images.items()},
+        "tissue": read_segmentation(regions, structures=tissues) if regions else None,
+        "images": {name: read_image(path) for name, path in images.items()},
     }
 
 

@@ -52,7 +52,6 @@ def mesh_options(
     ] = None,
     policy: shared.Policy = None,
     spacing: shared.Spacing = None,
-    resample: shared.Resample = None,
     leave_out: shared.LeaveOut = None,
     correct_shifts: shared.CorrectShifts = None,
     long_axis: shared.LongAxis = None,

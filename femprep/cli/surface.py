@@ -33,7 +33,6 @@ def surface(
     frame: shared.Frame = None,
     policy: shared.Policy = None,
     spacing: shared.Spacing = None,
-    resample: shared.Resample = None,
     leave_out: shared.LeaveOut = None,
     correct_shifts: shared.CorrectShifts = None,
     long_axis: shared.LongAxis = None,

@@ -23,9 +23,6 @@ class ImageOptions(StageOptions):
     frame: int | None = Field(
         None, ge=1, description="Which frame of a map with several, counted from 1; all others are left out."
     )
-    resample: bool = Field(
-        False, description="Draw a map whose axes are not at right angles anew on a rectangular grid, not refuse it."
-    )
     minimum_voxels: int = Field(8, ge=1, description="Smallest number of voxels an object may have.")
     leave_out: tuple[NonNegativeInt, ...] = Field(
         (),
