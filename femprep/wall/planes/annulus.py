@@ -59,6 +59,11 @@ class Annulus(Immutable):
         Names of these views.
     plane : Plane
         The plane that fits the ring best; its normal points out of the ventricle.
+
+    Examples
+    --------
+    >>> fp.find_annulus(seg.with_long_axis("patient_LA_ED_gt.nii.gz"))  # doctest: +SKIP
+    Annulus('mitral': 2 points in 1 views)
     """
 
     valve: str
