@@ -58,9 +58,11 @@ _OBLIQUE: Final = 0.02
 #: Weight of outlines in views, which cross all slices; standard deviation of a view's place, mm, and across its plane
 #: in shares of its thickness.
 _SEEN: Final = 4.0
-_PLACED, _SLAB = 0.2, 0.2
+_PLACED, _SLAB = 0.2, 0.1
 #: Principal curvatures are not followed beyond this, 1/mm.
 _SHARPEST: Final = 0.2
+#: Nor across a view, for what its thickness hides: a narrower bend is none any more within the slice.
+_NARROW: Final = 0.07
 #: Passes of spreading vertices along the surface after each round.
 _SPREAD: Final = 5
 
@@ -200,15 +202,16 @@ def _seen(
     """Matrix and right side of the least squares fit of vertex moves to what views show.
 
     A view tells the surface's place to a pixel across its own outline. Where it cuts the surface aslant, its place
-    across its own plane and what the surface bends within its thickness count as well.
+    across its own plane and what the surface bends within its thickness count as well. Where it cuts a surface of
+    curvature k across the plane (1/mm) straight, its outline is moved outward by k t^2 / 32, t being the thickness.
     """
     feet = _Feet.of(seen.faces, finder, shape.normals)
     along = np.einsum("qk,qk->q", feet.normal, seen.across)
     aslant = np.einsum("qk,qk->q", feet.normal, seen.plane)
-    # What shows in half of a slice's thickness shows in its pixels. There the outline of a surface that bends across
-    # the plane by b lies within that in the plane, unless the plane cuts it more aslant than it bends.
+    # A pixel shows what fills half of the slice's thickness. The outline of a convex surface therefore lies inside of
+    # where the middle plane cuts it, unless the plane is so oblique that the surface is highest outside of that half.
     corner = np.einsum("qcij,qi,qj->qc", PatchSurface(points, triangles).bend()[feet.corners], seen.plane, seen.plane)
-    bend = np.clip((feet.weights * corner).sum(axis=1), -_SHARPEST, _SHARPEST)
+    bend = np.clip((feet.weights * corner).sum(axis=1), -_NARROW, _NARROW)
     highest = aslant / np.where(np.abs(bend * along) > 1e-6, bend * along, 1e-6)
     lift = 0.5 * bend * np.maximum(seen.thickness**2 / 16.0 - highest**2, 0.0)
     feet = replace(feet, height=feet.height + lift)
