@@ -31,7 +31,7 @@ WHOLE: dict[str, Any] = {
     "anatomy": "whole-heart",
     "preset": None,
     "surface": {"vertices": 600},
-    "volume": {"edge_length": 6.0},
+    "volume": {"edge_length": 4.5},
 }
 #: Between left atrium and ventricle of the whole heart.
 MITRAL = (0.0, 0.0, 49.0, 0.0, 0.0, 1.0, 10.0)
@@ -162,7 +162,19 @@ def cases() -> list[Case]:
     chambers = open_chambers()
     legs = {name: bent(one) for name, one in heart().items()}
     return [
-        Case("both ventricles, swept", mesh(both), QUICK | {"anatomy": "biv"}, slow=True),
+        Case(
+            "both ventricles, swept",
+            mesh(both),
+            with_volume(mesher="sweep", edge_length=6.0) | {"anatomy": "biv"},
+            slow=True,
+        ),
+        Case(
+            "both ventricles, few vertices",
+            mesh(both),
+            TETRAHEDRA | {"anatomy": "biv", "surface": {"vertices": 60}},
+            {"surface.vertices": 300},
+            slow=True,
+        ),
         Case("blood, swept", mesh(sound), QUICK | {"blood_pool": True}, mended=without_options(sound), slow=True),
         Case(
             "an option of the other mesher",
@@ -186,6 +198,13 @@ def cases() -> list[Case]:
             slow=True,
         ),
         Case(
+            "walls of a whole heart too thin, strict",
+            mesh(four_chambers().segmentation((2.5, 2.5, 2.5))),
+            WHOLE | {"wall": {"policy": "strict", "minimum_thickness": 3.0}},
+            mended=mesh(four_chambers(7.0, 7.0).segmentation((2.5, 2.5, 2.5))),
+            slow=True,
+        ),
+        Case(
             "rims that fall away",
             surfaces({name: gable(name) for name in ("lv", "epi")}),
             own,
@@ -195,7 +214,7 @@ def cases() -> list[Case]:
             "a base across both ends of a bent heart",
             surfaces(legs),
             own | {"volume": {"edge_length": 8.0}, "wall": {"base": (0.0, 0.0, -10.0, 0.0, 0.0, 1.0)}},
-            {"wall.base": (25.0, 0.0, -20.0, 1.0, 0.0, 0.0), "wall.base_offset": -20.0},
+            {"wall.base": (25.0, 0.0, -20.0, 1.0, 0.0, 0.0), "wall.base_offset": 20.0},
             slow=True,
         ),
         Case("a cavity in pieces, slices displaced", mesh(pieces)),

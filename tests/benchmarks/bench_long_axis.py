@@ -325,7 +325,7 @@ def compare(heart: Heart, seeds: list[int], names: list[str], cut: dict[str, flo
             found = distances(made, truth) if made else {}
             rows.append({"heart": heart.name, "seed": seed, "method": name, **found, "seconds": seconds})
             print(shown({k: v for k, v in rows[-1].items() if isinstance(v, float)}), f" {name}, {seed}", flush=True)
-    columns = [*heart.objects, "seconds"]
+    columns = [*(name for name in OBJECTS if name in heart.objects), "seconds"]
     print(f"\n| {heart.name}, {len(seeds)} seeds | {' | '.join(columns)} |\n|---|{'---|' * len(columns)}")
     for name in names:
         own = [row for row in rows if row["method"] == name]
