@@ -85,7 +85,7 @@ def find_annulus(seg: Segmentation, valve: str = "mitral") -> Annulus:
 
     A view's landmarks of that name are used where it has them. Otherwise the two ends of the border between ventricle
     and atrium are used; where the left atrium has no label, the ends of the border between the left cavity and the
-    background. In a view of the outflow tract (``3ch`` or ``lvot`` in its name) that border ends at the aortic valve on
+    background. In a view of the outflow tract (``3ch`` or ``lvot`` in its name, or landmarks of the aortic valve) that border ends at that valve on
     the side of the right ventricle, so that only the other end is used. In the plane that fits the points, radius and
     height of the ring are Fourier series of the angle up to the third harmonic, each coefficient with a prior. Of one
     view with two points the ring is a circle.
@@ -126,13 +126,13 @@ def find_annulus(seg: Segmentation, valve: str = "mitral") -> Annulus:
     return Annulus(valve, ring, points, tuple(found), Plane(ring.mean(axis=0), normal, source))
 
 
-def annulus_base(seg: Segmentation, valves: Sequence[str]) -> Plane:
+def annulus_base(seg: Segmentation, below: Sequence[str]) -> Plane:
     """The base plane parallel to that of the mitral annulus, nearer to the apex by what surfaces round off.
 
-    It lies below the ring and below every point of these valves that views show.
+    It lies below the ring and below every point of some other valves that views show.
     """
     found = find_annulus(seg)
-    others = [points for valve in valves for points in _seen(seg, valve).values()]
+    others = [points for valve in below for points in _seen(seg, valve).values()]
     low = float(found.plane.signed_distance(np.concatenate([found.ring, *others])).min()) - CLEAR
     words = (
         "the base plane lies {amount} nearer to the apex than the plane of the mitral annulus: below its lowest point, "
@@ -155,7 +155,8 @@ def valve_points(view: PlaneView, valve: str) -> FloatArray:
     if ventricle not in view.shown or (beyond is None and valve != "mitral"):
         return np.empty((0, 3))
     ends = _ends(view, *_border(view, _largest(view.mask(ventricle)), beyond))
-    if beyond is None and len(ends) and any(word in view.name.lower() for word in _OUTFLOW):
+    outflow = "aortic" in view.landmarks or any(word in view.name.lower() for word in _OUTFLOW)
+    if beyond is None and len(ends) and outflow:
         if "rv" not in view.shown:
             return np.empty((0, 3))
         right = view.to_world(np.argwhere(view.mask("rv")).mean(axis=0))

@@ -97,11 +97,11 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     return slice_plane(view.seg, stack, base.number, stack.basal, chosen.base_offset + inward, source, notices)
 
 
-def given_base(seg: Segmentation, options: WallOptions, valves: tuple[str, ...] = ("mitral",)) -> Plane:
-    """The base plane that was given, or that through the mitral annulus, moved by the offset."""
+def given_base(seg: Segmentation, options: WallOptions, below: tuple[str, ...] = ()) -> Plane:
+    """The base plane that was given, or that of the mitral annulus, below other valves, moved by the offset."""
     assert options.base is not None
     if options.base == "annulus":
-        plane = annulus_base(seg, valves)
+        plane = annulus_base(seg, below)
     else:
         plane = Plane(np.array(options.base[:3]), np.array(options.base[3:]), "given")
     return replace(plane, point=plane.point - options.base_offset * plane.normal)
