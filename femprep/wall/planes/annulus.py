@@ -85,10 +85,10 @@ def find_annulus(seg: Segmentation, valve: str = "mitral") -> Annulus:
 
     A view's landmarks of that name are used where it has them. Otherwise the two ends of the border between ventricle
     and atrium are used; where the left atrium has no label, the ends of the border between the left cavity and the
-    background. In a view of the outflow tract (``3ch`` or ``lvot`` in its name, or landmarks of the aortic valve) that border ends at that valve on
-    the side of the right ventricle, so that only the other end is used. In the plane that fits the points, radius and
-    height of the ring are Fourier series of the angle up to the third harmonic, each coefficient with a prior. Of one
-    view with two points the ring is a circle.
+    background. In a view of the outflow tract (``3ch`` or ``lvot`` in its name, or landmarks of the aortic valve) that
+    border ends at the aortic valve on the side of the right ventricle, so that only the other end is used. In the plane
+    that fits the points, radius and height of the ring are Fourier series of the angle up to the third harmonic, each
+    coefficient with a prior. Of one view with two points the ring is a circle.
 
     Parameters
     ----------
