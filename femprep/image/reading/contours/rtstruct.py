@@ -142,7 +142,7 @@ def _planes(path: Path, lines: list[FloatArray], pixel: float) -> list[ContourPl
         axes = np.column_stack([first, np.cross(normal, first)])
         corner = axes @ product(np.concatenate(inside), axes).min(axis=0)
         for k, height in enumerate(middles):
-            name = f"slice {k + 1}" if number == 0 else f"view {number}, slice {k + 1}"
+            name = f"slice {k + 1}" if number == 0 else f"view {number}" + f", slice {k + 1}" * (len(middles) > 1)
             origin = corner + height * normal
             planes.append(ContourPlane(name, origin, axes, np.full(2, pixel), thickness, number == 0))
     return planes
