@@ -35,7 +35,7 @@ _SLICES: Final = 5
 _CONTRADICTS: Final = (0.75, 2.0)
 _DOUBTFUL: Final = (0.6, 1.4)
 _BESIDE: Final = 2
-_WRONG: Final = 2.5
+_WRONG: Final = 4.0
 
 
 @one_blas_thread()
@@ -98,7 +98,7 @@ def _jointly(seg: Segmentation, planes: list[ImagePlane], objects: Mapping[str, 
         for k in near:
             others = [plane for plane in planes if plane is not planes[k]]
             tried[k] = _agreement(leave_out_slices(seg, [*out, planes[k].number]), others, objects)
-        off = {k: tried[k].off(replace(planes[k], motion=found.planes[k - 1].motion)) for k in near}
+        off = {k: tried[k].off(found.planes[k]) for k in near}
         wrong = max(near, key=lambda k: off[k])
         if len(inner) < _SLICES or off[wrong] < _WRONG:
             break

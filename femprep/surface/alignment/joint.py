@@ -36,8 +36,8 @@ _NOISE, _ASLANT = 0.4, 1.0
 _FAR: Final = 3.0
 #: Weight of the end of a stack, a slice's distance wide.
 _END: Final = 0.1
-#: Steps in which a slice that is left out is moved onto the surfaces.
-_PLACED: Final = 12
+#: Steps in which a slice that is left out is moved onto the surfaces: from which distance outlines count less, mm.
+_PLACED: Final = (16.0, 16.0, 16.0, 8.0, 8.0, 4.0, 4.0, 2.0, 2.0, 1.0, 1.0, 1.0)
 #: Greatest change of a motion in one round: mm, and radians.
 _MOST: Final = 4.0
 #: Motions of usual size that are counted with those found, and how many times larger than usual motions may be.
@@ -84,13 +84,13 @@ class Agreement(NamedTuple):
     def off(self, slice_: ImagePlane) -> float:
         """Median distance of a further slice's outlines from the surfaces, mm, wherever it is moved in its plane."""
         place = slice_.motion
-        for _ in range(_PLACED):
+        finders = [ClosestFinder(body.points, body.triangles) for body in self.bodies]
+        for reach in _PLACED:
             here = [_Evidence.of([replace(slice_, motion=place)], body.name).points for body in self.bodies]
-            finders = [ClosestFinder(body.points, body.triangles) for body in self.bodies]
             away = np.concatenate([p - finder(p).points for finder, p in zip(finders, here)])
             square = np.einsum("qk,qk->q", away, away)
             along = away @ slice_.axes / np.sqrt(square + 1e-9)[:, None]
-            weight = 1.0 / (1.0 + square)
+            weight = 1.0 / (reach * reach + square)
             matrix = (along * weight[:, None]).T @ along + 1e-6 * np.eye(2)
             place = place - np.linalg.solve(matrix, (weight[:, None] * away).sum(axis=0) @ slice_.axes)
         return float(np.sqrt(np.median(square)))
