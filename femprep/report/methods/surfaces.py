@@ -71,8 +71,8 @@ def image(manifest: RunManifest) -> list[str]:
     if out := [*moved.get("left_out", []), *(f"slice {k}" for k in moved.get("slices_left_out", []))]:
         did += f"; {listed(out)} contradicted the other planes and {'was' if len(out) == 1 else 'were'} left out"
     how = (
-        "as those with which smooth surfaces of all structures agree best with all planes, the surfaces eliminated from "
-        "the normal equations and the scales of the shifts estimated from the data [@mackay1992]"
+        "as those with which smooth surfaces of all structures agree best with all planes, the surfaces eliminated "
+        "from the normal equations and the scales of the shifts estimated from the data [@mackay1992]"
     )
     second = (
         ", or from the centroids of all structures by a linear mixed model [@wahba1985; @lange1989], whichever leaves "

@@ -91,9 +91,9 @@ def _jointly(seg: Segmentation, planes: list[ImagePlane], objects: Mapping[str, 
             planes = [plane for plane in planes if plane is not planes[worst]]
             found = _agreement(seg, planes, objects)
             continue
-        # The surfaces follow a wrong slice, and one beside it may lie off them farther: all near are tried.
+        # Without views surfaces follow a wrong slice, and one beside it may lie off them farther: all near are tried.
         inner = [k for k, plane in enumerate(planes) if not plane.view][1:-1]
-        near = [k for k in inner if abs(k - worst) <= _BESIDE]
+        near = [k for k in inner if abs(k - worst) <= (_BESIDE if planes[-1].number >= 0 else 0)]
         tried = {}
         for k in near:
             others = [plane for plane in planes if plane is not planes[k]]
