@@ -68,8 +68,10 @@ def image(manifest: RunManifest) -> list[str]:
     did = f"slices were moved back in their planes by up to {most:.1f} mm" if most else "none were found"
     views = [one["view"] for one in moved.get("views", [])]
     also = f" and of {len(views)} long-axis view{'s' if len(views) > 1 else ''} ({listed(views)})" if views else ""
-    if out := [*moved.get("left_out", []), *(f"slice {k}" for k in moved.get("slices_left_out", []))]:
-        did += f"; {listed(out)} contradicted the other planes and {'was' if len(out) == 1 else 'were'} left out"
+    if left_out := [*moved.get("left_out", []), *(f"slice {k}" for k in moved.get("slices_left_out", []))]:
+        did += (
+            f"; {listed(left_out)} contradicted the other planes and {'was' if len(left_out) == 1 else 'were'} left out"
+        )
     how = (
         "as those with which smooth surfaces of all structures agree best with all planes, the surfaces eliminated "
         "from the normal equations and the scales of the shifts estimated from the data [@mackay1992]"

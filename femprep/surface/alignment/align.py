@@ -71,13 +71,25 @@ def estimate_shifts(seg: Segmentation) -> SliceShifts:
         return stack.estimate_shifts(seg)
     objects = objects_of(seg)
     planes = planes_of(seg, objects)
-    if seg.views:
+    if len(seg.views) > 1:
         return _jointly(seg, planes, objects)
-    centroids = stack.estimate_shifts(seg)
-    if len(planes) < _SLICES:
+    centroids, slices = stack.estimate_shifts(seg), [plane for plane in planes if not plane.view]
+    if not seg.views and len(slices) < _SLICES:
         return centroids
-    found = _jointly(seg, planes, objects)
-    return centroids if centroids.largest and centroids.expected < found.expected else found
+    found = _jointly(replace(seg, views=()), slices, objects)
+    better = bool(centroids.largest) and centroids.expected < found.expected
+    if seg.views:
+        return _jointly(seg, _guessed(planes, centroids) if better else planes, objects)
+    return centroids if better else found
+
+
+def _guessed(planes: list[ImagePlane], guess: SliceShifts) -> list[ImagePlane]:
+    """Planes whose prior is another estimate: one view determines shifts in one direction only."""
+    known = {int(k): (-s, d) for k, s, d in zip(guess.index, guess.shift, guess.deviation)}
+    return [
+        replace(p, guess=known[p.number][0], prior=np.minimum(known[p.number][1], p.prior)) if p.number in known else p
+        for p in planes
+    ]
 
 
 def _jointly(seg: Segmentation, planes: list[ImagePlane], objects: Mapping[str, tuple[str, ...]]) -> SliceShifts:

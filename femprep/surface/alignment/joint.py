@@ -142,7 +142,7 @@ def agree(planes: list[ImagePlane], bodies: list[RoughSurface]) -> Agreement:
         ends = [12.0 / body.step**2 for body in bodies for _ in range(2)]
         matrix = np.diag([*precision, *ends, *bend.precision])
         right = np.zeros(len(matrix))
-        right[: start[-1]] = -precision * np.concatenate([plane.motion for plane in planes])
+        right[: start[-1]] = -precision * np.concatenate([plane.motion - plane.guess for plane in planes])
         bent = [
             _Bent.of(body, planes, start, (2 * k, len(ends)), bend, stiffness, number >= _SPARING)
             for k, body in enumerate(bodies)
@@ -164,7 +164,7 @@ def _scales(planes: list[ImagePlane], variance: list[FloatArray]) -> FloatArray:
 
     Planes that are hardly displaced are then hardly moved.
     """
-    square = [(p.motion**2 + v) / p.prior**2 for p, v in zip(planes, variance)]
+    square = [((p.motion - p.guess) ** 2 + v) / p.prior**2 for p, v in zip(planes, variance)]
     scale = np.empty(len(planes))
     for own in ([not p.view for p in planes], [p.view for p in planes]):
         if any(own):
