@@ -286,7 +286,6 @@ def api() -> str:
     for name in femprep.__all__:
         found = getattr(femprep, name)
         if callable(found):
-            found = inspect.unwrap(found)  # a function's own module, where its source is
             room = found.__module__.split(".")[1]
             rooms.setdefault(room, []).append(f"::: {found.__module__}.{found.__qualname__}\n")
     last = [room for room in ("model", "options", "errors") if room in rooms]

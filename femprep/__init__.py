@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import logging
 from importlib import import_module
-from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
@@ -90,6 +89,10 @@ _HOMES = {
     "Grid": "femprep.image",
     "LabelObject": "femprep.image",
     "PlaneView": "femprep.image",
+    "Contours": "femprep.image",
+    "Contour": "femprep.image",
+    "ContourPlane": "femprep.image",
+    "read_contours": "femprep.image",
     "align_slices": "femprep.surface.alignment",
     "fill_papillary": "femprep.image",
     "leave_out_slices": "femprep.image",
@@ -160,12 +163,7 @@ if TYPE_CHECKING:
 
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
-        found = getattr(import_module(_HOMES[name]), name)
-        if isinstance(found, FunctionType):
-            from femprep.door import at_door
-
-            return at_door(found)
-        return found
+        return getattr(import_module(_HOMES[name]), name)
     raise AttributeError(f"module 'femprep' has no attribute {name!r}")
 
 

@@ -189,6 +189,18 @@ def quoted(value: object) -> str:
     return line if len(line) <= _LONGEST else f"{line[: _LONGEST - 3]}..."
 
 
+def require_kind(value: object, kind: type | tuple[type, ...], source: str) -> None:
+    """Refuse an argument of another kind, such as the path of a file, and name the function that one comes from.
+
+    Raises
+    ------
+    InputError
+    """
+    if not isinstance(value, kind):
+        names = " or a ".join(one.__name__ for one in (kind if isinstance(kind, tuple) else (kind,)))
+        raise InputError(f"got {quoted(value)}, expected a {names} (as {source} returns it)")
+
+
 def cannot_write(what: str, error: OSError, remedy: str) -> FileError:
     """The error to raise where the system refuses to write.
 

@@ -15,6 +15,7 @@ from femprep.image import IntensityImage, Segmentation
 from femprep.mesh.measures.triangles import areas
 from femprep.mesh.topology import volume
 from femprep.model import Progress, Surface
+from femprep.model.arrays import mapping
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
 from femprep.options.advice import GIVE_BASE, GIVEN_SURFACES, advice_within
@@ -81,7 +82,7 @@ def mesh_surfaces(
     True
     """
     options = choose(Options, options, dict(changes))
-    anatomy = anatomy_of(surfaces)
+    anatomy = anatomy_of(mapping(surfaces, "surfaces", Surface))
     if "anatomy" in options.model_fields_set and options.anatomy != anatomy:
         raise OptionError(f"anatomy is {options.anatomy!r}, but surfaces {', '.join(surfaces)} are those of {anatomy}")
     options = choose(Options, options, {"anatomy": anatomy})

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
+from typing import Final
 
 from femprep.anatomy import (
     VentricularAxes,
@@ -13,12 +15,12 @@ from femprep.anatomy import (
     ventricular_axes,
 )
 from femprep.anatomy.tissue.regions import own_tissue
-from femprep.errors import FemprepError
+from femprep.errors import FemprepError, require_kind
 from femprep.image import IntensityImage, LabelObject, Segmentation, leave_out_slices
 from femprep.image.papillary import fill_helps, fill_papillary
 from femprep.image.size import require_heart_size
 from femprep.image.unnamed import require_named
-from femprep.model import Progress
+from femprep.model import Notice, Progress, VolumeMesh, Wall
 from femprep.model.stages import Stages
 from femprep.options import Options, choose, takes
 from femprep.options.advice import SURFACES_ALONE, Fixed
@@ -31,14 +33,16 @@ from femprep.surface import fit_surface
 from femprep.surface.alignment import align_slices
 from femprep.surface.fit import check_fit
 from femprep.volume import check
-from femprep.volume.quality.advice import surfaces_reached, what_helps, with_hints, with_shape_help
+from femprep.volume.quality.advice import Reached, surfaces_reached, what_helps, with_hints, with_shape_help
 from femprep.volume.quality.fidelity import mesh_fidelity, surface_fidelity, with_fidelity
 from femprep.volume.quality.limits import judge_wall_volume
-from femprep.wall.anatomies import ANATOMIES, Layout, lay_out, structures_of
+from femprep.wall.anatomies import ANATOMIES, Layout, WallSurfaces, lay_out, structures_of
 from femprep.wall.outlines import Outline
 from femprep.wall.planes.misnamed import require_order
 
 _log = logging.getLogger(__name__)
+#: How far two bases move towards the apex where they give no wall, mm: surfaces round off beside their last slice.
+_INWARD: Final = 2.0
 
 
 @takes(Options)
@@ -99,6 +103,7 @@ def mesh_map(
     images: Mapping[str, IntensityImage] | None = None,
 ) -> Run:
     """As :func:`mesh_segmentation`; nothing that the command fixes is advised."""
+    require_kind(seg, Segmentation, "read_segmentation")
     _log.debug("options: %s", options)
     stages = Stages(progress)
     check_second_images(seg, options, tissue, images or {})
@@ -107,25 +112,16 @@ def mesh_map(
     if tissue is None and options.anatomy != "whole-heart":
         tissue = own_tissue(seg)
 
-    def reached(other: Options) -> str | None:
+    def reached(other: Options) -> float | None:
         if other.image == options.image:
-            return ""
+            return 0.0
         try:
             return surfaces_reached(_prepared(given, other, Stages(None)), other)
         except FemprepError:
             return None
 
     with with_hints(seg, options, fixed, reached):
-        try:
-            fitted = ANATOMIES[options.anatomy](seg, layout, options, stages)
-            wall, mesh = fill(fitted, options, stages)
-        except FemprepError as error:
-            if layout.right_base is None:
-                raise
-            _log.warning("no wall with a base for each ventricle (%s); both are cut by one plane", error)
-            layout = lay_out(seg, options, stages, one_base=True)
-            fitted = ANATOMIES[options.anatomy](seg, layout, options, stages)
-            wall, mesh = fill(fitted, options, stages)
+        fitted, wall, mesh = _filled(seg, layout, options, stages)
     filled = mesh
     mesh = furnish(mesh, lambda: axes or ventricular_axes(seg), options, stages, tissue, images)
     with stages("quality") as report:
@@ -134,12 +130,38 @@ def mesh_map(
         volumes = volumes_beside_labels(filled, seg, fitted.objects, wall.planes)
         fidelity = mesh_fidelity(mesh, fitted.outlines, seg.grid, quality.options.maximum_label_distance)
         judged = judge_wall_volume(with_shape_help(quality, options, fixed), wall_difference(volumes))
-        helps = what_helps(seg, fidelity, fitted, options, fixed)
+        helps = what_helps(seg, fidelity, fitted, options, fixed, reached)
         helps += fill_helps(seg) if helps else []
         judged = with_fidelity(judged, fidelity, helps)
     mesh, judged, solved = concluded(mesh, quality, judged, options, stages)
     made = (fitted.objects, fitted.surfaces, wall, mesh, judged, fidelity, tuple(volumes), stages.seconds)
     return Run(seg, options, *made, **solved)
+
+
+def _filled(
+    seg: Segmentation, layout: Layout, options: Options, stages: Stages
+) -> tuple[WallSurfaces, Wall, VolumeMesh]:
+    """Surfaces, wall and mesh of a heart.
+
+    Two bases that give none are moved 2 mm towards the apex; where that gives none either, one plane cuts both.
+    """
+    try:
+        fitted = ANATOMIES[options.anatomy](seg, layout, options, stages)
+        return fitted, *fill(fitted, options, stages)
+    except FemprepError as error:
+        if layout.right_base is None:
+            raise
+        why = error.args[0]
+    offset = options.wall.base_offset + _INWARD
+    inward = options.model_copy(update={"wall": options.wall.model_copy(update={"base_offset": offset})})
+    with suppress(FemprepError):
+        fitted = ANATOMIES[options.anatomy](seg, lay_out(seg, inward, stages), options, stages)
+        words = f"both bases lie {{amount}} nearer to the apex, because there was no wall without that: {why}"
+        notice = Notice.of("moved", words, amount=_INWARD, unit="mm")
+        return fitted, *fill(replace(fitted, notices=[*fitted.notices, notice]), options, stages)
+    fitted = ANATOMIES[options.anatomy](seg, lay_out(seg, options, stages, one_base=True), options, stages)
+    notice = Notice.of("moved", f"one plane cuts both ventricles, because two bases gave no wall: {why}")
+    return fitted, *fill(replace(fitted, notices=[*fitted.notices, notice]), options, stages)
 
 
 Begun = tuple[Segmentation, Layout, VentricularAxes | None]
@@ -155,15 +177,15 @@ def begin(seg: Segmentation, options: Options, stages: Stages, fixed: Fixed | No
         return _begin(seg, options, stages)
 
 
-def _passes(attempt: Callable[[Options], object]) -> Callable[[Options], str | None]:
-    """Of options, nothing to add to the advice where an attempt with them succeeds; None where it fails."""
+def _passes(attempt: Callable[[Options], object]) -> Reached:
+    """Whether an attempt with other options succeeds, with no distance to tell."""
 
-    def reached(options: Options) -> str | None:
+    def reached(options: Options) -> float | None:
         try:
             attempt(options)
         except FemprepError:
             return None
-        return ""
+        return 0.0
 
     return reached
 

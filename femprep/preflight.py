@@ -178,7 +178,7 @@ def check_labels(seg: Segmentation, layout: Layout, options: Options) -> Ventric
         return ventricular_axes(seg, basal_end=options.wall.basal_end, mirrored=options.fibres.mirrored)
     except InputError as error:
         error.args = (f"fibres need the axes of the heart: {error.args[0]}",)
-        error.advice += (Advice("leave fibres out"),)
+        error.advice = error.advice or (Advice("leave fibres out"),)
         raise
 
 

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from own_shapes import closed, cup, heart, without
+from own_shapes import bent, closed, cup, gable, heart, without
 
 import femprep as fp
 from femprep.cohort.reasons import _place
-from femprep.errors import Advice, FemprepError
+from femprep.errors import Advice, FemprepError, OptionError
 from femprep.model import Surface
-from femprep.options import Options
+from femprep.options import Options, choose
 from femprep.options.advice import changed
-from femprep.phantoms import lv_ellipsoid
+from femprep.phantoms import biventricular, four_chambers, lv_ellipsoid
 
 #: A plane through the phantoms' middle, where their true base is not.
 BASE = (0.0, 0.0, 8.0, 0.0, 0.0, 1.0)
@@ -26,6 +27,14 @@ QUICK: dict[str, Any] = {
     "volume": {"mesher": "sweep", "edge_length": 8.0},
 }
 TETRAHEDRA = QUICK | {"volume": {"edge_length": 6.0}}
+WHOLE: dict[str, Any] = {
+    "anatomy": "whole-heart",
+    "preset": None,
+    "surface": {"vertices": 600},
+    "volume": {"edge_length": 4.5},
+}
+#: Between left atrium and ventricle of the whole heart.
+MITRAL = (0.0, 0.0, 49.0, 0.0, 0.0, 1.0, 10.0)
 Run = Callable[[Options], object]
 
 
@@ -43,7 +52,7 @@ class Case:
     give : mapping
         Values of options that advice leaves to the user, by their paths.
     mended : callable, optional
-        The same for the input with what is wrong in it put right, where advice names no option.
+        The same for the input with what is wrong in it put right, or without an option, where advice names no option.
     slow : bool
         Takes more than about ten seconds.
     """
@@ -104,6 +113,19 @@ def mesh(seg: fp.Segmentation) -> Run:
     return lambda options: fp.mesh_segmentation(seg, options)
 
 
+def open_chambers() -> fp.Segmentation:
+    """A whole heart whose left ventricle reaches up to the atrium in a column, its mitral valve."""
+    seg = four_chambers().segmentation((2.5, 2.5, 2.5))
+    x, y, z = seg.grid.to_world(np.argwhere(seg.labels >= 0)).T.reshape(3, *seg.grid.shape)
+    column = (np.hypot(x, y) < 10.0) & (z > 30.0) & (z < 60.0) & ~seg.mask("la")
+    return replace(seg, labels=np.where(column, seg.structures["lv"][0], seg.labels))
+
+
+def without_options(seg: fp.Segmentation, **options: Any) -> Run:
+    """Meshes a map with quick options, whatever is given."""
+    return lambda _: fp.mesh_segmentation(seg, Options(**(QUICK | options)))
+
+
 def phases(seg: fp.Segmentation) -> Run:
     return lambda options: fp.mesh_sequence([seg, seg], options)
 
@@ -136,7 +158,65 @@ def cases() -> list[Case]:
     limits = {"minimum_thickness": 8.7, "maximum_push": 0.02}
     strict = {"policy": "strict", "minimum_thickness": 8.7}
     pieces, swept = displaced(15.0), QUICK["volume"]
+    both, turned, beyond = biventricular().segmentation(VOXELS), tube(), {"base": (0.0, 0.0, -20.0, 0.0, 0.0, 1.0)}
+    chambers = open_chambers()
+    legs = {name: bent(one) for name, one in heart().items()}
     return [
+        Case(
+            "both ventricles, swept",
+            mesh(both),
+            with_volume(mesher="sweep", edge_length=6.0) | {"anatomy": "biv"},
+            slow=True,
+        ),
+        Case(
+            "both ventricles, few vertices",
+            mesh(both),
+            TETRAHEDRA | {"anatomy": "biv", "surface": {"vertices": 60}},
+            {"surface.vertices": 300},
+            slow=True,
+        ),
+        Case("blood, swept", mesh(sound), QUICK | {"blood_pool": True}, mended=without_options(sound), slow=True),
+        Case(
+            "an option of the other mesher",
+            mesh(sound),
+            TETRAHEDRA | {"sweep": {"layers": 3}},
+            mended=without_options(sound),
+        ),
+        Case("phases of both ventricles", phases(both), TETRAHEDRA | {"anatomy": "biv"}, mended=mesh(both), slow=True),
+        Case(
+            "ends alike, fibres",
+            mesh(turned),
+            with_wall(**beyond) | {"fibres": {}},
+            {"wall.basal_end": "last"},
+        ),
+        Case(
+            "a closed whole heart, fibres",
+            mesh(chambers),
+            WHOLE | {"fibres": {}},
+            {"wall.valves": {"mitral": MITRAL}},
+            without_options(chambers, **WHOLE),
+            slow=True,
+        ),
+        Case(
+            "walls of a whole heart too thin, strict",
+            mesh(four_chambers().segmentation((2.5, 2.5, 2.5))),
+            WHOLE | {"wall": {"policy": "strict", "minimum_thickness": 3.0}},
+            mended=mesh(four_chambers(7.0, 7.0).segmentation((2.5, 2.5, 2.5))),
+            slow=True,
+        ),
+        Case(
+            "rims that fall away",
+            surfaces({name: gable(name) for name in ("lv", "epi")}),
+            own,
+            {"wall.base": (0.0, 0.0, -38.0, 0.0, 0.0, 1.0)},
+        ),
+        Case(
+            "a base across both ends of a bent heart",
+            surfaces(legs),
+            own | {"volume": {"edge_length": 8.0}, "wall": {"base": (0.0, 0.0, -10.0, 0.0, 0.0, 1.0)}},
+            {"wall.base": (25.0, 0.0, -20.0, 1.0, 0.0, 0.0), "wall.base_offset": 20.0},
+            slow=True,
+        ),
         Case("a cavity in pieces, slices displaced", mesh(pieces)),
         Case("surfaces cross, a slice displaced", mesh(displaced(30.0, 6)), slow=True),
         Case(
@@ -232,9 +312,8 @@ class Followed:
 
 def followed(case: Case) -> Iterator[Followed]:
     """Each advice of a case's refusal, followed by itself."""
-    options = Options(**case.options)
     try:
-        case.run(options)
+        case.run(choose(Options, None, dict(case.options)))
     except FemprepError as caught:
         error = caught
     else:
@@ -244,18 +323,30 @@ def followed(case: Case) -> Iterator[Followed]:
     if not error.advice:
         yield Followed(case.name, site, line, "", "no advice")
     for one in error.advice:
-        yield Followed(case.name, site, line, one.words, _outcome(case, options, one, error))
+        yield Followed(case.name, site, line, one.words, _outcome(case, one, error))
 
 
-def _outcome(case: Case, options: Options, one: Advice, error: FemprepError) -> str:
-    run = case.run
+def _changed(options: Mapping[str, Any], one: Advice) -> Options:
+    """The options with advice followed, also where they are refused together."""
+    try:
+        return changed(choose(Options, None, dict(options)), one)
+    except OptionError:
+        group, _, name = one.option.rpartition(".")
+        own = {group: {**options.get(group, {}), name: one.value}} if group else {name: one.value}
+        return choose(Options, None, {**options, **own})
+
+
+def _outcome(case: Case, one: Advice, error: FemprepError) -> str:
+    run, options = case.run, Options()
     if one.option and one.option != "labels":
         value = case.give.get(one.option) if one.value is None else one.value
         if value is None:
             return "no value to follow it with"
-        options = changed(options, one._replace(value=value))
+        options = _changed(case.options, one._replace(value=value))
     elif case.mended is not None:
         run = case.mended
+        with suppress(OptionError):
+            options = choose(Options, None, dict(case.options))
     else:
         return "nothing to follow it with"
     try:

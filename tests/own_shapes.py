@@ -61,3 +61,22 @@ def flipped(surface: Surface, rows: IntArray | slice = slice(None)) -> Surface:
     cells = surface.triangles.copy()
     cells[rows] = cells[rows][:, ::-1]
     return replace(surface, cells=cells)
+
+
+def gable(name: str, steep: float = 2.0) -> Surface:
+    """The same, cut by two planes like the sides of a roof."""
+    import pyvista
+
+    surface = closed(name)
+    mesh = pyvista.PolyData.from_regular_faces(surface.points, surface.triangles)
+    for side in (-steep, steep):
+        mesh = mesh.clip(normal=(side, 0.0, 1.0), origin=(0.0, 0.0, 20.0)).extract_surface(algorithm="dataset_surface")
+    mesh = mesh.triangulate()
+    return Surface(np.asarray(mesh.points, dtype=float), mesh.regular_faces, name=name)
+
+
+def bent(surface: Surface, radius: float = 40.0) -> Surface:
+    """A surface along z bent to a U in the plane of x and z."""
+    angle, reach = surface.points[:, 2] / radius, radius + surface.points[:, 0]
+    points = np.column_stack([reach * np.sin(angle), surface.points[:, 1], -reach * np.cos(angle)])
+    return replace(surface, points=points)

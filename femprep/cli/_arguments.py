@@ -38,10 +38,13 @@ LongAxis = Annotated[
     list[str] | None,
     option(ImageOptions, "long_axis", panel=INPUT, default="none; repeatable", metavar="FILE[:...]"),
 ]
+Contours = Annotated[
+    list[str] | None,
+    option(ImageOptions, "contours", panel=INPUT, default="none; repeatable", metavar="FILE[:...]"),
+]
 LeaveOut = Annotated[
     list[int] | None, option(ImageOptions, "leave_out", panel=INPUT, default="none; repeatable", metavar="N")
 ]
-Resample = Annotated[bool | None, option(ImageOptions, "resample", "--resample", panel=INPUT)]
 Frame = Annotated[int | None, option(ImageOptions, "frame", panel=INPUT, metavar="N")]
 Mask = Annotated[
     list[str] | None,

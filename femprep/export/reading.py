@@ -26,7 +26,6 @@ from femprep.export.turned import MANY, turned_tetrahedra
 from femprep.export.verdict import verdict_in
 from femprep.mesh.elements import ELEMENTS
 from femprep.mesh.length_unit import UNIT, in_millimetres
-from femprep.mesh.vtk.entities import refuse_entities
 from femprep.mesh.vtk.trial import HDF
 from femprep.model import VolumeMesh
 from femprep.model.arrays import FARTHEST
@@ -81,8 +80,6 @@ def read_mesh(path: str | Path, *, unit: str = "auto") -> VolumeMesh:
     try:
         if path.is_file():
             require_head(path, path.suffix.lower() in _XML)
-            if path.suffix.lower() in _XML:
-                refuse_entities(path)
         require_hdf5(path)
         mesh = import_module(f"femprep.export.{reader}.read").read(path) if isinstance(reader, str) else reader(path)
         if not mesh.n_cells:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from femprep.errors import FileError
-from femprep.export.ending import ending_files
 
 
 def meshio_mesh(path: Path, told: Path | None = None) -> Any:
@@ -32,7 +31,7 @@ def meshio_mesh(path: Path, told: Path | None = None) -> Any:
     topological_dimension.setdefault("wedge15", 3)  # meshio 5.3.5 reads it, then stumbles over its own table
     said = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), ending_files():
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
             return meshio.read(path)
     except (Exception, SystemExit) as error:
         reason = str(error) if not isinstance(error, SystemExit) else said.getvalue()

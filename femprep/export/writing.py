@@ -6,7 +6,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from femprep.errors import FemprepWarning, InputError, cannot_write
+from femprep.errors import FemprepWarning, InputError, cannot_write, require_kind
 from femprep.export.beside import clear, leftovers
 from femprep.export.content import content_of, require_elements
 from femprep.export.deck.fibres import require_vectors
@@ -70,6 +70,7 @@ def write_mesh(
     >>> [path.name for path in fp.write_mesh(mesh, "heart.inp")]
     ['heart.inp']
     """
+    require_kind(mesh, VolumeMesh, "read_mesh")
     target = target_of(path, format)
     moved = _write(mesh, target, choose(ExportOptions, options, changes))
     for notice in losses(mesh, target.format.name):
@@ -77,8 +78,8 @@ def write_mesh(
     return moved
 
 
-def _warn(words: str, behind: int = 4) -> None:
-    """Warn in the line that called the public function, which is some calls behind: one checks the arguments."""
+def _warn(words: str, behind: int = 3) -> None:
+    """Warn in the line that called the public function, which is some calls behind."""
     warnings.warn(words, FemprepWarning, stacklevel=behind)
 
 
@@ -240,5 +241,5 @@ def _save(polygons: Any, path: str | Path) -> Path:
         left_out = save_polydata(polygons, partial / path.name)
     if left_out:
         names = ", ".join(left_out)
-        _warn(f"{path.name!r} leaves out the data {names}: {path.suffix} files hold none, .vtp files do", behind=5)
+        _warn(f"{path.name!r} leaves out the data {names}: {path.suffix} files hold none, .vtp files do", behind=4)
     return path

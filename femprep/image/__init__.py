@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from femprep.image.boundary import BoundaryPoints, boundary_points
+from femprep.image.contours import Contour, ContourPlane, Contours
 from femprep.image.grid import Grid
 from femprep.image.left_out import leave_out_slices
 from femprep.image.object import LabelObject, make_object
 from femprep.image.papillary import fill_papillary
+from femprep.image.reading.contours import read_contours
 from femprep.image.reading.intensity import IntensityImage, read_image
 from femprep.image.reading.masks import read_masks
 from femprep.image.reading.reader import read_frames, read_segmentation, write_segmentation
@@ -19,6 +21,9 @@ from femprep.image.views import PlaneView
 
 __all__ = [
     "BoundaryPoints",
+    "Contour",
+    "ContourPlane",
+    "Contours",
     "Grid",
     "IntensityImage",
     "LabelObject",
@@ -32,6 +37,7 @@ __all__ = [
     "isotropic",
     "leave_out_slices",
     "make_object",
+    "read_contours",
     "read_frames",
     "read_image",
     "read_masks",

@@ -18,6 +18,8 @@ from femprep.image.segmentation import Segmentation
 from femprep.model import FloatArray, IntArray, Notice, records
 from femprep.model.arrays import integers
 
+_Labels = npt.NDArray[np.integer[Any]]
+
 
 def leave_out_slices(seg: Segmentation, slices: Iterable[int]) -> Segmentation:
     """Leave out the labels of some slices of a stack.
@@ -71,22 +73,24 @@ def leave_out_slices(seg: Segmentation, slices: Iterable[int]) -> Segmentation:
     return replace(seg, labels=labels, info={**seg.info, "left_out": record})
 
 
-def _between(
-    stack: npt.NDArray[np.integer[Any]], number: int, kept: IntArray, spacing: FloatArray
-) -> npt.NDArray[np.integer[Any]]:
+def _between(stack: _Labels, number: int, kept: IntArray, spacing: FloatArray) -> _Labels:
     """A slice from the nearest ones kept below and above it."""
     above = int(np.searchsorted(kept, number))
     low, high = int(kept[above - 1]), int(kept[above])
-    share = (number - low) / (high - low)
-    numbers = np.union1d(stack[low], stack[high])
+    return slice_between(stack[low], stack[high], (number - low) / (high - low), spacing)
+
+
+def slice_between(below: _Labels, above: _Labels, share: float, spacing: FloatArray) -> _Labels:
+    """Labels of a slice at a share of the way from one to another: where each label's interpolated depth is largest."""
+    numbers = np.union1d(below, above)
     depth = []
     for n in numbers:
-        here, there = stack[low] == n, stack[high] == n
+        here, there = below == n, above == n
         # What only one of the two has comes to its end between them.
         one = slice_distance(here, spacing) if here.any() else -slice_distance(there, spacing).max()
         other = slice_distance(there, spacing) if there.any() else -slice_distance(here, spacing).max()
         depth.append((1.0 - share) * one + share * other)
-    return np.asarray(numbers[np.argmax(depth, axis=0)], dtype=stack.dtype)
+    return np.asarray(numbers[np.argmax(depth, axis=0)], dtype=below.dtype)
 
 
 def _notice(asked: list[int], out: list[int], anew: list[int]) -> Notice:

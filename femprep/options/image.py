@@ -23,9 +23,6 @@ class ImageOptions(StageOptions):
     frame: int | None = Field(
         None, ge=1, description="Which frame of a map with several, counted from 1; all others are left out."
     )
-    resample: bool = Field(
-        False, description="Draw a map whose axes are not at right angles anew on a rectangular grid, not refuse it."
-    )
     minimum_voxels: int = Field(8, ge=1, description="Smallest number of voxels an object may have.")
     leave_out: tuple[NonNegativeInt, ...] = Field(
         (),
@@ -40,6 +37,12 @@ class ImageOptions(StageOptions):
         description="Label maps of long-axis views of the same heart at the same time: FILE, or "
         "FILE:NAME=LABEL[,NAME=LABEL...] where its labels are others than the stack's; a name with * is a pattern in "
         "the folder of the stack.",
+    )
+    contours: tuple[str, ...] = Field(
+        (),
+        description="Files of contours, in place of a label map, or beside one, which gets their long-axis contours: "
+        "FILE (GPFile, Segment .mat, .cvi42wsx, RTSTRUCT, JSON), or FILE:lv=NAME[,epi=NAME...] with the names of a "
+        "structure set; a name with * is a pattern.",
     )
     fill_papillary: bool = Field(
         False,

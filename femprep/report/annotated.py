@@ -83,7 +83,7 @@ def write_annotation(
         for name in found.options.formats:
             write_format(found.mesh, folder, name, options=found.options.export)
         view = shown(found.mesh)
-        thickness = thickness_of_segments(found.mesh, view.whole)
+        thickness = thickness_of_segments(found.mesh, view.fields)
         write_quality(found.quality, thickness, folder)
         details = {"mesh": plain(found.mesh.info)}
         details["formats"] = noted(
@@ -159,7 +159,7 @@ def _page(manifest: AnnotationManifest, found: Annotation, view: Shown, words: s
 
     ways = [(one.way, "taken" if one.taken else "not taken", one.why) for one in manifest.attempts]
     notices = "".join(f"<li>{escape(item)}</li>" for item in manifest.notices) or "<li>Nothing.</li>"
-    eyes = report_bulls_eyes(found.mesh, view.whole)
+    eyes = report_bulls_eyes(found.mesh, view.fields)
     content = {"scene": scene(view, found.quality), "scale": SCALE}
     made = f"femprep {manifest.femprep}, {manifest.date}: {manifest.command or 'from Python'}"
     segments = f'<h2>AHA segments</h2><div class="grid">{"".join(eyes)}</div>' if eyes else ""

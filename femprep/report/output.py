@@ -128,7 +128,7 @@ def written(
             failed = verdict_of(run.mesh).get("failures", {})
             for name in (name for name in run.options.formats if name not in failed):
                 write_format(run.mesh, folder, name, options=run.options.export)
-            thickness = thickness_of_segments(run.mesh, view.whole)
+            thickness = thickness_of_segments(run.mesh, view.fields)
             write_quality(run.quality, thickness, folder)
             data, volumes, details = data_pictures(run, under), list(run.volumes), _details(run)
             report("write", 0.8)
@@ -341,7 +341,7 @@ def _content(run: Run, view: Shown) -> dict[str, Any]:
             if run.given is not None
             else fidelity_tables(run.fidelity.records, run.options.limits.maximum_label_distance)
         ),
-        "bulls_eyes": report_bulls_eyes(run.mesh, view.whole),
+        "bulls_eyes": report_bulls_eyes(run.mesh, view.fields),
         "colours": {name: colour(name) for name in run.mesh.facet_names},
         "scene": scene(view, run.quality),
     }

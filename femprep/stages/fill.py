@@ -49,8 +49,8 @@ def _tetrahedra(fitted: WallSurfaces, options: Options, stages: Stages) -> tuple
     return wall, replace(mesh, info=info)
 
 
-def _tetwild(fitted: WallSurfaces, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
-    """Join the surfaces to a wall and fill it by fTetWild."""
+def joined_wall(fitted: WallSurfaces, options: Options, stages: Stages) -> Wall:
+    """The surfaces joined to a wall, cut at its bases, its valves open if asked."""
     with stages("wall") as report:
         wall = build_wall(
             epi=fitted.epi, endo=fitted.endo, base=fitted.base, apex=fitted.apex, options=options.wall, progress=report
@@ -59,6 +59,12 @@ def _tetwild(fitted: WallSurfaces, options: Options, stages: Stages) -> tuple[Wa
         wall = open_wall(wall, fitted.openings) if fitted.openings else wall
         if fitted.right_base is not None and fitted.body is not None:
             wall = cut_right_base(wall, fitted.right_base, fitted.body, options.wall.minimum_thickness)
+    return wall
+
+
+def _tetwild(fitted: WallSurfaces, options: Options, stages: Stages) -> tuple[Wall, VolumeMesh]:
+    """Join the surfaces to a wall and fill it by fTetWild."""
+    wall = joined_wall(fitted, options, stages)
     with stages("volume") as report:
         blood = fill_cavities(wall) if options.blood_pool else None
         mesh = tetrahedralize(wall, options=options.volume, progress=report, blood=blood, limits=options.limits)

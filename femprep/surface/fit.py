@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from femprep.errors import InputError, OptionError, ResourceError
+from femprep.errors import InputError, OptionError, ResourceError, require_kind
 from femprep.image.boundary import BoundaryPoints, boundary_points
 from femprep.image.canonical_frame import image_axes
 from femprep.image.canonical_storage import stored_by_content
@@ -120,6 +120,7 @@ def fit_surface(
     >>> fp.fit_surface(cavity, vertices=500)
     Surface('lv': 500 points, 996 triangles)
     """
+    require_kind(obj, (LabelObject, Surface), "Segmentation.object")
     chosen = choose(SurfaceOptions, options, changes)
     tell = progress or (lambda stage, fraction: None)
     tell("surface", 0.0)

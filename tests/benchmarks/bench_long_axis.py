@@ -2,6 +2,12 @@
 
     python tests/benchmarks/bench_long_axis.py                        phantoms, and Rodero 01 where FEMPREP_DATA is set
     python tests/benchmarks/bench_long_axis.py --hearts rodero --seeds 0 1 --variants views stack
+    python tests/benchmarks/bench_long_axis.py --hearts biv four rodero_01_fullheart_1.5mm.vtu --methods
+    python tests/benchmarks/bench_long_axis.py --hearts biv --methods "femprep, smooth + views" my_module:my_function
+
+With --methods, methods are compared instead of variants, each on the displaced slices and views: those of
+sliced_methods.py, among them what others use, and any function of your own (docs/benchmark-surfaces.md). A heart whose
+name ends in .vtu is the mesh of the wheel ansys-health-heart (wheel_heart.py), which anyone can download.
 
 A heart is cut into a stack of 1.4 x 1.4 x 8 mm, every slice displaced at random in its plane (3 mm rms), the apical
 slice missing, and into three views (2-, 3- and 4-chamber) through the long axis, 60 degrees apart, with pixels of
@@ -23,12 +29,17 @@ from __future__ import annotations
 
 import argparse
 import os
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
+from rows import keep
+from sliced_methods import DEFAULT, OBJECTS, arrays, method_of
+from wheel_heart import read_wheel_heart
 
 from femprep.errors import FemprepError
 from femprep.image import Grid, PlaneView, Segmentation, read_segmentation
@@ -70,14 +81,19 @@ class Scan:
 
 
 def rodero(data: Path, warp: int = 0) -> Heart:
-    """A heart from CT; other numbers of ``warp`` bend, twist and stretch it into other hearts."""
+    """A heart from CT, by its label maps; other numbers of ``warp`` make other hearts."""
     structures = {"lv": (1,), "myo": (2,), "rv": (3,), "la": (5,), "ra": (7,)}
     seg = read_segmentation(data / "rodero01" / "rodero01_4ch_1.0mm_label.nii.gz", structures=structures)
     surfaces = {}
     for name in ("lv", "rv", "la", "ra"):
         ras = read_surface(data / "rodero01" / f"true_{name}_cavity_ras.vtp")
         surfaces[name] = (ras.points * [-1.0, -1.0, 1.0], np.asarray(ras.triangles))
-    surfaces["epi"] = surface_of(seg, ("lv", "myo"))
+    return from_labels(f"rodero{warp or ''}", seg, surfaces, warp)
+
+
+def from_labels(name: str, seg: Segmentation, surfaces: dict[str, tuple[FloatArray, IntArray]], warp: int = 0) -> Heart:
+    """A heart of fine labels and true cavities; numbers of ``warp`` bend, twist and stretch it into other hearts."""
+    surfaces = {**surfaces, "epi": surface_of(seg, ("lv", "myo"))}
     centre = {name: seg.grid.to_world(np.argwhere(seg.mask(name))).mean(axis=0) for name in ("lv", "rv", "la")}
     points = surfaces["lv"][0]
     base = centre["lv"] + 0.3 * (centre["la"] - centre["lv"])
@@ -95,10 +111,7 @@ def rodero(data: Path, warp: int = 0) -> Heart:
         return seg.grid.values_at(seg.labels, index).astype(np.int64)
 
     moved = {name: (bend.forth((p - centre["lv"]) @ axes), t) for name, (p, t) in surfaces.items()}
-    return Heart(f"rodero{warp or ''}", label, structures, moved, {**{n: (n,) for n in centre}, **OBJECTS})
-
-
-OBJECTS = {"lv": ("lv",), "rv": ("rv",), "epi": ("lv", "myo"), "la": ("la",), "ra": ("ra",)}
+    return Heart(name, label, dict(seg.structures), moved, {**{n: (n,) for n in centre}, **OBJECTS})
 
 
 class Warp:
@@ -158,20 +171,29 @@ def phantom(kind: Phantom, name: str) -> Heart:
 
 
 def scan(
-    heart: Heart, seed: int, *, slices: float = 3.0, views: float = 2.0, turns: float = 0.0, through: float = 0.0
+    heart: Heart,
+    seed: int,
+    *,
+    slices: float = 3.0,
+    views: float = 2.0,
+    turns: float = 0.0,
+    through: float = 0.0,
+    pixel: float = PIXEL,
+    distance: float = DISTANCE,
+    thick: float = THICK,
 ) -> Scan:
     """Cut a heart into a stack and views, displaced by so many mm rms (and degrees); it is tilted under both."""
     rng = np.random.default_rng(seed)
     tilt = trimesh.transformations.euler_matrix(*rng.normal(scale=np.radians(5.0), size=3))[:3, :3]
     low, high = heart.box
-    count = np.ceil((high - low) / [PIXEL, PIXEL, DISTANCE]).astype(int)
-    origin = 0.5 * (low + high) - 0.5 * (count - 1) * [PIXEL, PIXEL, DISTANCE] + rng.uniform(-0.5, 0.5, 3) * DISTANCE
+    count = np.ceil((high - low) / [pixel, pixel, distance]).astype(int)
+    origin = 0.5 * (low + high) - 0.5 * (count - 1) * [pixel, pixel, distance] + rng.uniform(-0.5, 0.5, 3) * distance
     shifts = np.zeros((count[2], 3))
     shifts[:, :2] = rng.normal(scale=slices / np.sqrt(2.0), size=(count[2], 2))
     ij = np.stack(np.meshgrid(*(np.arange(n) for n in count[:2]), indexing="ij"), axis=-1).reshape(-1, 2)
     planes = []
     for k in range(count[2]):
-        points = np.column_stack([ij, np.full(len(ij), k)]) * [PIXEL, PIXEL, DISTANCE] + origin - shifts[k]
+        points = np.column_stack([ij, np.full(len(ij), k)]) * [pixel, pixel, distance] + origin - shifts[k]
         planes.append(heart.label(points @ tilt.T).reshape(count[0], count[1]))
     labels = np.stack(planes, axis=2)
     body = np.isin(labels, [n for name in ("lv", "myo") for n in heart.structures.get(name, ())])
@@ -179,7 +201,7 @@ def scan(
     # Somewhere in the world.
     turn = trimesh.transformations.random_rotation_matrix(rng.random(3))[:3, :3]
     place = rng.normal(scale=50.0, size=3)
-    grid = Grid(labels.shape, [PIXEL, PIXEL, DISTANCE], turn @ origin + place, turn)
+    grid = Grid(labels.shape, [pixel, pixel, distance], turn @ origin + place, turn)
     made = []
     apex_base = tilt.T @ np.array([0.0, 0.0, 1.0])
     names = ("4ch", "2ch", "3ch")
@@ -188,21 +210,21 @@ def scan(
         across = tilt.T @ np.array([np.cos(a), np.sin(a), 0.0])
         axes = np.column_stack([across, apex_base])
         corners = np.array(np.meshgrid(*zip(low, high))).reshape(3, -1).T @ axes
-        size = np.ceil((corners.max(axis=0) - corners.min(axis=0)) / PIXEL).astype(int)
+        size = np.ceil((corners.max(axis=0) - corners.min(axis=0)) / pixel).astype(int)
         start = axes @ corners.min(axis=0)
         normal = np.cross(axes[:, 0], axes[:, 1])
         w = rng.normal(scale=np.radians(turns), size=3)
         rotation = trimesh.transformations.euler_matrix(*w)[:3, :3]
         move = axes @ rng.normal(scale=views / np.sqrt(2.0), size=2) + normal * rng.normal(scale=through)
-        at = np.stack(np.meshgrid(*(np.arange(n) for n in size), indexing="ij"), axis=-1).reshape(-1, 2) * PIXEL
+        at = np.stack(np.meshgrid(*(np.arange(n) for n in size), indexing="ij"), axis=-1).reshape(-1, 2) * pixel
         votes = []
         for u, v, t in np.array(np.meshgrid(*[(np.arange(SUB) + 0.5) / SUB - 0.5] * 3)).reshape(3, -1).T:
-            points = start + (at + np.array([u, v]) * PIXEL) @ axes.T + t * THICK * normal
+            points = start + (at + np.array([u, v]) * pixel) @ axes.T + t * thick * normal
             votes.append(heart.label((points @ rotation.T + move) @ tilt.T))
         kinds = np.unique(np.concatenate([np.unique(v) for v in votes]))
         most = kinds[np.argmax([np.sum([v == n for v in votes], axis=0) for n in kinds], axis=0)]
         made.append(
-            PlaneView(name, most.reshape(size), heart.structures, turn @ start + place, turn @ axes, [PIXEL] * 2, THICK)
+            PlaneView(name, most.reshape(size), heart.structures, turn @ start + place, turn @ axes, [pixel] * 2, thick)
         )
     seg = Segmentation(labels, grid, heart.structures, views=tuple(made))
     world = {"tilt": tilt, "turn": turn, "place": place}
@@ -277,13 +299,41 @@ def surfaces(seg: Segmentation, heart: Heart) -> dict[str, tuple[FloatArray, Int
 
 
 def hearts(names: list[str]) -> list[Heart]:
-    """Hearts by name: biv, four, rodero, and rodero1, rodero2... for warped ones."""
+    """Hearts by name: biv, four, rodero, rodero1, rodero2... for warped ones, or the mesh of the wheel."""
     kinds = {"biv": biventricular, "four": four_chambers}
-    return [
-        phantom(kinds[n](), n) if n in kinds else rodero(Path(os.environ["FEMPREP_DATA"]), int(n[6:] or 0))
-        for n in names
-        if n in kinds or "FEMPREP_DATA" in os.environ
-    ]
+    found = []
+    for n in names:
+        if n in kinds:
+            found.append(phantom(kinds[n](), n))
+        elif n.endswith(".vtu"):
+            found.append(from_labels("wheel", *read_wheel_heart(Path(n))))
+        elif "FEMPREP_DATA" in os.environ:
+            found.append(rodero(Path(os.environ["FEMPREP_DATA"]), int(n[6:] or 0)))
+    return found
+
+
+def compare(heart: Heart, seeds: list[int], names: list[str], cut: dict[str, float]) -> list[dict[str, Any]]:
+    """Distances of the surfaces of each method, a row a seed; the means are printed as rows of a table."""
+    rows: list[dict[str, Any]] = []
+    for seed in seeds:
+        scanned = scan(heart, seed, **cut)
+        truth = to_world(heart, scanned)
+        for name in names:
+            start = time.perf_counter()
+            made = arrays(method_of(name)(scanned.seg))
+            seconds = time.perf_counter() - start
+            found = distances(made, truth) if made else {}
+            rows.append({"heart": heart.name, "seed": seed, "method": name, **found, "seconds": seconds})
+            print(shown({k: v for k, v in rows[-1].items() if isinstance(v, float)}), f" {name}, {seed}", flush=True)
+    columns = [*(name for name in OBJECTS if name in heart.objects), "seconds"]
+    print(f"\n| {heart.name}, {len(seeds)} seeds | {' | '.join(columns)} |\n|---|{'---|' * len(columns)}")
+    for name in names:
+        own = [row for row in rows if row["method"] == name]
+        means = [[row[column] for row in own if column in row] for column in columns]
+        # A mean over fewer seeds is of the easier ones.
+        cells = [f"{np.mean(m):.2f}" + f" ({len(m)})" * (len(m) < len(own)) if m else "none" for m in means]
+        print(f"| {name} | {' | '.join(cells)} |", flush=True)
+    return rows
 
 
 def main() -> None:
@@ -294,12 +344,29 @@ def main() -> None:
     parser.add_argument("--variants", nargs="+", default=["aligned", "still", "as-is", "stack", "views", "4ch"])
     parser.add_argument("--turns", type=float, default=0.0, help="rotations of views, degrees rms about each axis")
     parser.add_argument("--through", type=float, default=0.0, help="motion of views across their planes, mm rms")
+    parser.add_argument("--slices", type=float, default=3.0, help="displacement of slices in their plane, mm rms")
+    parser.add_argument("--views", type=float, default=2.0, help="displacement of views in their plane, mm rms")
+    parser.add_argument("--pixel", type=float, default=PIXEL, help="pixels of stack and views, mm")
+    parser.add_argument("--distance", type=float, default=DISTANCE, help="distance of slices, mm")
+    parser.add_argument("--thick", type=float, default=THICK, help="thickness of views, mm")
+    parser.add_argument("--methods", nargs="*", help="compare methods, by name or module:function; those of the page")
+    parser.add_argument("--csv", type=Path, help="with --methods: keep all figures in this file")
     args = parser.parse_args()
+    size = {"pixel": args.pixel, "distance": args.distance, "thick": args.thick}
+    cut = {"slices": args.slices, "views": args.views, "turns": args.turns, "through": args.through, **size}
+    if args.methods is not None:
+        names = args.methods or list(DEFAULT)
+        for name in names:
+            method_of(name)
+        found = [row for heart in hearts(args.hearts) for row in compare(heart, args.seeds, names, cut)]
+        if args.csv:
+            keep(found, args.csv)
+        return
     for heart in hearts(args.hearts):
         rows: dict[str, list[dict[str, float]]] = {}
         for seed in args.seeds:
-            moved = scan(heart, seed, turns=args.turns, through=args.through)
-            still = scan(heart, seed, slices=0.0, views=0.0)
+            moved = scan(heart, seed, **cut)
+            still = scan(heart, seed, slices=0.0, views=0.0, **size)
             truth = to_world(heart, moved)
             for variant in args.variants:
                 one = still if variant in ("aligned", "still") else moved

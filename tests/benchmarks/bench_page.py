@@ -3,10 +3,10 @@
     python tests/benchmarks/bench_page.py                          100,000, 200,000 and a million tetrahedra
     python tests/benchmarks/bench_page.py --elements 1000000 --kind hexahedron --keep pages
 
-The heart is a small swept phantom; its mesh is replaced by a wall of as many elements, with AHA segments and fibres,
-and without a coarser mesh. For each page: elements, size in MB, seconds to make the view and to write the folder,
-seconds until the browser shows the view, non-white pixels of it (whole, and cut along the long axis), entries of
-"Colour by", and errors on the console. Needs Chromium and Playwright.
+The heart is a small swept phantom; its mesh is replaced by a wall of as many elements, with AHA segments and fibres.
+For each page: elements, size in MB, seconds to make the view and to write the folder, seconds until the browser shows
+the view, non-white pixels of it (whole, and cut along the long axis), entries of "Colour by", and errors on the
+console. Needs Chromium and Playwright.
 """
 
 from __future__ import annotations

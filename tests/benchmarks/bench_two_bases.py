@@ -2,6 +2,7 @@
 
     python tests/benchmarks/bench_two_bases.py --list            which of ACDC's 200 maps they are (FEMPREP_DATA)
     python tests/benchmarks/bench_two_bases.py --every 8 --edge-length 3
+    python tests/benchmarks/bench_two_bases.py --walls              cavities of the wall, not meshed: 10 s a map
 
 Printed for each map are how far the right base lies below the left one, the volumes of both cavities of the mesh and of
 their labels below each base, the left cavity that a common base would leave, and what the checks said.
@@ -14,7 +15,13 @@ import os
 from pathlib import Path
 
 import femprep as fp
+from femprep.mesh.topology import enclosed_volume
+from femprep.model import FACET_TAGS
+from femprep.model.stages import Stages
+from femprep.pipeline import begin
 from femprep.report.volumes import labelled_volume
+from femprep.stages.fill import joined_wall
+from femprep.wall.anatomies import ANATOMIES
 from femprep.wall.planes.common_base import separate_bases
 
 
@@ -51,17 +58,39 @@ def row(path: Path, edge_length: float) -> str:
     return f"{head}; {volumes}; {'passed' if run.quality.passed else 'failed: ' + '; '.join(run.quality.failures)}"
 
 
+def wall_row(path: Path) -> str:
+    """Cavity volumes of the wall of one map against its labels."""
+    options = fp.Options(anatomy="biv")
+    seg, layout, _ = begin(fp.read_segmentation(path, preset="acdc"), options, Stages(None))
+    head = path.name.removesuffix("_gt.nii.gz")
+    try:
+        wall = joined_wall(ANATOMIES["biv"](seg, layout, options, Stages(None)), options, Stages(None))
+    except fp.FemprepError as error:
+        return f"{head}: no wall: {error}"
+    found = []
+    for name, base in (("lv", "base"), ("rv", "base_rv")):
+        facets = wall.triangles[wall.facet_tag == FACET_TAGS[f"endo_{name}"]]
+        made = enclosed_volume(wall.points, facets[:, ::-1])
+        labels = labelled_volume(seg, name, [wall.planes[base]])
+        found.append(f"{name} {made / 1e3:.1f} of {labels / 1e3:.1f} mL ({100.0 * (made / labels - 1.0):+.2f} %)")
+    return f"{head}: {'; '.join(found)}"
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--list", action="store_true")
+    parser.add_argument("--maps", nargs="*", default=[], help="only these, as patient001_frame12")
+    parser.add_argument("--walls", action="store_true", help="build the walls, do not mesh them")
     parser.add_argument("--every", type=int, default=1, help="take one in so many")
+    parser.add_argument("--from", dest="first", type=int, default=0, help="leave out so many of them")
     parser.add_argument("--edge-length", type=float, default=3.0)
     given = parser.parse_args()
-    found = maps()
+    found = [path for path in maps() if not given.maps or path.name.removesuffix("_gt.nii.gz") in given.maps]
     print(f"{len(found)} maps", flush=True)
-    for path in found[:: given.every]:
-        print(path.name if given.list else row(path, given.edge_length), flush=True)
+    for path in found[given.first :: given.every]:
+        line = path.name if given.list else wall_row(path) if given.walls else row(path, given.edge_length)
+        print(line, flush=True)
 
 
 if __name__ == "__main__":

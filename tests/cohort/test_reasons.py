@@ -20,7 +20,7 @@ from femprep.stages import fill
 PACKAGE = Path(femprep.__file__).parent
 #: Rooms and files that no subject of a cohort comes to: other commands, phantoms, readers of meshes.
 ELSEWHERE = (
-    *("cli", "cohort", "annotation", "phantoms", "door", "surface.reference", "surface.measure"),
+    *("cli", "cohort", "annotation", "phantoms", "errors", "surface.reference", "surface.measure"),
     *("surface.files", "surface.rows", "volume.refine"),
 )
 #: What each failed check says, as the check words it.

@@ -84,7 +84,7 @@ def test_sound_files_are_read(made: tuple[str, bool], tmp_path: Path) -> None:
 def test_without_counts_it_is_the_readers_to_say(content: bytes, tmp_path: Path) -> None:
     path = tmp_path / "mesh.msh"
     path.write_bytes(content)
-    with pytest.raises(FileError, match=r"damaged|no mesh|unknown format"):
+    with pytest.raises(FileError, match=r"damaged|no mesh|version"):
         fp.read_mesh(path)
 
 
@@ -92,7 +92,7 @@ def test_without_counts_it_is_the_readers_to_say(content: bytes, tmp_path: Path)
 def test_versions_that_meshio_takes_for_others_are_refused(version: str, tmp_path: Path) -> None:
     """meshio takes 4.04.1 for 4.1, and nobody looked at its numbers: 16 GB."""
     path = written(tmp_path, version, NODES["4.1"] % 1)
-    with pytest.raises(FileError, match=r"(of no version that is read|version 4\.0, which is not read)"):
+    with pytest.raises(FileError, match="version"):
         fp.read_mesh(path)
 
 

@@ -131,11 +131,14 @@ def test_surface_mesh_is_refused_with_what_it_holds(tmp_path: Path) -> None:
         read_mesh(tmp_path / "sphere.vtu")
 
 
-@pytest.mark.parametrize("ending", [".msh", ".mesh", ".xdmf"])
+FORMATS = {".msh": "gmsh22", ".mesh": "medit", ".xdmf": "xdmf"}
+
+
+@pytest.mark.parametrize("ending", FORMATS)
 def test_a_mesh_whose_elements_are_none_is_refused(ending: str, tmp_path: Path) -> None:
     path = tmp_path / f"none{ending}"
-    meshio.write(path, meshio.Mesh(np.eye(4, 3), [("tetra", np.empty((0, 4), dtype=int))]))
-    with pytest.raises(FileError, match="holds no volume elements; give a mesh of tetra"):
+    meshio.write(path, meshio.Mesh(np.eye(4, 3), [("tetra", np.empty((0, 4), dtype=int))]), FORMATS[ending])
+    with pytest.raises(FileError, match=r"holds no volume elements.*; give a mesh of tetra"):
         read_mesh(path)
 
 
@@ -145,19 +148,15 @@ def test_tetgen_of_comments_alone(ending: str, tmp_path: Path) -> None:
     meshio.write(path, meshio.Mesh(mesh.points, list(mesh.cells.items())), "tetgen")
     assert read_mesh(path).n_cells == mesh.n_cells
     path.with_suffix(ending).write_text("# all else was lost\n")
-    with pytest.raises(FileError, match="the file ends too soon"):
+    with pytest.raises(FileError, match="holds no"):
         read_mesh(path)
 
 
-@pytest.mark.parametrize(
-    ("name", "content"),
-    [("mesh.msh", b"(2\0\0\0"), ("mesh.msh", b"(10 (0 1\n")],
-)
-def test_parsers_that_wait_behind_the_end_of_a_file(name: str, content: bytes, tmp_path: Path) -> None:
-    """That of Ansys looked on for ever."""
-    (tmp_path / name).write_bytes(content)
-    with pytest.raises(FileError, match="is damaged or no file of"):
-        read_mesh(tmp_path / name)
+@pytest.mark.parametrize("content", [b"(2\0\0\0", b"(10 (0 1\n"])
+def test_a_mesh_of_ansys_is_pointed_to_what_converts_it(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "mesh.msh").write_bytes(content)
+    with pytest.raises(FileError, match="meshio convert"):
+        read_mesh(tmp_path / "mesh.msh")
 
 
 def test_coordinates_whose_squares_overflow_are_refused(tmp_path: Path) -> None:

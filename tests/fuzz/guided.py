@@ -118,7 +118,7 @@ def readers(folder: Path) -> dict[str, Reader]:
     ]
     found["labels.dcm"] = Reader(partial(read_twice, read=fp.read_segmentation), dicom, ".dcm")
     sound = fp.read_mesh(sources.foreign[0])
-    for name, kind, ending in (("mesh.xml", "dolfin-xml", ".xml"), ("mesh.msh", "ansys", ".msh of Ansys")):
+    for name, kind, ending in (("mesh.xml", "dolfin-xml", ".xml"),):
         path = folder / f"rare-{kind}" / name
         path.parent.mkdir()
         with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere), contextlib.redirect_stderr(nowhere):

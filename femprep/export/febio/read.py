@@ -19,7 +19,6 @@ from femprep.export.deck.units import units_of
 from femprep.export.deck.unread import with_element_sets, with_node_sets, with_unread
 from femprep.export.febio.step import INWARD
 from femprep.export.febio.write import FEBIO_FACETS, FEBIO_TYPES
-from femprep.mesh.vtk.entities import refuse_entities
 from femprep.model import FloatArray, IntArray, VolumeMesh
 from femprep.model.notice import Notice, noted
 
@@ -119,8 +118,6 @@ def _root(opened: OpenedFile) -> ElementTree.Element:
         A file is damaged, or not there.
     """
     path = opened.path
-    if opened.by is not None:
-        refuse_entities(path)
     try:
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError as error:

@@ -50,11 +50,14 @@ def node_numbers(path: Path) -> npt.NDArray[np.float64] | None:
         return None
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         found = format_of(data)
-        if found is None and data.find(b"$MeshFormat") >= 0:
-            raise FileError("its $MeshFormat is not where it should be, or of no version that is read (2.2, 4.1)")
+        if found is None:
+            raise FileError(
+                "it begins with no $MeshFormat of a version that is read (Gmsh 2.2 or 4.1; none of Ansys); convert it "
+                f"first: meshio convert {path.name} {path.stem}.vtu"
+            )
         start = data.find(b"$Nodes")
         place = data.find(b"\n", start) + 1
-        if found is None or start < 0 or not place:
+        if start < 0 or not place:
             return None
         if found[1] == b"4" and not found[2]:  # as Gmsh 4.0 wrote it, which meshio takes for 4.1
             raise FileError("it is of Gmsh's version 4.0, which is not read; let Gmsh save it as 4.1 or 2.2")

@@ -17,7 +17,7 @@ from femprep.model.notice import noted
 
 
 def read(path: Path) -> VolumeMesh:
-    """Read a ``.msh`` file, of Gmsh or of Ansys.
+    """Read a ``.msh`` file.
 
     Raises
     ------

@@ -20,7 +20,6 @@ from femprep.errors import FileError
 from femprep.export.foreign import from_meshio
 from femprep.export.through_meshio import meshio_mesh
 from femprep.export.turned import turned_tetrahedra
-from femprep.mesh.vtk.entities import refuse_entities
 from femprep.model import IntArray, VolumeMesh
 from femprep.model.notice import Notice, noted
 
@@ -51,7 +50,6 @@ def read(path: Path) -> VolumeMesh:
     """
     beside = sorted(path.parent.glob(f"{glob.escape(path.stem)}_*.xml"))
     for file in [path, *beside]:
-        refuse_entities(file)
         _require_all(file)
     with tempfile.TemporaryDirectory() as folder:  # away from the functions
         alone = Path(folder) / path.name

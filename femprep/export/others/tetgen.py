@@ -41,6 +41,8 @@ def _require_room(file: Path) -> None:
         )
     with file.open(encoding="utf-8", errors="replace") as lines:
         head = next((words for words in map(str.split, lines) if words and not words[0].startswith("#")), [])
+    if not head:  # for which meshio waits for ever
+        raise FileError(f"{str(file)!r} holds no {_ROWS[file.suffix]}; copy or convert it again")
     if "BIN" in head:
         raise FileError(f"{str(file)!r} is binary, as Chaste writes it; write it as text")
     try:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,8 @@ from femprep.model import FloatArray
 
 #: Relative difference from which two voxel sizes disagree (headers hold single precision, some are rounded).
 TOLERANCE = 1e-2
+#: Cosine between axes from which they are taken for sheared, as ``Grid`` refuses them.
+_SHEARED: Final = 1e-4
 #: What is said of an affine that no option can stand in for.
 FLAT = "the axes of its affine span no volume, as one is 0 or lies along the others; mend the header"
 
@@ -83,6 +86,15 @@ def sform(header: Mapping[str, str]) -> FloatArray | None:
     # Lengths in metres (1) and micrometres (3) as well as mm (2, 0); the low three bits of the field are space.
     unit = {1: 1e3, 3: 1e-3}.get(int(header.get("xyzt_units", "0") or 0) & 7, 1.0)
     return np.asarray(rows * np.array([[-1.0], [-1.0], [1.0]]) * unit, dtype=np.float64)
+
+
+def sheared_angle(step: FloatArray) -> float | None:
+    """Smallest angle between steps along the axes, columns ``(3, 3)``, degrees; None where they are at right angles."""
+    if not np.isfinite(step).all() or not np.linalg.det(step):
+        return None
+    unit = step / np.linalg.norm(step, axis=0)
+    cosine = np.abs(unit.T @ unit - np.eye(3)).max()
+    return float(np.degrees(np.arccos(cosine))) if cosine >= _SHEARED else None
 
 
 def _sform_lengths(header: Mapping[str, str]) -> FloatArray | None:

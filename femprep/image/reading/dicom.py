@@ -1,7 +1,8 @@
 """A DICOM segmentation (SEG) in, its segments as layers of labels and their geometry out; through highdicom.
 
 Binary, fractional and label map segmentations [1]_ are read. A file holds the frames that are not empty alone, in any
-order, each with its position; slices without a frame are filled in. No other file imports highdicom or pydicom.
+order, each with its position; slices without a frame are filled in. Besides this file, only
+``contours/images.py`` and ``contours/rtstruct.py`` import pydicom.
 
 References
 ----------
@@ -71,7 +72,7 @@ def read_dicom(file: Path) -> ImageContent:
 
     notes: list[str] = []
     try:
-        with _quiet():
+        with quiet():
             data = _dataset(file)
             seg = highdicom.seg.Segmentation.from_dataset(data, copy=False)
             step, origin, slices = _geometry(seg)
@@ -205,7 +206,7 @@ def _differing_spacing(data: Any, step: float) -> str | None:
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def quiet() -> Iterator[None]:
     """Keep what pydicom warns of, such as names of patients, off the screen."""
     log = logging.getLogger("pydicom")
     level = log.level

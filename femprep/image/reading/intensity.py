@@ -17,7 +17,6 @@ from femprep.image.grid import Grid, require_grid
 from femprep.image.reading.affine import choose_spacing
 from femprep.image.reading.files import format_of
 from femprep.image.reading.itk import read_content, skewed
-from femprep.image.reading.rectangular import is_sheared, rectangular_values
 from femprep.model import Immutable, records
 from femprep.model.notice import Notice
 
@@ -66,7 +65,7 @@ class IntensityImage(Immutable):
         return f"IntensityImage({size} voxels of {sides} mm: {low:.4g} to {high:.4g})"
 
 
-def read_image(path: str | os.PathLike[str], *, frame: int | None = None, resample: bool = False) -> IntensityImage:
+def read_image(path: str | os.PathLike[str], *, frame: int | None = None) -> IntensityImage:
     """Read an image of intensities.
 
     Parameters
@@ -75,8 +74,6 @@ def read_image(path: str | os.PathLike[str], *, frame: int | None = None, resamp
         ``.nii``, ``.nii.gz``, ``.nrrd``, ``.mha`` or ``.mhd``.
     frame : int, optional
         Which frame of a file with several, from 1.
-    resample : bool
-        Whether an image whose axes are not at right angles is resampled onto a rectangular grid, or refused.
 
     Returns
     -------
@@ -95,20 +92,15 @@ def read_image(path: str | os.PathLike[str], *, frame: int | None = None, resamp
     IntensityImage(... voxels of 1.4 x 1.4 x 8 mm: ...)
     """
     file = Path(path)
-    array, _, origin, direction, header, notes = found = read_content(file, frame, sheared=resample)
+    array, _, origin, direction, header, notes = found = read_content(file, frame)
     if array.ndim != 3:
         raise InputError(f"{file}: has {array.ndim} dimensions, expected a 3-D image")
     spacing = choose_spacing(found.spacing, header)
     notes = notes + ([spacing.note] if spacing.note else [])
     try:
-        if resample and is_sheared(direction * spacing.spacing):
-            array, grid = rectangular_values(array, direction * spacing.spacing, origin, file)
-            notes.append("axes that are not at right angles: resampled within the slices onto a rectangular grid")
-        else:
-            grid = Grid(array.shape, spacing.spacing, origin, direction)
         return IntensityImage(
             array,
-            grid,
+            Grid(array.shape, spacing.spacing, origin, direction),
             {
                 "file": str(file),
                 "format": format_of(file),

@@ -15,11 +15,10 @@ import numpy.typing as npt
 
 from femprep.errors import DiskFullError, FileError, InputError, cannot_write
 from femprep.image.grid import Grid
-from femprep.image.reading.affine import FLAT, sform
+from femprep.image.reading.affine import FLAT, sform, sheared_angle
 from femprep.image.reading.files import format_of, header_of, require_whole
 from femprep.image.reading.native import captured_stderr, require_memory
 from femprep.image.reading.nifti_header import pose_note
-from femprep.image.reading.rectangular import is_sheared, sharpest_angle
 from femprep.model import FloatArray
 
 #: A disk with less room than this is full, bytes.
@@ -56,24 +55,15 @@ class ImageContent(NamedTuple):
     notes: list[str]
 
 
-def read_content(file: Path, frame: int | None = None, *, sheared: bool = False, slices: int = 2) -> ImageContent:
-    """Read a file of at least so many slices, one frame of it where it has several.
-
-    With ``sheared`` also one whose axes are not at right angles: its ``direction`` are then unit vectors that are not.
-    """
-    with _sheared_taken(sheared):
-        image = _read(file, frame, slices)
+def read_content(file: Path, frame: int | None = None, *, slices: int = 2) -> ImageContent:
+    """Read a file of at least so many slices, one frame of it where it has several."""
+    image = _read(file, frame, slices)
     if format_of(file) == "NiftiImageIO" and (note := pose_note(header_of(file), image.origin, image.direction)):
         image.notes.append(note)
     matrix = sform(image.header)
-    if matrix is None or not is_sheared(matrix[:, :3]):
-        return image
-    if not sheared:
-        angle = sharpest_angle(matrix[:, :3])
-        words = f"the axes of its sform are at {angle:.1f} degrees to one another; its qform was taken, not the sform: "
-        return image._replace(notes=[*image.notes, words + "--resample takes the sform"])
-    lengths = np.linalg.norm(matrix[:, :3], axis=0)
-    return image._replace(spacing=lengths, origin=matrix[:, 3], direction=matrix[:, :3] / lengths)
+    if matrix is not None and (angle := sheared_angle(matrix[:, :3])) is not None:
+        image.notes.append(f"the axes of its sform are at {angle:.1f} degrees to one another; its qform was taken")
+    return image
 
 
 def count_frames(file: Path) -> int:
@@ -84,28 +74,12 @@ def count_frames(file: Path) -> int:
     reader.SetImageIO(require_whole(file))
     reader.SetFileName(str(file))
     try:
-        with _sheared_taken(True), _quiet():
+        with _quiet():
             reader.ReadImageInformation()
             size = list(reader.GetSize())
     except RuntimeError as error:
-        raise FileError(f"{file}: damaged or not readable ({_reason(error, [])})") from None
+        raise _unreadable(file, error, []) from None
     return int(size[3]) if len(size) > 3 else 1
-
-
-@contextmanager
-def _sheared_taken(wanted: bool) -> Iterator[None]:
-    """Let ITK read NIfTI files whose sform is sheared, which it asks the environment for."""
-    name = "ITK_NIFTI_SFORM_PERMISSIVE"
-    before = os.environ.get(name)
-    if wanted:
-        os.environ[name] = "1"
-    try:
-        yield
-    finally:
-        if wanted:
-            os.environ.pop(name)
-            if before is not None:
-                os.environ[name] = before
 
 
 def _read(file: Path, frame: int | None, slices: int) -> ImageContent:
@@ -144,11 +118,7 @@ def _read(file: Path, frame: int | None, slices: int) -> ImageContent:
             keys = keys if slicer or format_of(file) == "NiftiImageIO" else ()
             header = {key: reader.GetMetaData(key) for key in keys if key.isascii()}
     except RuntimeError as error:
-        if "orthonormal" in str(error):
-            raise skewed(file) from None
-        if "determinant is 0" in str(error):
-            raise FileError(f"{file}: {FLAT}") from None
-        raise FileError(f"{file}: damaged or not readable ({_reason(error, said)})") from None
+        raise _unreadable(file, error, said) from None
     array = sitk.GetArrayFromImage(image)
     # Layers of segments come as components, the last axis; all others are turned round, to i, j, k.
     array = np.moveaxis(array, -1, 0).transpose(0, 3, 2, 1) if array.ndim == 4 else array.T
@@ -201,9 +171,17 @@ def write_image(labels: npt.NDArray[Any], grid: Grid, file: Path) -> None:
 def skewed(file: Path) -> InputError:
     """What is said of axes that are not at right angles."""
     return InputError(
-        f"{file}: the axes of its affine are not at right angles; add --resample to have it drawn anew "
-        "on a rectangular grid, or mend the header"
+        f"{file}: the axes of its affine are not at right angles; mend the header, or resample the labels by nearest "
+        "neighbours, as nibabel.processing.resample_to_output(image, voxel_sizes, order=0) does"
     )
+
+
+def _unreadable(file: Path, error: RuntimeError, said: list[str]) -> FileError | InputError:
+    if "orthonormal" in str(error):
+        return skewed(file)
+    if "determinant is 0" in str(error):
+        return FileError(f"{file}: {FLAT}")
+    return FileError(f"{file}: damaged or not readable ({_reason(error, said)})")
 
 
 def _require_volume(

@@ -15,12 +15,12 @@ import numpy.typing as npt
 from femprep.errors import InputError, OptionError
 from femprep.image.grid import Grid
 from femprep.image.reading.affine import choose_spacing, sizes, spacing_warning
+from femprep.image.reading.contours import views_beside
 from femprep.image.reading.dicom import is_dicom, read_dicom
 from femprep.image.reading.files import format_of
 from femprep.image.reading.itk import ImageContent, count_frames, read_content, skewed, write_image
 from femprep.image.reading.long_axis import read_views, view_files
 from femprep.image.reading.nifti_floats import require_finite
-from femprep.image.reading.rectangular import is_sheared, rectangular_labels
 from femprep.image.reading.segments import Segment, chosen_segments, merged_layers, require_layers, segments_of
 from femprep.image.segmentation import Segmentation, count_labels
 from femprep.model import TISSUES, FloatArray, Notice, noted, records
@@ -57,7 +57,7 @@ def read_segmentation(
     preset : str, optional
         A known data set, see ``femprep.options.PRESETS``.
     options : ImageOptions, optional
-        ``spacing`` replaces the file's voxel sizes; ``resample`` takes axes that are not at right angles.
+        ``spacing`` replaces the file's voxel sizes.
     **changes
         Options by name.
 
@@ -87,7 +87,7 @@ def read_segmentation(
     """
     chosen = choose(ImageOptions, options, changes)
     file = Path(path)
-    array, spacing, origin, direction, header, notes = _read(file, chosen.frame, chosen.resample)
+    array, spacing, origin, direction, header, notes = _read(file, chosen.frame)
     try:
         segments = segments_of(header)
         require_layers(segments, array.shape[0] if array.ndim == 4 else 1)
@@ -103,10 +103,6 @@ def read_segmentation(
     notes += said
     spacing, source, found, doubts = _spacing(spacing, header, labels.shape, chosen.spacing)
     notes += found
-    if chosen.resample and is_sheared(direction * spacing):
-        labels, resampled, line = rectangular_labels(labels, direction * spacing, origin, file)
-        spacing, origin, direction = resampled.spacing, resampled.origin, resampled.direction
-        notes.append(line)
     for level, lines in ((logging.INFO, notes), (logging.WARNING, doubts)):
         for line in lines:
             log.log(level, "%s: %s", file.name, line)
@@ -151,11 +147,12 @@ def _with_views(
 ) -> Segmentation:
     """The segmentation with the long-axis views that were asked for, or that its data set has beside the stack."""
     files, notices = view_files(options.long_axis, file, preset)
-    if not files:
+    drawn, said = views_beside(options.contours, options.frame)
+    if not files and not drawn:
         return seg
     own = _names(structures, None) if preset is None else None
     views = [view for one in files for view in read_views(one.path, one.structures or own, preset, frame=options.frame)]
-    return replace(seg, views=tuple(views), info=noted(seg.info, *notices))
+    return replace(seg, views=(*views, *drawn), info=noted(seg.info, *notices, *said))
 
 
 def read_frames(
@@ -228,10 +225,10 @@ def write_segmentation(seg: Segmentation, path: str | os.PathLike[str]) -> None:
     write_image(seg.labels, seg.grid, Path(path))
 
 
-def _read(file: Path, frame: int | None, sheared: bool) -> ImageContent:
+def _read(file: Path, frame: int | None) -> ImageContent:
     """The file by the library that reads its format."""
     if not is_dicom(file):
-        content = read_content(file, frame, sheared=sheared)
+        content = read_content(file, frame)
         if format_of(file) == "NiftiImageIO":
             require_finite(file, content.array.size, frame)
         return content

@@ -1,1 +1,1 @@
-"""VTK files read as arrays, once their sizes are known to fit."""
+"""VTK files read as arrays."""

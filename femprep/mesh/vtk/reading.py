@@ -12,10 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.errors import FileError
-from femprep.mesh.vtk.entities import refuse_entities
-from femprep.mesh.vtk.sizes import require_sizes
-from femprep.mesh.vtk.text import require_text
-from femprep.mesh.vtk.trial import HDF, holds_text, may_end_the_process, reader_of, require_readable
+from femprep.mesh.vtk.trial import may_end_the_process, reader_of, require_readable
 
 #: Where the cells of the two kinds of data sets are.
 _CELLS: Final = {"vtkPolyData": ("GetVerts", "GetLines", "GetPolys", "GetStrips"), "vtkUnstructuredGrid": ("GetCells",)}
@@ -31,8 +28,8 @@ def load(path: Path) -> Any:
     Raises
     ------
     FileError
-        The file has a path that is no UTF-8, is damaged, declares XML entities, tells of more than its bytes can
-        hold, its cells name points that it does not hold, or VTK's reader breaks down on it.
+        The file has a path that is no UTF-8, is damaged, its cells name points that it does not hold, or
+        VTK's reader breaks down on it.
     """
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
 
@@ -42,12 +39,6 @@ def load(path: Path) -> Any:
         raise FileError(
             f"{str(path)!r} has letters in its path that are no UTF-8, which VTK needs; rename it"
         ) from None
-    if path.suffix.lower() not in (".vtk", *HDF):
-        refuse_entities(path)
-    if path.suffix.lower() not in HDF:
-        require_sizes(path)
-    if path.suffix.lower() in (".vtu", ".vtp") and holds_text(path):
-        require_text(path)
     if may_end_the_process(path):
         require_readable(path)
     reader = reader_of(path)

@@ -61,20 +61,10 @@ def reader_of(path: Path) -> Any:
 
 def may_end_the_process(path: Path) -> bool:
     """Whether VTK believes numbers of a file that no check sum goes with."""
-    ending = path.suffix.lower()
-    if ending in (".vtk", ".vti") or not path.stat().st_size:
-        return ending == ".vtk"
-    with path.open("rb") as file:
-        compressed = _COMPRESSED in file.read(_HEAD)
-    return not compressed or holds_text(path)
-
-
-def holds_text(path: Path) -> bool:
-    """Whether an XML file has arrays in text."""
-    if not path.stat().st_size:
-        return False
+    if path.suffix.lower() == ".vtk" or not path.stat().st_size:
+        return path.suffix.lower() == ".vtk"
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        return _TEXT.search(data) is not None
+        return _COMPRESSED not in data[:_HEAD] or _TEXT.search(data) is not None
 
 
 def require_readable(path: Path) -> None:

@@ -46,7 +46,7 @@ def scene(content: Shown, quality: QualityReport) -> dict[str, Any]:
 def _scene(content: Shown, qualities: Sequence[QualityReport]) -> tuple[dict[str, Any], Drawn]:
     """The scene of a mesh with the worst elements of the first quality; and what is drawn, with those of all."""
     axes = _axes(content.mesh)
-    worst = {content.element(item.element) for quality in qualities for item in quality.worst}
+    worst = {item.element for quality in qualities for item in quality.worst}
     chosen = drawn(content.mesh, axes, worst)
     mesh = chosen.mesh
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
@@ -63,16 +63,16 @@ def _scene(content: Shown, qualities: Sequence[QualityReport]) -> tuple[dict[str
         {"corners": FACET_CORNERS[name], "nodes": _packed(block[:, : FACET_CORNERS[name]].astype(number))}
         for name, block in mesh.facets.items()
     ]
-    note = content.note
+    note = ""
     if chosen.cuts:
         shares = ", ".join(f"{100.0 * share:.0f}" for share in chosen.cuts)
-        note += (
-            f" The view draws {mesh.n_cells} of {content.mesh.n_cells} elements: those at the surface, at the borders "
+        note = (
+            f"The view draws {mesh.n_cells} of {content.mesh.n_cells} elements: those at the surface, at the borders "
             f"of regions and segments, and along cuts at {shares} % of each direction, where the slider stops."
         )
     found = {
         "points": _packed(points),
-        "note": note.strip(),
+        "note": note,
         "low": low.tolist(),
         "step": size / _STEPS,
         "blocks": blocks,
@@ -83,7 +83,7 @@ def _scene(content: Shown, qualities: Sequence[QualityReport]) -> tuple[dict[str
         "fibres": _fibres(mesh),
         "axes": axes,
         "cuts": chosen.cuts,
-        "worst": _worst(content, qualities[0], chosen),
+        "worst": _worst(qualities[0], chosen),
         "phases": [],
     }
     return found, chosen
@@ -122,7 +122,7 @@ def moving_scene(
                 "step": step,
                 "moved": _packed(np.rint(moved / step).astype(np.int8)),
                 "thickness": _packed(_steps(contents[number].fields["thickness"][chosen.elements], limits)),
-                "worst": _worst(contents[number], qualities[number], chosen),
+                "worst": _worst(qualities[number], chosen),
             }
         )
     for field in found["fields"]:
@@ -141,10 +141,10 @@ def _spread(count: int, most: int, first: int) -> list[int]:
     return sorted({*chosen, first})
 
 
-def _worst(content: Shown, quality: QualityReport, chosen: Drawn) -> list[dict[str, Any]]:
+def _worst(quality: QualityReport, chosen: Drawn) -> list[dict[str, Any]]:
     return [
         {
-            "element": int(np.searchsorted(chosen.elements, content.element(item.element))),
+            "element": int(np.searchsorted(chosen.elements, item.element)),
             "measure": item.measure,
             "value": item.value,
             "place": list(item.centroid),

@@ -1,22 +1,21 @@
-"""A mesh that leaves its labels, or a stage that fails, in; what helps out: how far slices lie beside their neighbours,
-and what moving them back would reach."""
+"""A mesh that leaves its labels, or a stage that fails, in; what helps out, tried on the labels before it is said."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Final
 
 import numpy as np
 
 from femprep.errors import Advice, FemprepError, InputError, OptionError, StageError, alternatives
-from femprep.image import Segmentation, leave_out_slices
+from femprep.image import Segmentation
 from femprep.model.shared_records.label_fidelity import FidelityRecord
 from femprep.model.stages import Stages
 from femprep.options import Options
 from femprep.options.advice import SHIFTS, SHORTER_EDGES, Fixed, changed, followable
 from femprep.options.run import TETWILD
-from femprep.surface.alignment import align_slices, estimate_shifts
+from femprep.surface.alignment import estimate_shifts
 from femprep.volume.quality.fidelity import Fidelity, judge_fidelity, surface_fidelity
 from femprep.volume.quality.limits import SHAPES
 from femprep.volume.quality.report import QualityReport
@@ -27,9 +26,13 @@ _BESIDE: Final = 1.0
 #: A stage that fails is put down to shifts from this many pixels on.
 _DISPLACED: Final = 2.0
 _FEWER_LAYERS: Final = Advice("choose fewer --layers", "sweep.layers")
+#: Of options: how near surfaces then come to the labels, pixels, 0 where that is not measured; None where none fit.
+Reached = Callable[[Options], float | None]
 
 
-def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options: Options, fixed: Fixed) -> list[str]:
+def what_helps(
+    seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options: Options, fixed: Fixed, reached: Reached
+) -> list[str]:
     """Advice where surfaces of a finished mesh lie too far from the outlines of their labels; nothing where none does.
 
     Parameters
@@ -43,34 +46,43 @@ def what_helps(seg: Segmentation, found: Fidelity, fitted: WallSurfaces, options
         Of the run.
     fixed : mapping of str to str
         Options that the command does not let change, see :func:`~femprep.options.advice.followable`.
+    reached : callable
 
     Returns
     -------
     list of str
-        How far the slices concerned lie beside where their neighbours put them, and whether ``--correct-shifts`` helps:
-        with the figure that the surfaces fitted to the slices moved back reach; else whether ``--leave-out`` does.
-        Where neither suffices, whether it is the surfaces or the mesh between them that leave the labels.
+        How far the slices concerned lie beside where their neighbours put them, and whether ``--correct-shifts``
+        suffices, or else ``--leave-out``, with what surfaces then reach. Where neither suffices, whether it is the
+        surfaces or the mesh between them that leave the labels.
     """
     failed = [record for record in found.records if judge_fidelity([record], options.limits).failures]
     if not failed:
         return []
     # A surface too far in the mean is so over all of its slices.
-    limit = min(_allowed(options), max(record.greatest_pixels for record in failed))
+    allowed = options.limits.maximum_label_distance or np.inf
+    limit = min(allowed, max(record.greatest_pixels for record in failed))
     off = {one.slice for record in failed for one in record.slices if one.greatest_pixels >= limit}
     pixel = min(record.pixel_mm for record in failed)
     beside = {k: away for k, away in _beside(seg).items() if k in off and away > _BESIDE * pixel}
-    shifted, enough = _shifted(seg, beside, options) if beside else ([], False)
-    if enough:
-        return shifted
+    lines = []
+    if beside:
+        told = ", ".join(f"slice {k} by {away:.1f} mm" for k, away in beside.items())
+        line = f"slices lie beside where their neighbours put them: {told}; "
+        out = " ".join(f"--leave-out {k}" for k in sorted({*options.image.leave_out, *beside}))
+        for one in followable((SHIFTS, Advice(out, "image.leave_out", tuple(beside))), options, fixed):
+            distance = reached(changed(options, one))
+            if distance is not None and distance <= allowed:
+                return [f"{line}with {one.words} surfaces lie within {distance:.1f} pixels"]
+        lines = [f"{line}mend their labels"]
     names = {(record.surface, record.labels) for record in failed}
     own = _greatest(one for one in _of_surfaces(fitted, seg).records if (one.surface, one.labels) in names)
-    if own > _allowed(options):
+    if own > allowed:
         line = f"the surfaces that the wall is built from are {own:.1f} pixels off themselves"
-        return [*shifted, f"{line}: more --vertices follow a narrow end more closely; else look at the labels"]
+        return [*lines, f"{line}: more --vertices follow a narrow end more closely; else look at the labels"]
     swept = options.volume.mesher == "sweep"
     nearer = followable([TETWILD, _FEWER_LAYERS] if swept else [SHORTER_EDGES], options, fixed)
     return [
-        *shifted,
+        *lines,
         f"the surfaces that the wall is built from lie within {own:.1f} pixels, and the mesh between them leaves them; "
         f"what may help: {alternatives(nearer)}",
     ]
@@ -96,9 +108,7 @@ def with_shape_help(report: QualityReport, options: Options, fixed: Fixed) -> Qu
 
 
 @contextmanager
-def with_hints(
-    seg: Segmentation, options: Options, fixed: Fixed, reached: Callable[[Options], str | None]
-) -> Iterator[None]:
+def with_hints(seg: Segmentation, options: Options, fixed: Fixed, reached: Reached) -> Iterator[None]:
     """Advise with an error of the block what can be followed and, where it names a value, what that reaches.
 
     Parameters
@@ -110,7 +120,6 @@ def with_hints(
     fixed : mapping of str to str
         Options that the command does not let change, see :func:`~femprep.options.advice.followable`.
     reached : callable
-        What other options reach, in words that follow the advice; None where they fail as well.
     """
     try:
         yield
@@ -118,9 +127,10 @@ def with_hints(
         shifts = [] if isinstance(error, OptionError) else _move_back(seg)
         tried = []
         for one in followable((*shifts, *error.advice), options, fixed):
-            found = "" if one.value is None else reached(changed(options, one))
-            if found is not None:
-                tried.append(one._replace(words=one.words + found))
+            distance = 0.0 if one.value is None else reached(changed(options, one))
+            if distance is not None:
+                words = f" and surfaces lie within {distance:.1f} pixels" if distance else ""
+                tried.append(one._replace(words=one.words + words))
                 if one in shifts:  # nothing else is advised where moving slices back suffices
                     break
             elif one in shifts:
@@ -131,10 +141,14 @@ def with_hints(
         raise
 
 
-def surfaces_reached(seg: Segmentation, options: Options) -> str | None:
-    """How near surfaces fitted to a label map come to it, as the end of advice; None where none fit."""
-    reached = _reached(seg, options)
-    return None if reached is None else f" and surfaces lie within {reached:.1f} pixels"
+def surfaces_reached(seg: Segmentation, options: Options) -> float | None:
+    """Greatest distance of surfaces fitted to a label map from its outlines, pixels; None where none fit."""
+    stages = Stages(None)
+    try:
+        fitted = ANATOMIES[options.anatomy](seg, lay_out(seg, options, stages), options, stages)
+    except FemprepError:
+        return None
+    return _greatest(_of_surfaces(fitted, seg).records)
 
 
 def _move_back(seg: Segmentation) -> list[Advice]:
@@ -151,35 +165,6 @@ def _move_back(seg: Segmentation) -> list[Advice]:
     return [SHIFTS._replace(words=words)]
 
 
-def _shifted(seg: Segmentation, beside: Mapping[int, float], options: Options) -> tuple[list[str], bool]:
-    """What there is to say of slices that lie beside their neighbours by so many mm; whether it suffices to do that."""
-    told = ", ".join(f"slice {k} by {away:.1f} mm" for k, away in beside.items())
-    line = f"slices lie beside where their neighbours put them: {told}"
-    if options.image.correct_shifts:
-        line += ", although shifts were corrected"
-    elif (shifts := estimate_shifts(seg)).largest:
-        line += f"; --correct-shifts moves slices back by up to {shifts.largest:.1f} mm"
-        reached = _reached(align_slices(seg, shifts), options)
-        line += "" if reached is None else f", and surfaces fitted to them then lie within {reached:.1f} pixels"
-        if reached is not None and reached <= _allowed(options):
-            return [line], True
-    else:
-        line += "; no shift that all structures share explains it"
-    try:
-        reached = _reached(leave_out_slices(seg, beside), options)
-    except InputError:  # too few would be left
-        reached = None
-    if reached is None or reached > _allowed(options):
-        return [f"{line}; mend their labels"], False
-    out = " ".join(f"--leave-out {k}" for k in sorted({*options.image.leave_out, *beside}))
-    return [f"{line}; mend their labels, or {out}: without them surfaces lie within {reached:.1f} pixels"], True
-
-
-def _allowed(options: Options) -> float:
-    """Greatest distance from the labels that is allowed, pixels."""
-    return options.limits.maximum_label_distance or np.inf
-
-
 def _beside(seg: Segmentation) -> dict[int, float]:
     """By slice, how far the ventricle's centroid lies from the line through its neighbours', mm."""
     table = seg.slices("lv", "myo")
@@ -193,16 +178,6 @@ def _beside(seg: Segmentation) -> dict[int, float]:
         if k + inward in at and k + 2 * inward in at:
             found[k] = float(np.linalg.norm(centroid - (2.0 * at[k + inward] - at[k + 2 * inward])))
     return found
-
-
-def _reached(seg: Segmentation, options: Options) -> float | None:
-    """Greatest distance from the outlines, in pixels, of surfaces fitted to another label map; None where none fit."""
-    stages = Stages(None)
-    try:
-        fitted = ANATOMIES[options.anatomy](seg, lay_out(seg, options, stages), options, stages)
-    except FemprepError:
-        return None
-    return _greatest(_of_surfaces(fitted, seg).records)
 
 
 def _of_surfaces(fitted: WallSurfaces, seg: Segmentation) -> Fidelity:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from femprep.errors import InputError
+from femprep.errors import InputError, require_kind
 from femprep.mesh.length_unit import is_external, require_unit, unit_doubt
 from femprep.mesh.measures.triangles import areas
 from femprep.mesh.measures.volume_elements import MEASURES, centroids, element_measures
@@ -186,6 +186,7 @@ def _count_statistics(values: IntArray) -> Statistics:
 
 
 def _check_input(mesh: VolumeMesh) -> None:
+    require_kind(mesh, VolumeMesh, "read_mesh")
     if mesh.n_cells == 0:
         raise InputError("the mesh has no volume elements; check takes tetrahedra, wedges and hexahedra")
     if not np.isfinite(mesh.points).all():

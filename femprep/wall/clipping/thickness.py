@@ -105,7 +105,7 @@ def require_nested(epi: ClippedSurface, endo: ClippedSurface) -> None:
             f"surface {endo.name!r} does not lie inside surface {epi.name!r}: "
             f"{100 * outside.mean():.0f} % of its vertices are outside, by {-thickness[worst]:.1f} mm at "
             f"{spot(endo.points[worst])}",
-            advice=["check which labels are cavity and which are wall", MORE_VERTICES],
+            advice=[MORE_VERTICES],
         )
 
 

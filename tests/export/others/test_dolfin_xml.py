@@ -51,13 +51,6 @@ def test_values_of_cells(path: Path) -> None:
         fp.read_mesh(path)
 
 
-def test_entities_of_files_beside_it_are_refused(path: Path) -> None:
-    laughs = '<mesh_function type="uint" dim="3" size="0">&a;</mesh_function>'
-    path.with_name("mesh_load.xml").write_text(f'<!DOCTYPE a [<!ENTITY a "ha">]><dolfin>{laughs}</dolfin>')
-    with pytest.raises(FileError, match="declares the XML entity"):
-        fp.read_mesh(path)
-
-
 def test_collections_of_values_as_dolfin_writes_them(tmp_path: Path) -> None:
     """Of cells they are regions, of facets (cell, and the node by its rank that the facet lies opposite to) tags."""
     path = tmp_path / "a.xml"

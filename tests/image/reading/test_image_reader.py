@@ -16,7 +16,7 @@ from full_disks import small_disk, small_files
 from scipy.spatial.transform import Rotation
 
 from femprep.errors import DiskFullError, FileError, InputError, OptionError
-from femprep.image import Grid, Segmentation, read_segmentation, write_segmentation
+from femprep.image import Grid, Segmentation, read_frames, read_image, read_segmentation, write_segmentation
 from femprep.phantoms import lv_ellipsoid
 
 SimpleITK = pytest.importorskip("SimpleITK")
@@ -160,19 +160,31 @@ def test_missing_affine_is_said(tmp_path, nifti):
     assert "no affine" in read_segmentation(path, preset="acdc").info["notices"][0]["what"]
 
 
-def test_sheared_affine_is_refused(tmp_path, nifti):
-    struct.pack_into("<h", nifti, 252, 0)
+def sheared(nifti: bytearray, *, qform: bool) -> None:
+    """Give a file an sform whose axes are not at right angles."""
+    struct.pack_into("<h", nifti, 252, int(qform))
     struct.pack_into("<12f", nifti, 280, 1.5, 0.5, 0, 0, 0, 1.25, 0, 0, 0, 0, 8, 0)
+
+
+@pytest.mark.parametrize("read", [read_segmentation, read_frames, read_image])
+def test_sheared_affine_is_refused(tmp_path, nifti, read):
+    sheared(nifti, qform=False)
     path = tmp_path / "sheared.nii"
     path.write_bytes(nifti)
     with pytest.raises(InputError, match="not at right angles"):
-        read_segmentation(path, preset="acdc")
+        read(path, **({} if read is read_image else {"preset": "acdc"}))
+
+
+def test_a_sheared_sform_beside_a_qform_is_reported(tmp_path, nifti):
+    sheared(nifti, qform=True)
+    path = tmp_path / "both.nii"
+    path.write_bytes(nifti)
+    assert any("qform was taken" in one["what"] for one in read_segmentation(path, preset="acdc").info["notices"])
 
 
 @pytest.mark.parametrize("axes", [(0.0,) * 9, (2.0, 2.0, 0.0, 2.0, 2.0, 0.0, 0.0, 0.0, 8.0)])
 @pytest.mark.parametrize("ending", ["nii", "nhdr"])
-@pytest.mark.parametrize("resample", [False, True])
-def test_axes_that_span_no_volume_are_refused_and_not_resampled(tmp_path, nifti, axes, ending, resample):
+def test_axes_that_span_no_volume_are_refused(tmp_path, nifti, axes, ending):
     struct.pack_into("<h", nifti, 252, 0)
     for row in range(3):
         struct.pack_into("<3f", nifti, 280 + 16 * row, *axes[3 * row : 3 * row + 3])
@@ -187,7 +199,7 @@ def test_axes_that_span_no_volume_are_refused_and_not_resampled(tmp_path, nifti,
             "kinds: domain domain domain\nencoding: raw\ndata file: flat.raw\n"
         )
     with pytest.raises(FileError, match="span no volume"):
-        read_segmentation(path, preset="acdc", resample=resample)
+        read_segmentation(path, preset="acdc")
 
 
 @pytest.mark.parametrize("place", [256, 268, 280, 320])

@@ -1,4 +1,4 @@
-"""Headers of NRRD and MetaImage: most of the cases below ended the process in ITK or gave labels out of its memory."""
+"""Headers of NRRD and MetaImage: voxels that are not all there are refused, of which ITK makes up labels."""
 
 import zlib
 
@@ -23,59 +23,21 @@ def read(path, header, extra="", last="", data=VOXELS):
 @pytest.mark.parametrize(
     ("extra", "last", "words"),
     [
-        pytest.param(
-            f"\x0bName = {300 * 'a'}\n", "ElementDataFile = LOCAL\n", "a 'Name' of 300", id="text behind a tab"
-        ),
-        pytest.param(f"Name = {300 * 'a'}\n", "ElementDataFile = LOCAL\n", "a 'Name' of 300 characters", id="text"),
         pytest.param("", "ElementDataFile = %n%n 1 3 1\n", "voxels in '%n%n 1 3 1'", id="pattern"),
-        pytest.param("", f"ElementDataFile = {40 * '%s'} 1 3 1\n", "voxels in '%s", id="texts in a pattern"),
-        pytest.param("", f"ElementDataFile\0 = {400 * 'a'}\n", r"has 'ElementDataFile\\x00", id="NUL in a name"),
-        pytest.param(
-            "\xa0ElementDataFile = LOCAL\n",
-            "ElementDataFile = %n%s 1 3 1\n",
-            r"has '\\xa0ElementData",
-            id="hidden",
-        ),
-        pytest.param(
-            "Foo\nElementDataFile = LOCAL\n", "ElementDataFile = %n%s 1 3 1\n", r"has 'Foo\\nElementD", id="no mark"
-        ),
-        pytest.param(
-            "Foo =\n\nElementDataFile = LOCAL\n", "ElementDataFile = %n%s 1 3 1\n", r"has 'Foo =\\n\\nEl", id="no value"
-        ),
-        pytest.param("", "", "before any ElementDataFile its header has", id="no voxels"),
-        pytest.param("NDims = -1\n", "ElementDataFile = LOCAL\n", "has 'NDims' twice", id="axes twice"),
-        pytest.param("Anat\x01 = RAI\n", "ElementDataFile = LOCAL\n", "Anat.x01 = RAI.n', no text", id="no text"),
+        pytest.param("", "", "no ElementDataFile", id="no voxels"),
         pytest.param("DimSize = 2 36 66666666,4\n", "ElementDataFile = LOCAL\n", "expected whole numbers", id="sizes"),
-        pytest.param("DimSize = 4 4\n", "ElementDataFile = LOCAL\n", r"has 2 sizes, expected 3", id="too few sizes"),
-        pytest.param("DimSize | = 1\n", "ElementDataFile = LOCAL\n", r"has 'DimSize \|', exp", id="almost sizes"),
-        pytest.param(
-            "HeaderSize = 5\n", "ElementDataFile = LOCAL\n", "has 'HeaderSize' '5'", id="voxels in the header"
-        ),
     ],
 )
 def test_a_damaged_metaimage_is_refused(tmp_path, extra, last, words):
-    header = META.replace("DimSize = 4 4 4\n", "") if extra.startswith("DimSize =") else META
     with pytest.raises(FileError, match=words):
-        read(tmp_path / "labels.mha", header, extra, last)
-
-
-def test_more_axes_than_itk_bears_are_refused(tmp_path):
-    header = META.replace("NDims = 3", "NDims = 11").replace("4 4 4", "4 4 4" + 8 * " 1")
-    with pytest.raises(FileError, match="has 11 sizes, expected NDims of at most 5 in place of 11"):
-        read(tmp_path / "labels.mha", header, "", "ElementDataFile = LOCAL\n")
+        read(tmp_path / "labels.mha", META, extra, last)
 
 
 @pytest.mark.parametrize(
     ("extra", "last", "words"),
     [
-        pytest.param(f"space: {1100 * 'a'}\n", "\n", "a 'space' of 1108 characters", id="field"),
-        pytest.param(f"spacing {1100 * 'a'}\n", "\n", "of 1109 characters", id="line without a mark"),
-        pytest.param("", f"data file: LIST\n# {1100 * 'a'}\nb\nc\nd\n", "of 1103 characters", id="name in a list"),
         pytest.param("", "data file: %d%s%s%n 1 4 1\n", "voxels in '%d%s%s%n 1 4 1'", id="pattern"),
-        pytest.param("", "data file: %d%n 1 4 1\ndata file:=voxels.raw\n", "voxels in '%d%n 1 4 1'", id="hidden"),
         pytest.param("sizes: 2 36 66666666,4\n", "\n", "expected whole numbers", id="sizes"),
-        pytest.param("byte skip: -70\n", "\n", "has 'byte skip' '-70'", id="voxels in the header"),
-        pytest.param("", "data file: %999999999d 1 4 1 2\n", "voxels in '%999999999d", id="long number"),
     ],
 )
 def test_a_damaged_nrrd_is_refused(tmp_path, extra, last, words):
@@ -97,17 +59,6 @@ def test_compressed_voxels_that_are_not_all_there_are_refused(tmp_path, size, vo
     extra = "CompressedData = True\n" + (f"CompressedDataSize = {room}\n" if size != 0 else "")
     with pytest.raises(FileError, match=words):
         read(tmp_path / "labels.mha", META, extra, "ElementDataFile = LOCAL\n", packed)
-
-
-def test_compressed_voxels_behind_two_marks_are_counted(tmp_path):
-    extra = "CompressedData = = True\nCompressedDataSize = 64\n"
-    with pytest.raises(FileError, match="incorrect header check"):
-        read(tmp_path / "labels.mha", META, extra, "ElementDataFile = LOCAL\n")
-
-
-def test_sizes_are_needed(tmp_path):
-    with pytest.raises(FileError, match="its header has no DimSize"):
-        read(tmp_path / "labels.mha", META.replace("DimSize = 4 4 4\n", ""), "", "ElementDataFile = LOCAL\n")
 
 
 def test_compressed_voxels_are_read(tmp_path):

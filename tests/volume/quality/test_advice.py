@@ -10,12 +10,13 @@ import pytest
 
 import femprep as fp
 from femprep.errors import InputError, StageError
+from femprep.image import leave_out_slices
 from femprep.mesh.measures.volume_elements import element_measures
 from femprep.model import Surface, VolumeMesh
 from femprep.options import Options
 from femprep.options.advice import SEQUENCE
 from femprep.phantoms import lv_ellipsoid
-from femprep.volume.quality.advice import surfaces_reached, what_helps, with_hints, with_shape_help
+from femprep.volume.quality.advice import Reached, surfaces_reached, what_helps, with_hints, with_shape_help
 from femprep.volume.quality.fidelity import Fidelity, surface_fidelity
 from femprep.volume.quality.limits import SHAPES, judge_shapes
 from femprep.volume.quality.verdicts import Verdicts
@@ -44,11 +45,18 @@ def displaced() -> fp.Segmentation:
     return lv_ellipsoid().segmentation((2.5, 2.5, 8.0), shifts=shifts)
 
 
-def message(seg: fp.Segmentation, options: Options, error: Exception) -> str:
-    def reached(other: Options) -> str | None:
-        return surfaces_reached(fp.align_slices(seg), other)
+def reached_on(seg: fp.Segmentation) -> Reached:
+    """What surfaces of the map reach with other options of its image."""
 
-    with pytest.raises(type(error)) as caught, with_hints(seg, options, {}, reached):
+    def reached(options: Options) -> float | None:
+        left = leave_out_slices(seg, options.image.leave_out) if options.image.leave_out else seg
+        return surfaces_reached(fp.align_slices(left) if options.image.correct_shifts else left, options)
+
+    return reached
+
+
+def message(seg: fp.Segmentation, options: Options, error: Exception) -> str:
+    with pytest.raises(type(error)) as caught, with_hints(seg, options, {}, reached_on(seg)):
         raise error
     return str(caught.value)
 
@@ -107,32 +115,29 @@ def test_what_leaves_the_labels_is_told_apart() -> None:
     """The surfaces a wall is built from, an epicardium drawn around chambers for one, or the mesh between them."""
     seg = lv_ellipsoid().segmentation((2.5, 2.5, 8.0))
     near, away, found = apart(seg)
-    (line,) = what_helps(seg, found, replace(near, epi=away), OPTIONS, {})
-    assert re.search(r"built from are 4\.\d pixels off themselves: more --vertices", line)
-    (line,) = what_helps(seg, found, near, OPTIONS, {})
-    assert re.search(r"built from lie within [01]\.\d pixels; .* a smaller --edge-length", line)
+    (line,) = what_helps(seg, found, replace(near, epi=away), OPTIONS, {}, reached_on(seg))
+    assert "more --vertices" in line
+    (line,) = what_helps(seg, found, near, OPTIONS, {}, reached_on(seg))
+    assert re.search(r"within [01]\.\d pixels.* a smaller --edge-length", line)
     # The endocardium, which is near its labels, is none of the reasons.
-    (line,) = what_helps(seg, found, replace(near, endo={"lv": away}), OPTIONS, {})
+    (line,) = what_helps(seg, found, replace(near, endo={"lv": away}), OPTIONS, {}, reached_on(seg))
     assert "a smaller --edge-length" in line
 
 
 @pytest.mark.slow
 def test_where_moving_slices_back_suffices_nothing_else_is_advised(displaced: fp.Segmentation) -> None:
     near, _, found = apart(displaced)
-    (line,) = what_helps(displaced, found, near, OPTIONS, {})
-    assert re.search(r"slice 6 by 1\d\.\d mm.*--correct-shifts moves slices back.* within [01]\.\d pixels$", line)
+    (line,) = what_helps(displaced, found, near, OPTIONS, {}, reached_on(displaced))
+    assert re.search(r"slice 6 by 1\d\.\d mm.*--correct-shifts .* within [01]\.\d pixels$", line)
     corrected = OPTIONS.model_copy(update={"image": fp.ImageOptions(correct_shifts=True)})
-    (line,) = what_helps(displaced, found, near, corrected, {})
-    assert re.search(r"although shifts were corrected; .* --leave-out 6 .*: without them .* [01]\.\d pixels$", line)
+    (line,) = what_helps(displaced, found, near, corrected, {}, reached_on(displaced))
+    assert re.search(r"--leave-out 6 .* [01]\.\d pixels$", line)
 
 
 @pytest.mark.slow
-def test_slices_are_not_left_out_where_that_does_not_suffice(
-    displaced: fp.Segmentation, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_slices_are_not_left_out_where_that_does_not_suffice(displaced: fp.Segmentation) -> None:
     near, _, found = apart(displaced)
-    monkeypatch.setattr("femprep.volume.quality.advice._reached", lambda *_: None)
-    beside, finer = what_helps(displaced, found, near, OPTIONS, {})
+    beside, finer = what_helps(displaced, found, near, OPTIONS, {}, lambda _: None)
     assert beside.endswith("; mend their labels")
     assert "a smaller --edge-length" in finer
 
