@@ -69,6 +69,12 @@ def coloured(t: IntArray, start: IntArray, around: IntArray, nodes: IntArray) ->
     return order, first
 
 
+def each_colour(colours: tuple[IntArray, IntArray]) -> list[IntArray]:
+    """The points of each colour, from what :func:`coloured` returns."""
+    order, first = colours
+    return np.split(order, first[1:-1])
+
+
 @compiled()
 def mark_star(t: IntArray, start: IntArray, around: IntArray, v: int, fresh: BoolArray) -> None:
     """Note that a point moved: a search around any point of its star may now find more."""

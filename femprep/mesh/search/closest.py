@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -105,12 +104,12 @@ class ClosestFinder:
         triangle = np.full(len(q), -1, dtype=np.int64)
         weights = np.zeros((len(q), 3))
         if len(q) <= CHUNK:
-            _search(q, self.points, self.triangles, *self._tree, limit, triangle, weights)
+            _search(1, q, self.points, self.triangles, *self._tree, limit, triangle, weights)
             return triangle, weights
         # What is near each other is searched for one after the other, which takes half the time.
         order = curve_order(q)
         found, shares = triangle.copy(), weights.copy()
-        _search(q[order], self.points, self.triangles, *self._tree, limit[order], found, shares)
+        _search(-(-len(q) // CHUNK), q[order], self.points, self.triangles, *self._tree, limit[order], found, shares)
         triangle[order], weights[order] = found, shares
         return triangle, weights
 
@@ -231,8 +230,10 @@ def _try(
     return best
 
 
-@compiled(parallel=True, writes="triangle weights")
+@compiled(grain=2, writes="triangle weights")
 def _search(
+    first: int,
+    last: int,
     queries: FloatArray,
     points: FloatArray,
     triangles: IntArray,
@@ -247,7 +248,7 @@ def _search(
 
     Queries next to each other are mostly near each other: what is closest to one bounds the search for the next.
     """
-    for chunk in numba.prange((len(queries) + CHUNK - 1) // CHUNK):
+    for chunk in range(first, last):
         stack, bound = np.empty(64, dtype=np.int64), np.empty(64)
         last = -1
         for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(queries))):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-import numba
 import numpy as np
 
 from femprep.mesh.compiled import compiled
@@ -59,10 +58,10 @@ def _shape(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float]
     return ratio, six * np.sqrt(square / product) / REGULAR_SINE
 
 
-@compiled(parallel=True, writes="out")
-def qualities(p: FloatArray, t: IntArray, moved: BoolArray, out: FloatArray) -> None:
+@compiled(grain=2048, writes="out")
+def qualities(first: int, last: int, p: FloatArray, t: IntArray, moved: BoolArray, out: FloatArray) -> None:
     """Lesser of mean ratio and least sine of each tetrahedron some point of which has moved; the others stay."""
-    for i in numba.prange(len(t)):
+    for i in range(first, last):
         if moved[t[i, 0]] or moved[t[i, 1]] or moved[t[i, 2]] or moved[t[i, 3]]:
             ratio, sine = _shape(p, t[i, 0], t[i, 1], t[i, 2], t[i, 3])
             out[i] = min(ratio, sine)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-import numba
 import numpy as np
 
 from femprep.mesh.compiled import compiled
-from femprep.mesh.stars import mark_star
+from femprep.mesh.stars import each_colour, mark_star
 from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.volume.optimise.quality import REGULAR_SINE, sizes, worst_around
 
@@ -19,7 +18,7 @@ SURFACE_STEP: Final = 0.06
 _BACKTRACKS: Final = 4
 #: A bound that is below what it bounds by this factor is so whatever is rounded.
 _CERTAIN: Final = 1.0 - 1e-9
-#: Points one thread takes at a time.
+#: Points one thread takes at a time, at least.
 _CHUNK: Final = 32
 
 
@@ -186,19 +185,29 @@ def _ascend(
     return False
 
 
-@compiled(parallel=True)
 def relax(mesh: Any, colours: Any, freedom: IntArray, basis: FloatArray, poor: float, fresh: BoolArray) -> None:
     """Move each point once to a better mean ratio around it, colour by colour."""
-    p, t, start, around = mesh
-    order, first = colours
-    largest = 0
-    for v in range(len(p)):
-        largest = max(largest, start[v + 1] - start[v])
-    for c in range(len(first) - 1):
-        chunks = (first[c + 1] - first[c] + _CHUNK - 1) // _CHUNK
-        for chunk in numba.prange(chunks):
-            star, slope = np.empty((21, largest)), np.empty(3)
-            for n in range(first[c] + chunk * _CHUNK, min(first[c] + (chunk + 1) * _CHUNK, first[c + 1])):
-                v = order[n]
-                if freedom[v] > 0 and _ascend(mesh, v, freedom[v], basis[v], poor, star, slope):
-                    mark_star(t, start, around, v, fresh)
+    largest = int(np.diff(mesh[2]).max(initial=0))
+    for nodes in each_colour(colours):
+        _relax(len(nodes), mesh, nodes, largest, freedom, basis, poor, fresh)
+
+
+@compiled(grain=_CHUNK)
+def _relax(
+    first: int,
+    last: int,
+    mesh: Any,
+    nodes: IntArray,
+    largest: int,
+    freedom: IntArray,
+    basis: FloatArray,
+    poor: float,
+    fresh: BoolArray,
+) -> None:
+    """Move points that share no element."""
+    _, t, start, around = mesh
+    star, slope = np.empty((21, largest)), np.empty(3)
+    for n in range(first, last):
+        v = nodes[n]
+        if freedom[v] > 0 and _ascend(mesh, v, freedom[v], basis[v], poor, star, slope):
+            mark_star(t, start, around, v, fresh)
