@@ -248,20 +248,22 @@ def _search(
 
     Queries next to each other are mostly near each other: what is closest to one bounds the search for the next.
     """
+    # Whole numbers of the processor: numba would compile what gets a 1 once more for the number 1.
+    nothing, one = np.int64(-1), np.int64(1)
     for chunk in range(first, last):
         stack, bound = np.empty(64, dtype=np.int64), np.empty(64)
-        last = -1
+        before = nothing
         for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(queries))):
             q = queries[i]
             best = limit[i] * limit[i]
-            if last >= 0:
-                best = _try(q, points, triangles, last, best, i, triangle, weights)
+            if before >= 0:
+                best = _try(q, points, triangles, before, best, i, triangle, weights)
             stack[0], bound[0] = 1, 0.0
-            depth = 1
+            depth = one
             while True:
                 leaf, depth = next_leaf(q, low, high, best, stack, bound, depth)
                 if leaf < 0:
                     break
                 for k in range(leaf * LEAF, min(leaf * LEAF + LEAF, len(order))):
                     best = _try(q, points, triangles, order[k], best, i, triangle, weights)
-            last = triangle[i]
+            before = triangle[i]

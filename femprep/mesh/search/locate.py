@@ -169,7 +169,7 @@ def _search(
             q = queries[i]
             best = np.inf
             stack[0], bound[0] = 1, 0.0
-            depth = 1
+            depth = np.int64(1)  # else numba compiles next_leaf once more for the number 1
             while True:
                 leaf, depth = next_leaf(q, low, high, best, stack, bound, depth)
                 if leaf < 0:

@@ -70,7 +70,7 @@ def _exact_2d(ax: float, ay: float, bx: float, by: float, cx: float, cy: float) 
     left = (_two_sum(ax, -cx), _two_sum(ay, -cy))
     right = (_two_sum(by, -cy), _two_sum(bx, -cx))
     expansion = np.empty(18)
-    length = 0
+    length = np.int64(0)
     for term in range(2):
         for i in range(2):
             for j in range(2):
@@ -106,7 +106,7 @@ def _exact_3d(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> int
         part[1, k, 0], part[1, k, 1] = _two_sum(b[k], -d[k])
         part[2, k, 0], part[2, k, 1] = _two_sum(c[k], -d[k])
     expansion = np.empty(194)
-    length = 0
+    length = np.int64(0)
     for term in range(6):
         # The six permutations of the columns: three cyclic ones with sign +, then three with sign -.
         first = term % 3
