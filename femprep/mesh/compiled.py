@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 
 
 def compiled(
-    grain: int | None = None, part: bool = False, writes: str | None = None
+    grain: int | None = None, inner: bool = False, part: bool = False, writes: str | None = None
 ) -> Callable[[Callable[..., Any]], Any]:
     """Compile a kernel with numba and keep the machine code for the next process.
 
@@ -34,8 +34,10 @@ def compiled(
         Run the kernel on several threads. Its first two parameters are the numbers of the first item and of the one
         after the last; it is called with the number of all items in their place. A thread gets at least so many items
         at a time. numba's own parallel loops would compile every kernel twice. Another kernel cannot call it.
+    inner : bool
+        Only other kernels call this function: what Python would need to call it is not compiled.
     part : bool
-        This function is only a part of other kernels: it becomes one with each of them. Without that, a kernel that
+        The same, and it becomes one with each of these kernels. Without that, a kernel that
         has just been compiled may call another version of it than the one read back from disk.
     writes : str, optional
         Names of the arguments that it writes to, with blanks between; all others it gets read-only. numba compiles a
@@ -51,6 +53,8 @@ def compiled(
         "error_model": "numpy",
         "forceinline": part,
         "nogil": True,
+        "no_cfunc_wrapper": True,
+        "no_cpython_wrapper": inner or part,
     }
 
     def decorate(function: Callable[..., Any]) -> Any:

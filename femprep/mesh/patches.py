@@ -144,7 +144,7 @@ def _fit_heights(first: int, last: int, points: Any, frames: Any, near: Any, fou
         _fit_height(points, frames[i], i, near[i], found[i])
 
 
-@compiled()
+@compiled(inner=True)
 def _fit_height(points: Any, frame: Any, i: int, near: Any, found: Any) -> None:
     """Weighted least squares, in lengths by the mean distance of the neighbours: nearer ones count more."""
     local = np.zeros((len(near), 3))
@@ -182,7 +182,7 @@ def _fit_height(points: Any, frame: Any, i: int, near: Any, found: Any) -> None:
         found[a] = right[0, a] / (1.0 if a < 2 else size if a < 5 else size * size)
 
 
-@compiled()
+@compiled(inner=True)
 def walk(x: float, y: float, z: float, near: int, points: Any, ring: Any) -> int:
     """The closest vertex, from one nearby: to closer neighbours until there is none."""
     best = (points[near, 0] - x) ** 2 + (points[near, 1] - y) ** 2 + (points[near, 2] - z) ** 2
@@ -202,7 +202,7 @@ def walk(x: float, y: float, z: float, near: int, points: Any, ring: Any) -> int
     return near
 
 
-@compiled()
+@compiled(inner=True)
 def project(
     x: float, y: float, z: float, near: int, points: Any, frames: Any, coefficients: Any, reach: Any, ring: Any
 ) -> tuple[float, float, float, float, float, float, int]:
@@ -263,7 +263,7 @@ def project(
     return x, y, z, nx, ny, nz, near
 
 
-@compiled()
+@compiled(inner=True)
 def settle(
     point: Any,
     normal: Any,

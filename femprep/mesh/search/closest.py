@@ -171,7 +171,7 @@ def _check_queries(queries: npt.ArrayLike) -> FloatArray:
     return q
 
 
-@compiled()
+@compiled(inner=True)
 def closest_on_triangle(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[float, float, float]:
     """Barycentric coordinates of the point of a, b, c closest to q (Ericson, Real-time collision detection, 5.1.5)."""
     abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]

@@ -9,14 +9,14 @@ from femprep.mesh.search.predicates import orient2d, orient3d
 from femprep.model import FloatArray
 
 
-@compiled()
+@compiled(inner=True)
 def _turn(a: FloatArray, b: FloatArray, c: FloatArray, axis: int) -> int:
     """Sense of a, b, c seen along an axis."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     return orient2d(a[i], a[j], b[i], b[j], c[i], c[j])
 
 
-@compiled()
+@compiled(inner=True)
 def _in_box(p: FloatArray, q: FloatArray, r: FloatArray, axis: int) -> bool:
     """Whether r lies in the box of p and q, seen along an axis."""
     inside = True
@@ -25,7 +25,7 @@ def _in_box(p: FloatArray, q: FloatArray, r: FloatArray, axis: int) -> bool:
     return inside
 
 
-@compiled()
+@compiled(inner=True)
 def _segments_meet_flat(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray, axis: int) -> bool:
     """Whether two closed segments meet, seen along an axis."""
     r_side, s_side = _turn(p, q, r, axis), _turn(p, q, s, axis)
@@ -40,7 +40,7 @@ def _segments_meet_flat(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArr
     )
 
 
-@compiled()
+@compiled(inner=True)
 def _segments_meet(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) -> bool:
     """Whether two closed segments in space meet; either may be a point."""
     if orient3d(p, q, r, s) != 0:
@@ -61,7 +61,7 @@ def _segments_meet(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) -
     return overlap
 
 
-@compiled()
+@compiled(inner=True)
 def _flat_segment_meets(p: FloatArray, q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
     """Whether the segment p, q meets the triangle a, b, c of the same plane; the triangle may have no area."""
     for axis in range(3):
@@ -79,7 +79,7 @@ def _flat_segment_meets(p: FloatArray, q: FloatArray, a: FloatArray, b: FloatArr
     return _segments_meet(p, q, a, b) or _segments_meet(p, q, b, c) or _segments_meet(p, q, c, a)
 
 
-@compiled()
+@compiled(inner=True)
 def _segment_meets(
     p: FloatArray, q: FloatArray, p_side: int, q_side: int, a: FloatArray, b: FloatArray, c: FloatArray
 ) -> bool:
@@ -96,7 +96,7 @@ def _segment_meets(
     return first * third >= 0 and second * third >= 0
 
 
-@compiled()
+@compiled(inner=True)
 def apart(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, e: FloatArray, f: FloatArray) -> bool:
     """Whether a plane across the line between their middles separates the triangles for certain: the quick answer.
 
@@ -117,7 +117,7 @@ def apart(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, e: FloatAr
     return lowest - highest > 1e-14 * size
 
 
-@compiled()
+@compiled(inner=True)
 def triangles_meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, e: FloatArray, f: FloatArray) -> bool:
     """Whether the closed triangles a, b, c and d, e, f have a point in common."""
     d_side, e_side, f_side = orient3d(a, b, c, d), orient3d(a, b, c, e), orient3d(a, b, c, f)
@@ -136,7 +136,7 @@ def triangles_meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, e
     )
 
 
-@compiled()
+@compiled(inner=True)
 def apart_at(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArray, e: FloatArray) -> bool:
     """Whether a plane through v separates a, b from d, e for certain: the quick answer for most of a vertex's fan.
 
@@ -162,7 +162,7 @@ def apart_at(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArray, e: Floa
     return _off_plane(v, a, b, d, e) or _off_plane(v, d, e, a, b)
 
 
-@compiled()
+@compiled(inner=True)
 def _off_plane(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArray, e: FloatArray) -> bool:
     """Whether d and e lie on one side of the plane v, a, b for certain."""
     ux, uy, uz = a[0] - v[0], a[1] - v[1], a[2] - v[2]
@@ -179,7 +179,7 @@ def _off_plane(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArray, e: Fl
     return sure and heights > 0.0
 
 
-@compiled()
+@compiled(inner=True)
 def meet_beyond_vertex(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArray, e: FloatArray) -> bool:
     """Whether the triangles v, a, b and v, d, e have more than their vertex v in common.
 
@@ -190,7 +190,7 @@ def meet_beyond_vertex(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArra
     return _segment_meets(a, b, orient3d(v, d, e, a), orient3d(v, d, e, b), v, d, e)
 
 
-@compiled()
+@compiled(inner=True)
 def apart_over(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> bool:
     """Whether c and d lead away from the edge a, b in other directions for certain: the quick answer for most."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -205,7 +205,7 @@ def apart_over(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> bo
     return flat or _off_plane(a, b, c, d, d)
 
 
-@compiled()
+@compiled(inner=True)
 def meet_beyond_edge(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> bool:
     """Whether the triangles a, b, c and a, b, d lie folded onto each other: in one plane, on one side of a, b."""
     if orient3d(a, b, c, d) != 0:

@@ -119,7 +119,7 @@ def _search(
     return found[:count].copy()
 
 
-@compiled()
+@compiled(inner=True)
 def _shared(one: IntArray, two: IntArray) -> tuple[int, int, int, int, int]:
     """How many corners two triangles share; which one the first and the second of these is in each."""
     shared = 0
@@ -135,7 +135,7 @@ def _shared(one: IntArray, two: IntArray) -> tuple[int, int, int, int, int]:
     return shared, i0, i1, j0, j1
 
 
-@compiled()
+@compiled(inner=True)
 def _apart(points: FloatArray, one: IntArray, two: IntArray) -> bool:
     """Whether two triangles have nothing but the corners they share in common for certain."""
     shared, i0, i1, j0, j1 = _shared(one, two)

@@ -107,7 +107,7 @@ def _fit(low: FloatArray, high: FloatArray, box: FloatArray, order: IntArray) ->
             high[node, k] = max(high[2 * node, k], high[2 * node + 1, k])
 
 
-@compiled()
+@compiled(inner=True)
 def box_distance(q: FloatArray, low: FloatArray, high: FloatArray, node: int) -> float:
     """Squared distance of a point from a box of the tree."""
     total = 0.0

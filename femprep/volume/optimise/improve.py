@@ -61,13 +61,8 @@ def tet_quality(points: FloatArray, tets: IntArray) -> FloatArray:
     """Lesser of mean ratio and smallest sine of each tetrahedron, as the package describes it, ``(m,)``."""
     out = np.empty(len(tets))
     every = np.ones(len(points), dtype=np.bool_)
-    qualities(
-        len(tets),
-        np.ascontiguousarray(points, dtype=np.float64),
-        np.ascontiguousarray(tets, dtype=np.int64),
-        every,
-        out,
-    )
+    p = np.array(points, dtype=np.float64, order="C")
+    qualities(len(tets), p, np.ascontiguousarray(tets, dtype=np.int64), every, out)
     return out
 
 

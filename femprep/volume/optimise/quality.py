@@ -42,7 +42,7 @@ def sizes(
     return six, total, square, product
 
 
-@compiled()
+@compiled(inner=True)
 def _shape(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float]:
     """Mean ratio, and least sine over REGULAR_SINE, both signed by the volume."""
     six, total, square, product = sizes(
@@ -58,16 +58,19 @@ def _shape(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float]
     return ratio, six * np.sqrt(square / product) / REGULAR_SINE
 
 
-@compiled(grain=2048, writes="out")
+@compiled(grain=2048, writes="p out")
 def qualities(first: int, last: int, p: FloatArray, t: IntArray, moved: BoolArray, out: FloatArray) -> None:
-    """Lesser of mean ratio and least sine of each tetrahedron some point of which has moved; the others stay."""
+    """Lesser of mean ratio and least sine of each tetrahedron some point of which has moved; the others stay.
+
+    ``p`` may be written to, as in kernels that move points: so these share what they call.
+    """
     for i in range(first, last):
         if moved[t[i, 0]] or moved[t[i, 1]] or moved[t[i, 2]] or moved[t[i, 3]]:
             ratio, sine = _shape(p, t[i, 0], t[i, 1], t[i, 2], t[i, 3])
             out[i] = min(ratio, sine)
 
 
-@compiled()
+@compiled(inner=True)
 def worst_around(mesh: Any, v: int, enough: float) -> float:
     """Worst quality of the elements around a point; any value not above ``enough`` as soon as it is certain.
 

@@ -22,7 +22,7 @@ _CERTAIN: Final = 1.0 - 1e-9
 _CHUNK: Final = 32
 
 
-@compiled()
+@compiled(inner=True)
 def _gather(mesh: Any, v: int, star: FloatArray) -> float:
     """What the mean ratio of each element around a point depends on as the point moves; their mean edge length there.
 
@@ -68,7 +68,7 @@ def _gather(mesh: Any, v: int, star: FloatArray) -> float:
     return float(length / (3.0 * count))
 
 
-@compiled()
+@compiled(inner=True)
 def _mean_at(star: FloatArray, count: int, x: float, y: float, z: float) -> float:
     """Sum of the mean ratios of a star with its point at x, y, z; minus infinity if an element is inverted."""
     for n in range(count):
@@ -85,7 +85,7 @@ def _mean_at(star: FloatArray, count: int, x: float, y: float, z: float) -> floa
     return total
 
 
-@compiled()
+@compiled(inner=True)
 def _falls(star: FloatArray, count: int, x: float, y: float, z: float, best: float) -> bool:
     """Whether that sum is certainly below its value where the point is, ``best``, with the point at x, y, z.
 
@@ -103,7 +103,7 @@ def _falls(star: FloatArray, count: int, x: float, y: float, z: float, best: flo
     return bound < _CERTAIN * best
 
 
-@compiled()
+@compiled(inner=True)
 def _gradient(star: FloatArray, count: int, out: FloatArray) -> None:
     """Gradient of that sum where the point is, which it was just taken at; no element is inverted there."""
     for n in range(count):
@@ -120,7 +120,7 @@ def _gradient(star: FloatArray, count: int, out: FloatArray) -> None:
         out[2] -= star[19, n]
 
 
-@compiled()
+@compiled(inner=True)
 def _all_reach(star: FloatArray, count: int, x: float, y: float, z: float, enough: float) -> bool:
     """Whether all elements have at least a positive quality with the point at x, y, z: powers of both are compared."""
     sine = (enough * REGULAR_SINE) ** 2
@@ -133,10 +133,13 @@ def _all_reach(star: FloatArray, count: int, x: float, y: float, z: float, enoug
         round_enough = 432.0 * six * six >= (enough * total) ** 3
         sharp = six * six * square < sine * product
         star[17, n] = (six > 0.0) & (product > 0.0) & round_enough & ~sharp
-    return bool(star[17, :count].sum() == count)
+    reached = 0.0
+    for n in range(count):
+        reached += star[17, n]
+    return reached == count
 
 
-@compiled()
+@compiled(inner=True)
 def _project(vector: FloatArray, freedom: int, basis: FloatArray) -> float:
     """Leave of a vector what points in the free directions, with length 1; its length before."""
     if freedom < 3:
@@ -153,7 +156,7 @@ def _project(vector: FloatArray, freedom: int, basis: FloatArray) -> float:
     return float(size)
 
 
-@compiled()
+@compiled(inner=True)
 def _ascend(
     mesh: Any, v: int, freedom: int, basis: FloatArray, poor: float, star: FloatArray, slope: FloatArray
 ) -> bool:

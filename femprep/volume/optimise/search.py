@@ -42,7 +42,7 @@ def _try_places(
             mark_star(t, start, around, v, fresh)
 
 
-@compiled()
+@compiled(inner=True)
 def _climb(mesh: Any, v: int, freedom: int, basis: FloatArray) -> bool:
     """Move one point to where the worst element around it is best: compass search along its free directions."""
     p, t, start, around = mesh
