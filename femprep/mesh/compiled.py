@@ -35,9 +35,10 @@ def compiled(
         after the last; it is called with the number of all items in their place. A thread gets at least so many items
         at a time. numba's own parallel loops would compile every kernel twice. Another kernel cannot call it.
     inner : bool
-        Only other kernels call this function: what Python would need to call it is not compiled.
+        Only other kernels call this function: what Python would need to call it is not compiled, and its calls raise
+        TypeError.
     part : bool
-        The same, and it becomes one with each of these kernels. Without that, a kernel that
+        This function is only a part of other kernels: it becomes one with each of them. Without that, a kernel that
         has just been compiled may call another version of it than the one read back from disk.
     writes : str, optional
         Names of the arguments that it writes to, with blanks between; all others it gets read-only. numba compiles a
@@ -54,11 +55,14 @@ def compiled(
         "forceinline": part,
         "nogil": True,
         "no_cfunc_wrapper": True,
-        "no_cpython_wrapper": inner or part,
+        "no_cpython_wrapper": inner,
     }
 
     def decorate(function: Callable[..., Any]) -> Any:
         kernel = numba.njit(**settings)(function)
+        if inner:  # numba would call an address that is none
+            kernel._compile_for_args = _refuse
+            kernel.add_overload = lambda made: kernel.overloads.update({tuple(made.signature.args): made})
         try:
             kernel._cache = _Kept(function)
         except RuntimeError as error:
@@ -67,6 +71,10 @@ def compiled(
         return call if writes is None else _reading(call, function, writes.split(), 0 if grain is None else 1)
 
     return decorate
+
+
+def _refuse(*args: Any, **names: Any) -> None:
+    raise TypeError("only compiled kernels can call this one")
 
 
 class _Kept(FunctionCache):  # type: ignore[misc]

@@ -94,3 +94,18 @@ def test_what_a_kernel_does_not_say_it_writes_to_it_cannot() -> None:
 
     with pytest.raises(NumbaError, match="read"):
         spoil(np.zeros(3))
+
+
+def test_python_cannot_call_an_inner_kernel() -> None:
+    @compiled(inner=True)
+    def twice(x: float) -> float:
+        return 2.0 * x
+
+    @compiled()
+    def thrice(x: float) -> float:
+        return twice(x) + x
+
+    for _ in range(2):  # before it is compiled, and after
+        with pytest.raises(TypeError, match="only"):
+            twice(1.0)
+        assert thrice(1.0) == 3.0

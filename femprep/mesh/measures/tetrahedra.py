@@ -51,7 +51,7 @@ def _volumes(first: int, last: int, p: FloatArray, t: IntArray, out: FloatArray)
         out[i] = (ux * bx + uy * by + uz * bz) / 6.0
 
 
-@compiled(part=True)
+@compiled(inner=True, part=True)
 def _angle(along: float, volume: float, dot: float) -> float:
     """Dihedral angle at an edge, degrees, from its length, six volumes and the product of its two faces' normals."""
     return float(np.degrees(np.arctan2(along * volume, 0.0 - dot)))

@@ -205,7 +205,7 @@ def closest_on_triangle(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArr
     return 1.0 - v - w, v, w
 
 
-@compiled(part=True)
+@compiled(inner=True, part=True)
 def _try(
     q: FloatArray,
     points: FloatArray,

@@ -65,7 +65,7 @@ def self_intersections(points: npt.ArrayLike, triangles: npt.ArrayLike, of: Bool
     return np.asarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
 
 
-@compiled(part=True)
+@compiled(inner=True, part=True)
 def _beside(low: FloatArray, high: FloatArray, other_low: FloatArray, other_high: FloatArray) -> bool:
     """Whether two boxes have nothing in common."""
     beside = False

@@ -117,7 +117,7 @@ def box_distance(q: FloatArray, low: FloatArray, high: FloatArray, node: int) ->
     return total
 
 
-@compiled(part=True)
+@compiled(inner=True, part=True)
 def next_leaf(
     q: FloatArray, low: FloatArray, high: FloatArray, best: float, stack: IntArray, bound: FloatArray, depth: int
 ) -> tuple[int, int]:

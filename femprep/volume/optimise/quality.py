@@ -13,7 +13,7 @@ from femprep.model import BoolArray, FloatArray, IntArray
 REGULAR_SINE: Final = 2.0 * np.sqrt(2.0) / 3.0
 
 
-@compiled(part=True)
+@compiled(inner=True, part=True)
 def sizes(
     ux: float, uy: float, uz: float, vx: float, vy: float, vz: float, wx: float, wy: float, wz: float
 ) -> tuple[float, float, float, float]:

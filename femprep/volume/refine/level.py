@@ -110,7 +110,7 @@ def cut_cells(points: FloatArray, lattice: Mapping[str, IntArray]) -> tuple[dict
     return out, ways
 
 
-@compiled(part=True)
+@compiled(inner=True, part=True)
 def _square(points: FloatArray, a: int, b: int) -> float:
     x, y, z = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     return float(x * x + y * y + z * z)
