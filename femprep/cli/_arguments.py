@@ -38,6 +38,10 @@ LongAxis = Annotated[
     list[str] | None,
     option(ImageOptions, "long_axis", panel=INPUT, default="none; repeatable", metavar="FILE[:...]"),
 ]
+Contours = Annotated[
+    list[str] | None,
+    option(ImageOptions, "contours", panel=INPUT, default="none; repeatable", metavar="FILE[:...]"),
+]
 LeaveOut = Annotated[
     list[int] | None, option(ImageOptions, "leave_out", panel=INPUT, default="none; repeatable", metavar="N")
 ]

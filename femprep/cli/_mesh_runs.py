@@ -8,13 +8,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from femprep.cli._names import mesh_names, require_output, sequence_names
+from femprep.errors import OptionError
 from femprep.model.image_file import ImageFile, piece_of
 from femprep.options import Options
+
+if TYPE_CHECKING:
+    from femprep.image import Segmentation
 
 #: File of a second label map, labels of its tissues, and images to sample by the name of their field.
 SecondImages = tuple[Path | None, dict[str, tuple[int | str, ...]], dict[str, Path]]
@@ -51,18 +55,26 @@ def mesh_own(
 def mesh_phases(
     paths: list[Path], out: Path, options: Options, *, quiet: bool, json: bool, images: Sequence[ImageFile] = ()
 ) -> int:
-    """Run the main job on the phases of one heart, files or frames of one; the exit status is 1 where a phase fails."""
+    """Run the main job on the phases of one heart, files or frames of one; the exit status is 1 where a phase fails.
+
+    Without paths, on the files of contours that the options name.
+    """
     require_output(out, options.formats)
 
     from femprep.cli._progress import bars
     from femprep.image import read_frames, read_segmentation
+    from femprep.image.reading.contours import contour_files
     from femprep.image.reading.long_axis import require_one_phase
     from femprep.image.underlay import read_under
     from femprep.model.stages import Stages
     from femprep.report.sequence_output import phase_names, write_sequence
     from femprep.sequence import mesh_sequence
 
-    require_one_phase(options.image.long_axis, len(paths))
+    drawn = [] if paths else list(contour_files(options.image.contours, options.image.frame))
+    if len(drawn) == 1:
+        raise OptionError("--sequence takes the contours of several phases, a file for each: --contours 'GPFile_*.txt'")
+    paths = paths or [path for path, _ in drawn]
+    require_one_phase(options.image.long_axis + (() if drawn else options.image.contours), len(paths))
     names = phase_names(paths)
     if len(paths) > 1:
         require_output(out, options.formats, partial(sequence_names, names))
@@ -70,7 +82,10 @@ def mesh_phases(
     with bars(quiet or json) as progress:
         stages = Stages(progress)
         with stages("read"):
-            if len(paths) > 1:
+            if drawn:
+                phases = [contours.to_segmentation() for _, contours in drawn]
+                times = [float(number) for number in range(len(paths))]
+            elif len(paths) > 1:
                 phases = [read_segmentation(path, options.structures, options.preset, options.image) for path in paths]
                 times = [float(number) for number in range(len(paths))]
             else:
@@ -95,7 +110,7 @@ def mesh_phases(
 
 
 def mesh_file(
-    segmentation: Path | dict[str, list[Path]],
+    segmentation: Path | dict[str, list[Path]] | None,
     out: Path,
     options: Options,
     *,
@@ -104,7 +119,10 @@ def mesh_file(
     second: SecondImages = (None, {}, {}),
     image: ImageFile | None = None,
 ) -> int:
-    """Run the main job on one file and print its summary; the exit status is 1 where the quality check fails."""
+    """Run the main job on one file and print its summary; the exit status is 1 where the quality check fails.
+
+    Without a file, on the contours that the options name.
+    """
     require_output(out, options.formats, partial(mesh_names, solve=options.solve))
 
     from femprep.cli._progress import bars
@@ -117,6 +135,8 @@ def mesh_file(
         with stages("read"):
             if isinstance(segmentation, dict):
                 seg, source = read_masks(segmentation, options=options.image), None
+            elif segmentation is None:
+                source, seg = read_contours_alone(options)
             else:
                 seg = read_segmentation(segmentation, options.structures, options.preset, options.image)
                 source = segmentation
@@ -129,6 +149,22 @@ def mesh_file(
         run = replace(run, seconds={**stages.seconds, **run.seconds})
         manifest = write_run(run, out, source=source, image=shown, command=typed(), progress=progress)
     return _told(run, manifest, out, quiet=quiet, json=json)
+
+
+def read_contours_alone(options: Options) -> tuple[Path, Segmentation]:
+    """The file of contours that options name in place of a label map, and its labels.
+
+    Raises
+    ------
+    FileError, InputError, OptionError
+    """
+    from femprep.image.reading.contours import contour_files
+
+    found = list(contour_files(options.image.contours, options.image.frame))
+    if len(found) > 1:
+        raise OptionError(f"--contours names {len(found)} files; add --sequence where they are phases of one heart")
+    path, contours = found[0]
+    return path, contours.to_segmentation()
 
 
 def _read_second(second: SecondImages, options: Options) -> dict[str, Any]:

@@ -55,6 +55,7 @@ def mesh_options(
     leave_out: shared.LeaveOut = None,
     correct_shifts: shared.CorrectShifts = None,
     long_axis: shared.LongAxis = None,
+    contours: shared.Contours = None,
     fill_papillary: shared.FillPapillary = None,
     flip: Annotated[bool | None, option(Options, "flip", "--flip", panel=INPUT)] = None,
     sequence: Annotated[
@@ -84,7 +85,7 @@ def mesh_options(
         str | None,
         typer.Option(
             help="X,Y,Z,NX,NY,NZ: the base plane by a point and its normal away from the apex, mm LPS, in place of the "
-            "one that the labels show.",
+            "one that the labels show; or annulus: the plane through the mitral annulus that long-axis views show.",
             rich_help_panel=WALL,
         ),
     ] = None,
@@ -172,7 +173,7 @@ def mesh_options(
         "conforming": conforming or None,
         "wall__policy": policy,
         "export__pressure": parse_pressure(pressure),
-        "wall__base": parse_plane(base),
+        "wall__base": parse_plane(base, "annulus"),
         "wall__valves": parse_valves(valve),
         "volume__order": int(order) if order in ("1", "2") else order,
         **{
@@ -279,13 +280,18 @@ def mesh(
         if given["sequence"] or given["structure"] or given["preset"]:
             raise OptionError("surfaces name themselves; leave --sequence, --structure and --preset out")
         return mesh_own(surfaces, out, mesh_options(**given), quiet=quiet, json=json, second=second)
-    if bool(maps) == bool(masks):
-        raise OptionError("give either a label map or masks (--mask lv=FILE --mask myo=FILE), and one of them at least")
+    alone = bool(given["contours"]) and not maps and not masks
+    if (maps and masks) or not (maps or masks or alone):
+        raise OptionError("give either a label map, masks (--mask lv=FILE --mask myo=FILE) or --contours FILE")
+    if given["contours"] and masks:
+        raise OptionError("--contours stand alone or beside a label map; leave the masks out")
+    if alone and (given["structure"] or given["preset"] or given["long_axis"]):
+        raise OptionError("contours name themselves; leave --structure, --preset and --long-axis out")
     if masks and (given["sequence"] or given["structure"] or given["preset"]):
         raise OptionError("masks name their structures themselves; leave --sequence, --structure and --preset out")
     if len(maps) > 1 and not given["sequence"]:
         raise OptionError(f"{len(maps)} label maps given; add --sequence where they are phases of one heart")
-    if given["sequence"] and shown and len(maps) == 1:
+    if given["sequence"] and shown and (len(maps) == 1 or alone):
         raise OptionError("--image is one for each phase; give the phases as files of their own, or leave it out")
     if given["sequence"] and given["frame"] and len(maps) == 1:
         raise OptionError("--sequence takes all frames of a map and --frame one of them; leave one of the two out")
@@ -296,4 +302,6 @@ def mesh(
     if given["sequence"]:
         return mesh_phases(maps, out, options, quiet=quiet, json=json, images=shown)
     first = shown[0] if shown else None
-    return mesh_file(maps[0] if maps else masks, out, options, quiet=quiet, json=json, second=second, image=first)
+    return mesh_file(
+        maps[0] if maps else masks or None, out, options, quiet=quiet, json=json, second=second, image=first
+    )

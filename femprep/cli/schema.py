@@ -31,6 +31,7 @@ def schema_texts() -> dict[str, str]:
     from pydantic import BaseModel
 
     from femprep.cohort.records import CohortRecord
+    from femprep.image.contour_file import ContourFile
     from femprep.model.shared_records.transfer import TransferRecord
     from femprep.options import AnnotateOptions, Options
     from femprep.report.manifest import AnnotationManifest, RunManifest, SequenceManifest
@@ -39,6 +40,7 @@ def schema_texts() -> dict[str, str]:
     # Options are read, the records are written: a schema describes what stands in the file.
     kinds: dict[str, tuple[type[BaseModel], Literal["validation", "serialization"]]] = {
         "options.json": (Options, "validation"),
+        "contours.json": (ContourFile, "validation"),
         "annotate.json": (AnnotateOptions, "validation"),
         "annotation.json": (AnnotationManifest, "serialization"),
         "run.json": (RunManifest, "serialization"),

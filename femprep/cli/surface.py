@@ -11,12 +11,15 @@ from femprep.cli import _arguments as shared
 from femprep.cli._arguments import INPUT, OUTPUT, SURFACES
 from femprep.cli._configuration import parse_objects, parse_structures, read_options
 from femprep.cli._fields import by_path, option
+from femprep.errors import OptionError
 from femprep.options import SurfaceOptions
 
 
 def surface(
-    segmentation: Annotated[Path, typer.Argument(metavar="SEG", help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd.")],
     out: shared.Out,
+    segmentation: Annotated[
+        Path | None, typer.Argument(metavar="SEG", help="Label map: .nii, .nii.gz, .nrrd, .mha or .mhd.")
+    ] = None,
     preset: shared.Preset = None,
     structure: Annotated[
         list[str] | None, typer.Option(help="NAME=LABEL[,LABEL...], repeatable.", rich_help_panel=INPUT)
@@ -36,6 +39,7 @@ def surface(
     leave_out: shared.LeaveOut = None,
     correct_shifts: shared.CorrectShifts = None,
     long_axis: shared.LongAxis = None,
+    contours: shared.Contours = None,
     fill_papillary: shared.FillPapillary = None,
     config: shared.Config = None,
     vertices: shared.Vertices = None,
@@ -55,12 +59,17 @@ def surface(
     """
     changes = by_path(surface, locals())
     options = read_options(config, structures=parse_structures(structure), **changes)
-    from femprep.cli._mesh_runs import typed
+    from femprep.cli._mesh_runs import read_contours_alone, typed
     from femprep.cli._names import surface_names
     from femprep.cli._progress import bars
     from femprep.report.folder.output_folder import require_writable
 
-    objects = parse_objects(object, options.labels)
+    drawn = None
+    if segmentation is None:
+        if not contours or options.labels:
+            raise OptionError("give either a label map, or --contours FILE without --structure and --preset")
+        segmentation, drawn = read_contours_alone(options)
+    objects = parse_objects(object, options.labels if drawn is None else drawn.structures)
     require_writable(out, surface_names(objects))
 
     from femprep.image import read_segmentation
@@ -68,7 +77,7 @@ def surface(
     from femprep.report.output import write_surfaces
 
     with bars(quiet or json) as progress:
-        seg = read_segmentation(segmentation, options.structures, options.preset, options.image)
+        seg = drawn or read_segmentation(segmentation, options.structures, options.preset, options.image)
         fitted = fit_surfaces(seg, objects, options, progress)
         manifest = write_surfaces(fitted, out, source=segmentation, command=typed())
     if json:

@@ -127,7 +127,7 @@ def _make(subject: Subject, folder: Path) -> None:
     """The folder of a subject, as the commands ``mesh``, ``mesh --sequence`` and ``surface`` make it."""
     options = subject.options
     stages = Stages(None)
-    require_one_phase(options.image.long_axis, len(subject.images))
+    require_one_phase(options.image.long_axis + options.image.contours, len(subject.images))
     with stages("read"):
         maps = [read_segmentation(path, options.structures, options.preset, options.image) for path in subject.images]
         shown = [] if subject.kind == "surfaces" else [read_under(*one, options) for one in zip(maps, subject.shown)]

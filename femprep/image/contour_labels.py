@@ -29,9 +29,11 @@ _PAINT: Final = (
 #: Room around the contours, pixels.
 _ROOM: Final = 3
 #: Pixels of labels per pixel of the image: contours are known to less than a pixel.
-_FINER: Final = 2.0
+_FINER: Final = 1.5
 #: Short-axis planes may be tilted against each other by so much: 1 - cosine of 1 degree.
 _TILT: Final = 1.5e-4
+#: Of an end of the stack whose cavity's outline lies on no myocardium along more than this share, views know more.
+_OPEN: Final = 0.25
 #: A plane this near to a slice of the regular stack is that slice; share of the slice distance.
 _NEAR: Final = 0.1
 
@@ -52,6 +54,8 @@ def segmentation_of(contours: Contours, pixel: float | None) -> Segmentation:
         raise OptionError(f"pixel is {pixel!r} mm, expected a positive number")
     labels, grid, notices = _stack(short, lines, size, where)
     views = contours.views(pixel=size)
+    if any({"lv", "myo"} <= set(view.shown) for view in views):
+        notices += _clear_open_ends(labels)
     count = count_labels(labels)
     info = {
         "file": contours.source,
@@ -111,6 +115,25 @@ def _stack(
         return labels, grid, []
     words = f"short-axis planes are not equally spaced: slices {', '.join(between)} of a stack with {step:.1f} mm "
     return labels, grid, [Notice.of("assumed", f"{words}between slices are interpolated from their neighbours")]
+
+
+def _clear_open_ends(labels: IntArray) -> list[Notice]:
+    """Take the left ventricle out of end slices that pass through a valve, where myocardium does not close round it."""
+    found = []
+    for number in (0, labels.shape[2] - 1):
+        plane = labels[:, :, number]
+        cavity = plane == 1
+        beside = [np.roll(plane, step, axis=axis)[cavity] for axis in (0, 1) for step in (1, -1)]
+        edges = sum(int((own != 1).sum()) for own in beside)
+        if sum(int(((own != 1) & (own != 2)).sum()) for own in beside) > _OPEN * edges:
+            plane[cavity | (plane == 2)] = 0
+            found.append(str(number))
+    if not found:
+        return []
+    words = f"contours of the left ventricle in slice {', '.join(found)} of the stack were left out: its myocardium is "
+    return [
+        Notice.of("left out", f"{words}open, as where a slice passes through a valve; the views show what is there")
+    ]
 
 
 def views_of(contours: Contours, pixel: float | None) -> tuple[PlaneView, ...]:

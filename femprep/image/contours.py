@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from femprep.errors import InputError, quoted
+from femprep.errors import InputError, cannot_write, quoted
+from femprep.image.contour_file import file_of
 from femprep.image.contour_labels import segmentation_of, views_of
 from femprep.image.segmentation import Segmentation
 from femprep.image.views import PlaneView
@@ -241,7 +244,7 @@ class Contours(Immutable):
         Parameters
         ----------
         pixel : float, optional
-            Pixel size of the labels, mm; half of the plane's where not given.
+            Pixel size of the labels, mm; two thirds of the plane's where not given.
 
         Examples
         --------
@@ -259,8 +262,8 @@ class Contours(Immutable):
         Parameters
         ----------
         pixel : float, optional
-            Pixel size of the labels, mm; half of the planes' smallest where not given, because contours are known to
-            less than a pixel.
+            Pixel size of the labels, mm; two thirds of the planes' smallest where not given, because contours are known
+            to less than a pixel.
 
         Returns
         -------
@@ -277,6 +280,24 @@ class Contours(Immutable):
         Examples
         --------
         >>> fp.read_contours("GPFile_000.txt").to_segmentation()  # doctest: +SKIP
-        Segmentation(176 x 158 x 5 voxels of 0.703 x 0.703 x 17.7 mm: lv, myo, rv, rv_wall)
+        Segmentation(138 x 116 x 5 voxels of 0.938 x 0.938 x 17.7 mm: lv, myo, rv, rv_wall)
         """
         return segmentation_of(self, pixel)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a JSON file, which :func:`femprep.read_contours` reads; its schema is ``contours.json``.
+
+        Raises
+        ------
+        FileError
+            The file cannot be written.
+
+        Examples
+        --------
+        >>> fp.read_contours("GPFile_000.txt").save("contours.json")  # doctest: +SKIP
+        """
+        text = file_of(self).model_dump_json(indent=1)
+        try:
+            Path(path).write_text(text + "\n", encoding="utf-8")
+        except OSError as error:
+            raise cannot_write(f"file {os.fspath(path)!r}", error, "choose another place") from None

@@ -14,6 +14,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from femprep.image.left_out import leave_out_slices
 from femprep.image.mixed import find_jumps
 from femprep.image.segmentation import Segmentation
 from femprep.model import FloatArray, Immutable, IntArray, Notice, readonly, records
@@ -63,11 +64,12 @@ class SliceShifts(Immutable):
     index : (n,) array
         Numbers of the slices that hold a structure, increasing.
     shift : (n, 2) array
-        Displacement along the two in-plane axes of the grid, in their order, mm; zero where evidence is thin.
+        Displacement along the two in-plane axes of the grid, in their order, mm; zero where none are seen.
     deviation : (n,) array
-        Standard deviation of each of the two, mm; it holds the tilt of the whole heart, which labels do not tell.
+        Standard deviation of each of the two, mm; it holds what looks like a tilt or a bend of the whole heart.
     evidence : float
-        Twice the logarithm of the ratio of likelihoods with shifts and without; below 6 all shifts are zero.
+        Of the estimate from centroids, twice the logarithm of the ratio of likelihoods with shifts and without, below 6
+        all shifts are zero; of the joint one, squares of the shifts over their variances.
     zigzag : tuple of 2 floats
         Greatest in-plane distance of a structure's centroid from the middle of its neighbours', mm: as it is, and with
         the slices moved back.
@@ -77,6 +79,8 @@ class SliceShifts(Immutable):
         How the long-axis views are moved back.
     left_out : tuple of str
         Names of views that contradict all other planes.
+    slices_left_out : tuple of int
+        Slices that do; not in ``index``.
 
     Examples
     --------
@@ -94,6 +98,7 @@ class SliceShifts(Immutable):
     structures: tuple[str, ...]
     views: tuple[ViewMotion, ...] = ()
     left_out: tuple[str, ...] = ()
+    slices_left_out: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.index)
@@ -147,6 +152,7 @@ class SliceShifts(Immutable):
             "expected": round(self.expected, 2),
             "views": [{"view": v.name, "way": round(v.way, 2), "angle": round(v.angle, 2)} for v in self.views],
             "left_out": list(self.left_out),
+            "slices_left_out": list(self.slices_left_out),
             "notices": records(*self.notices),
         }
 
@@ -164,12 +170,14 @@ class SliceShifts(Immutable):
             line = (
                 "slices were moved back in their planes against breath-hold shifts of up to {amount}; "
                 f"expected residual {self.expected:.1f} mm rms; "
-                f"the largest zig-zag of a centroid fell from {self.zigzag[0]:.1f} to {self.zigzag[1]:.1f} mm; shifts "
+                f"largest zig-zag of a centroid {self.zigzag[0]:.1f} mm before, {self.zigzag[1]:.1f} mm after; shifts "
                 f"in mm along the image's in-plane axes, by slice: {moved}"
             )
             return Notice.of("moved", line, amount=self.largest, unit="mm")
-        why = f"expected residual {self.expected:.1f} mm rms" if self.views else f"evidence {self.evidence:.1f} of 6"
-        line = f"no slice was moved: the labels show no breath-hold shifts ({why})"
+        line = (
+            "no slice was moved: the labels show no breath-hold shifts beyond what an estimate would leave "
+            f"({self.expected:.1f} mm rms)"
+        )
         return Notice.of("moved", line, amount=0.0, unit="mm")
 
     @property
@@ -189,6 +197,12 @@ class SliceShifts(Immutable):
             line = (
                 f"long-axis view {name} was left out: its outlines contradict the slices and the other views wherever "
                 "it is moved; check that it shows the same heart in the same phase"
+            )
+            found.append(Notice.of("left out", line))
+        for k in self.slices_left_out:
+            line = (
+                f"slice {k} was left out and interpolated from its neighbours: wherever it is moved, its outlines "
+                "contradict the other slices; check its labels"
             )
             found.append(Notice.of("left out", line))
         return tuple(found)
@@ -251,14 +265,16 @@ def move_back(seg: Segmentation, shifts: SliceShifts) -> Segmentation:
         for view in seg.views
         if view.name not in shifts.left_out
     )
+    if shifts.slices_left_out:
+        seg = leave_out_slices(seg, shifts.slices_left_out)
     seg = replace(seg, info=info, views=views)
     if not shifts.largest:
         return seg
     axis = shifts.axis
     flat = [a for a in range(3) if a != axis]
     count = seg.grid.shape[axis]
-    # Slices without a structure move with their nearest neighbour.
-    back = -np.stack([_nearest(shifts.index, shifts.shift[:, a], count) for a in range(2)], axis=1)
+    # Slices without a structure move with those next to them.
+    back = -np.stack([_every(shifts.index, shifts.shift[:, a], count) for a in range(2)], axis=1)
     pixels = np.rint(back / seg.grid.spacing[flat]).astype(np.int64)
     room = int(np.abs(pixels).max())
     padding = [(0, 0) if a == axis else (room, room) for a in range(3)]
@@ -295,7 +311,7 @@ def scanned_places(seg: Segmentation, index: FloatArray) -> FloatArray:
     numbers = np.array([one["slice"] for one in record["slices"]])
     shift = np.array([one["shift"] for one in record["slices"]], dtype=np.float64)
     count = seg.grid.shape[axis]
-    every = [np.interp(index[:, axis], np.arange(count), _nearest(numbers, shift[:, a], count)) for a in range(2)]
+    every = [np.interp(index[:, axis], np.arange(count), _every(numbers, shift[:, a], count)) for a in range(2)]
     return np.asarray(places + np.stack(every, axis=1) @ seg.grid.direction[:, flat].T, dtype=np.float64)
 
 
@@ -343,7 +359,6 @@ def _zigzag(position: FloatArray) -> float:
     return float(np.linalg.norm(bend, axis=1).max(initial=0.0))
 
 
-def _nearest(index: IntArray, values: FloatArray, count: int) -> FloatArray:
-    """Values for all slices: those of the nearest slice that has one."""
-    nearest = np.abs(np.arange(count)[:, None] - index[None, :]).argmin(axis=1)
-    return np.asarray(values[nearest], dtype=np.float64)
+def _every(index: IntArray, values: FloatArray, count: int) -> FloatArray:
+    """Values for all slices: between those that have one interpolated, beyond them the last one's."""
+    return np.asarray(np.interp(np.arange(count), index, values))

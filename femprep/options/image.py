@@ -38,6 +38,12 @@ class ImageOptions(StageOptions):
         "FILE:NAME=LABEL[,NAME=LABEL...] where its labels are others than the stack's; a name with * is a pattern in "
         "the folder of the stack.",
     )
+    contours: tuple[str, ...] = Field(
+        (),
+        description="Files of contours, in place of a label map, or beside one, which gets their long-axis contours: "
+        "FILE (GPFile, Segment .mat, .cvi42wsx, RTSTRUCT, JSON), or FILE:lv=NAME[,epi=NAME...] with the names of a "
+        "structure set; a name with * is a pattern.",
+    )
     fill_papillary: bool = Field(
         False,
         description="Make papillary muscles that are labelled as wall, or not at all, part of the left ventricle's "

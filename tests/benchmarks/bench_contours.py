@@ -11,6 +11,8 @@ in mm of the contours' points to the surface, of the short-axis planes / of the 
     aligned    our surfaces after align_slices, contours moved with their slices and views
     unmoved    the same surfaces, contours as they are
 
+Contours of the left ventricle that were left out, because a slice passes through a valve, do not count for our
+surfaces.
 Points of the septum count for the right ventricle only, because biv-me's epicardium is that of both ventricles.
 Volumes are those inside of the closed surfaces, in mL.
 """
@@ -43,6 +45,17 @@ def outlines(contours: fp.Contours) -> Points:
             own[name] = np.concatenate([np.empty((0, 3)), *(one.points for one in contours.on(plane, name))])
         septum = {tuple(point) for point in own["rv"]}
         own["epi"] = np.array([p for p in own["epi"] if tuple(p) not in septum]).reshape(-1, 3)
+    return found
+
+
+def used(points: Points, short: set[str], seg: fp.Segmentation) -> Points:
+    """The points without those of contours in the stack that were left out."""
+    found = {plane: dict(own) for plane, own in points.items()}
+    for plane in short & set(points):
+        number = round(float(seg.grid.to_index(np.concatenate(list(points[plane].values())))[:, 2].mean()))
+        for name in OBJECTS:
+            if not np.isin(seg.labels[:, :, number], seg.numbers(name if name != "epi" else "myo")).any():
+                found[plane][name] = np.empty((0, 3))
     return found
 
 
@@ -120,6 +133,7 @@ def main() -> None:
         if own := theirs(asked.folder, phase):
             results["biv-me"] = row(points, short, own)
             show(phase, "biv-me", results["biv-me"])
+        points = used(points, short, seg)
         for way in asked.ways:
             shifts = fp.estimate_shifts(seg) if way == "aligned" else None
             surfaces, volumes = fit(seg if shifts is None else fp.align_slices(seg, shifts))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 import femprep as fp
 from femprep.mesh.search.closest import ClosestFinder
@@ -106,3 +107,28 @@ def test_views_bring_surfaces_nearer_to_the_truth():
         return ClosestFinder(found.points, found.triangles)(truth).distance.mean()
 
     assert off(seg) < 0.6 * off(alone)
+
+
+def test_slices_of_one_structure_alone_are_moved_back():
+    seg, shifts = heart(rms=3.0)
+    seg = fp.Segmentation(seg.labels, seg.grid, {"lv": seg.structures["lv"]})
+    found = fp.estimate_shifts(seg)
+    # A shift that varies slowly along the stack stays, as it looks like a bend of the heart.
+    assert left(found, shifts) < 0.7 * np.sqrt((np.var(shifts[found.index], axis=0)).sum())
+    assert 0.5 < left(found, shifts) / found.expected < 1.5
+
+
+def test_a_slice_that_contradicts_all_others_is_left_out_and_interpolated():
+    seg, _ = heart(rms=2.0)
+    labels = np.array(seg.labels)
+    wrong = int(np.median(np.flatnonzero(seg.mask("lv").any(axis=(0, 1)))))
+    # The slice is drawn too small.
+    middle = np.argwhere(labels[..., wrong] > 0).mean(axis=0)
+    labels[..., wrong] = ndimage.affine_transform(labels[..., wrong], np.eye(2) / 0.7, middle - middle / 0.7, order=0)
+    seg = fp.Segmentation(labels, seg.grid, {name: seg.structures[name] for name in ("lv", "rv", "myo")})
+    found = fp.estimate_shifts(seg)
+    assert found.slices_left_out == (wrong,)
+    aligned = fp.align_slices(seg, found)
+    areas = aligned.mask("lv").sum(axis=(0, 1))[wrong - 1 : wrong + 2]
+    assert areas.min() > 0.8 * areas.max()
+    assert any(f"slice {wrong} " in notice["what"] for notice in aligned.info["slice_shifts"]["notices"])

@@ -53,7 +53,8 @@ def require_one_phase(items: Sequence[str], phases: int) -> None:
     """
     if items and phases > 1:
         raise OptionError(
-            f"--long-axis names the views of one phase, and there are {phases}; --preset mnms2 or ukb finds each one's"
+            f"--long-axis and --contours name the views of one phase, and there are {phases}; --preset mnms2 or ukb "
+            "finds each one's"
         )
 
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from femprep.errors import InputError, OptionError
 from femprep.image.grid import Grid
 from femprep.image.reading.affine import choose_spacing, sizes, spacing_warning
+from femprep.image.reading.contours import views_beside
 from femprep.image.reading.dicom import is_dicom, read_dicom
 from femprep.image.reading.files import format_of
 from femprep.image.reading.itk import ImageContent, count_frames, read_content, skewed, write_image
@@ -146,11 +147,12 @@ def _with_views(
 ) -> Segmentation:
     """The segmentation with the long-axis views that were asked for, or that its data set has beside the stack."""
     files, notices = view_files(options.long_axis, file, preset)
-    if not files:
+    drawn, said = views_beside(options.contours, options.frame)
+    if not files and not drawn:
         return seg
     own = _names(structures, None) if preset is None else None
     views = [view for one in files for view in read_views(one.path, one.structures or own, preset, frame=options.frame)]
-    return replace(seg, views=tuple(views), info=noted(seg.info, *notices))
+    return replace(seg, views=(*views, *drawn), info=noted(seg.info, *notices, *said))
 
 
 def read_frames(

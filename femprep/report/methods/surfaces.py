@@ -61,15 +61,28 @@ def image(manifest: RunManifest) -> list[str]:
             f"; {listed([str(k) for k in drawn])} were interpolated from their neighbours [@raya1990]" if drawn else ""
         )
         found.append(f"Labels of slices {listed([str(k) for k in out])} were left out{anew}.")
-    if not manifest.options.image.correct_shifts:
+    moved = manifest.input.notes.get("slice_shifts", {})
+    if not manifest.options.image.correct_shifts and not moved:
         return found
-    slices = manifest.input.notes.get("slice_shifts", {}).get("slices", [])
-    most = max((math.hypot(*one["shift"]) for one in slices), default=0.0)
+    most = max((math.hypot(*one["shift"]) for one in moved.get("slices", [])), default=0.0)
     did = f"slices were moved back in their planes by up to {most:.1f} mm" if most else "none were found"
+    views = [one["view"] for one in moved.get("views", [])]
+    also = f" and of {len(views)} long-axis view{'s' if len(views) > 1 else ''} ({listed(views)})" if views else ""
+    if left_out := [*moved.get("left_out", []), *(f"slice {k}" for k in moved.get("slices_left_out", []))]:
+        did += (
+            f"; {listed(left_out)} contradicted the other planes and {'was' if len(left_out) == 1 else 'were'} left out"
+        )
+    how = (
+        "as those with which smooth surfaces of all structures agree best with all planes, the surfaces eliminated "
+        "from the normal equations and the scales of the shifts estimated from the data [@mackay1992]"
+    )
+    second = (
+        ", or from the centroids of all structures by a linear mixed model [@wahba1985; @lange1989], whichever leaves "
+        "the smaller expected residual"
+    )
+    left = f" (expected residual {moved['expected']:.1f} mm rms)" if "expected" in moved else ""
     found.append(
-        "Shifts of slices between breath-holds were estimated from the centroids of all structures in them by a linear "
-        "mixed model, its variances by restricted maximum likelihood [@wahba1985] and robustly by Student's "
-        f"distribution [@lange1989]; {did}."
+        f"Shifts of slices{also} between breath-holds were estimated {how}{'' if views else second}; {did}{left}."
     )
     return found
 

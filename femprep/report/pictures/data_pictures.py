@@ -13,6 +13,7 @@ from femprep.image.underlay import Underlay, lay_under, window
 from femprep.model import Notice, records
 from femprep.model.facets import facet_triangles
 from femprep.report.manifest import ImageRecord, file_sha256
+from femprep.report.pictures.aligned import shift_chart, view_pictures
 from femprep.report.pictures.colours import colour, structure_colour
 from femprep.report.pictures.long_axes import long_axis_pictures
 from femprep.report.pictures.overlay import Overlay
@@ -26,8 +27,10 @@ class DataPictures:
 
     Attributes
     ----------
-    slices, long_axes : list of str
+    slices, long_axes, views : list of str
         SVG; none of a run that began with surfaces.
+    shifts : str
+        SVG of the shifts by slice; empty where slices were not moved back.
     outlines, structures : dict
         Colour by the name of each line and of each filled area.
     limits : (float, float), optional
@@ -42,6 +45,8 @@ class DataPictures:
     structures: dict[str, str] = field(default_factory=dict)
     limits: tuple[float, float] | None = None
     total: int = 0
+    views: list[str] = field(default_factory=list)
+    shifts: str = ""
 
 
 def data_pictures(run: Run, under: Underlay | None = None) -> DataPictures:
@@ -74,6 +79,8 @@ def data_pictures(run: Run, under: Underlay | None = None) -> DataPictures:
         {name: structure_colour(name) for name in present},
         limits,
         int(np.ptp(marked[:, seg.stack_axis])) + 1 if len(marked) else 0,
+        view_pictures(seg, over),
+        shift_chart(moved) if (moved := seg.info.get("slice_shifts", {})).get("slices") else "",
     )
 
 

@@ -55,6 +55,11 @@ def _axes(seg: Segmentation) -> FloatArray:
     return np.asarray(seg.grid.direction[:, [a for a in range(3) if a != stack] + [stack]], dtype=np.float64)
 
 
+def long_axis(seg: Segmentation) -> FloatArray:
+    """Unit vector to the base; along the stack where it is not known."""
+    return _axes(seg)[:, 2]
+
+
 def _picture(
     seg: Segmentation, over: Overlay, title: str, middle: FloatArray, view: FloatArray, places: FloatArray
 ) -> str:

@@ -10,13 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from femprep.image.underlay import Underlay
-from femprep.model import FloatArray, IntArray
+from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.report.pictures.colours import colour
 from femprep.report.pictures.raster import png_address
 
 #: Layers from the lowest to the top; a page can leave each of them out.
-LAYERS: Final = ("image", "labels", "outlines", "off")
+LAYERS: Final = ("image", "labels", "planes", "outlines", "off")
 _OFF: Final = "#ff0000"
+_PLANE: Final = "#000000"
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +77,14 @@ class Drawing:
             f'<path d="{path}" stroke="{colour(name)}" fill="none" vector-effect="non-scaling-stroke"/>'
         )
 
+    def plane(self, segments: FloatArray) -> None:
+        """Draw where another slice or view crosses the picture, segments ``(k, 2, 2)``."""
+        path = "".join(f"M{a[0]:.2f} {a[1]:.2f}L{b[0]:.2f} {b[1]:.2f}" for a, b in segments - self._low)
+        self._layers["planes"].append(
+            f'<path d="{path}" stroke="{_PLANE}" stroke-width=".6" stroke-opacity=".5" '
+            'vector-effect="non-scaling-stroke"/>'
+        )
+
     def dots(self, places: FloatArray) -> None:
         """Mark places ``(n, 2)`` that lie off the labels."""
         path = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in places - self._low)
@@ -96,3 +105,11 @@ class Drawing:
             f'<svg{lit} viewBox="0 0 {size[0]:.2f} {size[1]:.2f}" width="{width}" role="img" aria-label="{label}">'
             f'<g transform="scale({self._unit[0]:.5f} {self._unit[1]:.5f})" stroke-width="1.4">{body}</g>{corner}</svg>'
         )
+
+
+def runs(mask: BoolArray) -> str:
+    """SVG path of a 2-D mask: one rectangle for each run of pixels."""
+    padded = np.pad(mask.T.astype(np.int8), ((0, 0), (1, 1)))
+    column, edge = np.nonzero(np.diff(padded, axis=1))  # the first pixel of a run and the first behind it, by turns
+    found = zip(column[::2].tolist(), edge[::2].tolist(), edge[1::2].tolist())
+    return "".join(f"M{a} {j}h{b - a}v1h{a - b}z" for j, a, b in found)

@@ -11,8 +11,9 @@ from femprep.image import Segmentation
 from femprep.image.underlay import greys
 from femprep.mesh.level_segments import level_segments
 from femprep.model import BoolArray, FloatArray
+from femprep.report.pictures.aligned import crossing
 from femprep.report.pictures.colours import structure_colour
-from femprep.report.pictures.overlay import Drawing, Overlay
+from femprep.report.pictures.overlay import Drawing, Overlay, runs
 
 #: Slices that are drawn at most: a page of more would not open from a mail.
 MOST: Final = 40
@@ -52,13 +53,17 @@ def slice_pictures(seg: Segmentation, over: Overlay) -> list[str]:
             places[:, across] = np.stack([columns.ravel(), rows.ravel()], axis=1)
             drawing.raster("image", greys(over.under.values(places), over.limits).reshape(columns.shape))
         for name, mask in masks.items():
-            path = _runs(mask[low[0] : high[0], low[1] : high[1], k])
+            path = runs(mask[low[0] : high[0], low[1] : high[1], k])
             if path:
                 drawing.fill("labels", path, structure_colour(name))
         for name, (_, triangles) in over.surfaces.items():
             index = indices[name]
             cut, segments = level_segments(index, triangles, index[:, axis] - (k + 1e-9))
             drawing.outline(name, cut[:, across][segments])
+        box = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]) - 0.5
+        for view in seg.views:
+            places = np.insert(box, axis, float(k), axis=1)
+            drawing.plane(crossing(box, (seg.grid.to_world(places) - view.origin) @ view.normal))
         drawing.dots(dots[np.rint(dots[:, axis]) == k][:, across])
         pictures.append(drawing.svg(_WIDTH, f"slice {k}", str(k)))
     return pictures
@@ -78,11 +83,3 @@ def _box(mask: BoolArray, margin: FloatArray) -> tuple[npt.NDArray[np.int64], np
     low = np.maximum(found.min(axis=0) - room, 0)
     high = np.minimum(found.max(axis=0) + 1 + room, mask.shape)
     return low, high
-
-
-def _runs(mask: BoolArray) -> str:
-    """SVG path of a 2-D mask: one rectangle for each run of pixels."""
-    padded = np.pad(mask.T.astype(np.int8), ((0, 0), (1, 1)))
-    column, edge = np.nonzero(np.diff(padded, axis=1))  # the first pixel of a run and the first behind it, by turns
-    runs = zip(column[::2].tolist(), edge[::2].tolist(), edge[1::2].tolist())
-    return "".join(f"M{a} {j}h{b - a}v1h{a - b}z" for j, a, b in runs)

@@ -65,7 +65,7 @@ class _Equations:
         self._start = np.cumsum([0, *(len(plane.motion) for plane in planes)])
         prior = np.concatenate([plane.prior**-2.0 for plane in planes])
         self._matrix = np.diag(prior)
-        self._right = -prior * np.concatenate([plane.motion for plane in planes])
+        self._right = -prior * np.concatenate([plane.motion - plane.guess for plane in planes])
 
     def crossing(self, one: int, other: int) -> None:
         """Two planes agree along the line where they cross.

@@ -20,6 +20,7 @@ from femprep.mesh.operations.tangential_smoothing import smooth_tangentially
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import unit_vectors
+from femprep.surface.alignment.bend import Bend
 from femprep.surface.alignment.planes import ImagePlane
 from femprep.surface.estimate.estimate import held_back
 
@@ -35,6 +36,8 @@ _NOISE, _ASLANT = 0.4, 1.0
 _FAR: Final = 3.0
 #: Weight of the end of a stack, a slice's distance wide.
 _END: Final = 0.1
+#: Steps in which a slice that is left out is moved onto the surfaces: from which distance outlines count less, mm.
+_PLACED: Final = (16.0, 16.0, 16.0, 8.0, 8.0, 4.0, 4.0, 2.0, 2.0, 1.0, 1.0, 1.0)
 #: Greatest change of a motion in one round: mm, and radians.
 _MOST: Final = 4.0
 #: Motions of usual size that are counted with those found, and how many times larger than usual motions may be.
@@ -71,11 +74,26 @@ class RoughSurface(NamedTuple):
 
 
 class Agreement(NamedTuple):
-    """Planes with their motions, their covariance, and the median distance of each plane's outlines, mm."""
+    """Planes with their motions, their covariance, each plane's median distance of outlines, mm, and the surfaces."""
 
     planes: list[ImagePlane]
     covariance: FloatArray
     misfit: FloatArray
+    bodies: list[RoughSurface]
+
+    def off(self, slice_: ImagePlane) -> float:
+        """Median distance of a further slice's outlines from the surfaces, mm, wherever it is moved in its plane."""
+        place = slice_.motion
+        finders = [ClosestFinder(body.points, body.triangles) for body in self.bodies]
+        for reach in _PLACED:
+            here = [_Evidence.of([replace(slice_, motion=place)], body.name).points for body in self.bodies]
+            away = np.concatenate([p - finder(p).points for finder, p in zip(finders, here)])
+            square = np.einsum("qk,qk->q", away, away)
+            along = away @ slice_.axes / np.sqrt(square + 1e-9)[:, None]
+            weight = 1.0 / (reach * reach + square)
+            matrix = (along * weight[:, None]).T @ along + 1e-6 * np.eye(2)
+            place = place - np.linalg.solve(matrix, (weight[:, None] * away).sum(axis=0) @ slice_.axes)
+        return float(np.sqrt(np.median(square)))
 
 
 class _Evidence(NamedTuple):
@@ -117,26 +135,28 @@ def agree(planes: list[ImagePlane], bodies: list[RoughSurface]) -> Agreement:
     """
     start = np.cumsum([0, *(len(plane.motion) for plane in planes)])
     scale = np.ones(len(planes))
+    bend = Bend.of(planes)
     for number, stiffness in enumerate(_STIFF):
         precision = np.concatenate([(one * plane.prior) ** -2.0 for one, plane in zip(scale, planes)])
         # Both ends of the stack in each object: they lie somewhere between two slices.
         ends = [12.0 / body.step**2 for body in bodies for _ in range(2)]
-        matrix = np.diag([*precision, *ends])
-        right = np.append(-precision * np.concatenate([plane.motion for plane in planes]), np.zeros(len(ends)))
+        matrix = np.diag([*precision, *ends, *bend.precision])
+        right = np.zeros(len(matrix))
+        right[: start[-1]] = -precision * np.concatenate([plane.motion - plane.guess for plane in planes])
         bent = [
-            _Bent.of(body, planes, start, (2 * k, len(ends)), stiffness, number >= _SPARING)
+            _Bent.of(body, planes, start, (2 * k, len(ends)), bend, stiffness, number >= _SPARING)
             for k, body in enumerate(bodies)
         ]
         for one in bent:
             matrix += one.matrix / _ALIKE
             right += one.right / _ALIKE
-        motion = np.linalg.solve(matrix, right)
-        motion *= min(1.0, _MOST / max(float(np.abs(motion).max()), _MOST))
+        motion: FloatArray = np.asarray(np.linalg.solve(matrix, right))
+        motion = motion * min(1.0, _MOST / max(float(np.abs(motion).max()), _MOST))
         bodies = [one.moved(motion) for one in bent]
         planes = [replace(p, motion=p.motion + motion[a:b]) for p, a, b in zip(planes, start, start[1:])]
         covariance = np.linalg.inv(matrix)[: start[-1], : start[-1]]
         scale = _scales(planes, np.split(np.diag(covariance), start[1:-1]))
-    return Agreement(planes, covariance, _misfits(planes, bodies))
+    return Agreement(planes, covariance, _misfits(planes, bodies), bodies)
 
 
 def _scales(planes: list[ImagePlane], variance: list[FloatArray]) -> FloatArray:
@@ -144,7 +164,7 @@ def _scales(planes: list[ImagePlane], variance: list[FloatArray]) -> FloatArray:
 
     Planes that are hardly displaced are then hardly moved.
     """
-    square = [(p.motion**2 + v) / p.prior**2 for p, v in zip(planes, variance)]
+    square = [((p.motion - p.guess) ** 2 + v) / p.prior**2 for p, v in zip(planes, variance)]
     scale = np.empty(len(planes))
     for own in ([not p.view for p in planes], [p.view for p in planes]):
         if any(own):
@@ -162,6 +182,7 @@ class _Bent(NamedTuple):
     right: FloatArray
     alone: FloatArray
     followed: FloatArray
+    bend: Bend
 
     @classmethod
     def of(
@@ -170,6 +191,7 @@ class _Bent(NamedTuple):
         planes: list[ImagePlane],
         start: IntArray,
         ends: tuple[int, int],
+        bend: Bend,
         stiffness: float,
         sparing: bool,
     ) -> _Bent:
@@ -190,6 +212,7 @@ class _Bent(NamedTuple):
         for k, plane in enumerate(planes):
             own = seen.plane == k
             jacobian[own, start[k] : start[k + 1]] = plane.jacobian(seen.points[own], normal[own])
+        jacobian = np.concatenate([jacobian, bend.heights(seen.points, normal)], axis=1)
         if len(body.ends):
             there, upward, rise = _feet(finder, shape, body.ends)
             pick, height = vstack([pick, there]).tocsr(), np.append(height, rise)
@@ -198,23 +221,25 @@ class _Bent(NamedTuple):
             upper = body.ends[:, body.axis] > points[:, body.axis].mean()
             moved = np.zeros((len(rise), count + more))
             moved[np.arange(len(rise)), count + first + upper] = along
+            moved = np.concatenate([moved, bend.heights(body.ends, upward)], axis=1)
             jacobian = np.concatenate([jacobian, moved])
         weighted = pick.multiply(weight[:, None]).tocsr()
         labels, pull = weighted.T @ pick, weighted.T @ height
-        bend = shape.lenient(_USUAL, _LEAST) if sparing else shape.stiffness
-        solver = Banded((labels + stiffness * (shape.change.T @ bend @ shape.change)).tocsr())
+        stiff = shape.lenient(_USUAL, _LEAST) if sparing else shape.stiffness
+        solver = Banded((labels + stiffness * (shape.change.T @ stiff @ shape.change)).tocsr())
         coupling = -(weighted.T @ jacobian)
-        solved = solver.solve(np.column_stack([coupling, pull - stiffness * (shape.change.T @ (bend @ shape.mean))]))
+        solved = solver.solve(np.column_stack([coupling, pull - stiffness * (shape.change.T @ (stiff @ shape.mean))]))
         followed, alone = solved[:, :-1], solved[:, -1]
         matrix = jacobian.T @ (weight[:, None] * jacobian) - coupling.T @ followed
         right = -jacobian.T @ (weight * height) - coupling.T @ alone
-        return cls(body._replace(points=points), shape.normals, matrix, right, alone, followed)
+        return cls(body._replace(points=points), shape.normals, matrix, right, alone, followed, bend)
 
     def moved(self, motion: FloatArray) -> RoughSurface:
         """The surface as the planes' motions leave it."""
         move = self.alone - self.followed @ motion
         move = move * held_back(move, self.body.triangles)
-        return self.body._replace(points=self.body.points + move[:, None] * self.normals)
+        points = self.bend.moved(self.body.points, motion[len(motion) - len(self.bend.precision) :])
+        return self.body._replace(points=points + move[:, None] * self.normals)
 
 
 def _feet(finder: ClosestFinder, shape: Curvature, points: FloatArray) -> tuple[Any, FloatArray, FloatArray]:

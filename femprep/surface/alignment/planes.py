@@ -41,6 +41,8 @@ class ImagePlane:
         what the plane shows is moved to where the heart is.
     middle : (3,) array
         The point it turns about, mm.
+    guess : (d,) array
+        Mean of the prior of its motion.
     """
 
     name: str
@@ -52,6 +54,7 @@ class ImagePlane:
     prior: FloatArray
     motion: FloatArray
     middle: FloatArray
+    guess: FloatArray
 
     @property
     def view(self) -> bool:
@@ -151,6 +154,5 @@ def _cut(
     cut = {key: mask[low[0] : high[0], low[1] : high[1]] for key, mask in masks.items()}
     prior = np.array(SLICE_PRIOR if number >= 0 else VIEW_PRIOR)
     middle = origin + axes @ (seen.mean(axis=0) * spacing)
-    return ImagePlane(
-        name, number, origin + axes @ (low * spacing), axes, spacing, cut, prior, np.zeros(len(prior)), middle
-    )
+    still = np.zeros(len(prior))
+    return ImagePlane(name, number, origin + axes @ (low * spacing), axes, spacing, cut, prior, still, middle, still)

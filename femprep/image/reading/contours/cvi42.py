@@ -56,7 +56,7 @@ def read(path: Path, phase: int | None, images: Path | None) -> Contours:
     if drawn and not here:
         raise FileError(
             f"{path}: none of the {len(drawn)} images that it holds contours of is in {folder} (SOPInstanceUID "
-            f"{next(iter(drawn))}...); give the folder of their DICOM images with images"
+            f"{next(iter(drawn))}...); put the folder of their DICOM images beside it, or name it (images in Python)"
         )
     notices = []
     if missing := len(drawn) - len(here):

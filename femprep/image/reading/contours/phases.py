@@ -51,9 +51,10 @@ def contours_at(path: Path, planes: Sequence[DrawnPlane], phase: int | None, not
     there = sorted({frame for plane in planes if plane.frames == frames for frame in plane.drawn})
     shown = ", ".join(map(str, there))
     if phase is None and len(there) > 1:
-        raise OptionError(f"{path}: holds contours of phases {shown}; choose one with phase")
+        choice = f"choose one, as in phase={there[0]} (in Python) or --frame {there[0] + 1}"
+        raise OptionError(f"{path}: holds contours of phases {shown}, counted from 0; {choice}")
     if phase is not None and phase not in there:
-        raise OptionError(f"{path}: holds no contours of phase {phase}; phases there: {shown}")
+        raise OptionError(f"{path}: holds no contours of phase {phase}; phases there, counted from 0: {shown}")
     at = there[0] if phase is None else phase
     kept, contours, moved, missing = [], [], [], []
     for plane, number, drawn in planes:

@@ -42,7 +42,7 @@ _NAMES: Final = {
 #: How far points lie off the plane of their contour, mm: coordinates are rounded.
 _FLAT: Final = 0.5
 #: Bounds of a pixel size taken from the distance of points, mm.
-_PIXELS: Final = (0.7, 2.0)
+_PIXELS: Final = (0.5, 1.5)
 
 
 def read(path: Path, phase: int | None, images: Path | None, structures: Mapping[str, str] | None = None) -> Contours:
@@ -99,7 +99,7 @@ def _line(contour: Any) -> tuple[FloatArray, bool]:
 def _matched(path: Path, there: list[str], names: Mapping[str, str] | None) -> dict[str, str]:
     """Surfaces by the names of their structures."""
     shown = ", ".join(map(repr, there)) or "none"
-    question = f"{path}: name the structures of its surfaces, as in structures={{'lv': 'LV_ENDO', 'epi': 'LV_EPI'}}"
+    question = f"{path}: name the structures of its surfaces, as in --contours FILE:lv=LV_ENDO,epi=LV_EPI"
     for surface, name in (names or {}).items():
         if surface not in SURFACES + LANDMARKS:
             raise OptionError(f"{path}: surface {surface!r} is unknown, known: {', '.join(SURFACES + LANDMARKS)}")
@@ -142,7 +142,7 @@ def _planes(path: Path, lines: list[FloatArray], pixel: float) -> list[ContourPl
         axes = np.column_stack([first, np.cross(normal, first)])
         corner = axes @ product(np.concatenate(inside), axes).min(axis=0)
         for k, height in enumerate(middles):
-            name = f"slice {k + 1}" if number == 0 else f"view {number}, slice {k + 1}"
+            name = f"slice {k + 1}" if number == 0 else f"view {number}" + f", slice {k + 1}" * (len(middles) > 1)
             origin = corner + height * normal
             planes.append(ContourPlane(name, origin, axes, np.full(2, pixel), thickness, number == 0))
     return planes

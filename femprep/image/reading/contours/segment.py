@@ -66,7 +66,8 @@ def _planes(path: Path, stacks: list[dict[str, Any]]) -> tuple[list[DrawnPlane],
         times, slices = (max(int(np.ravel(stack[name])[0]), 1) for name in ("TSize", "ZSize"))
         view = str(stack.get(_VIEW) or "view")
         for k in range(slices):
-            name = f"{view}, slice {k + 1}" if n == most else f"{view} of stack {n + 1}, slice {k + 1}"
+            name = view if n == most else f"{view} of stack {n + 1}"
+            name += f", slice {k + 1}" * (slices > 1)
             origin = where - k * (thick + gap) * np.cross(along, across)
             axes = np.column_stack([along, across])
             plane = ContourPlane(name, origin, axes, np.array([column, row]), thick, n == most)
