@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -66,6 +67,7 @@ def segmentation_of(contours: Contours, pixel: float | None) -> Segmentation:
         "notices": records(*contours.notices, *notices),
     }
     structures = {name: (number,) for _, name, number in reversed(_PAINT) if number in count}
+    grid = replace(grid, drawn_pixel=float(min(plane.spacing.min() for plane in drawn)))
     return Segmentation(labels, grid, structures, info, views=views)
 
 

@@ -41,6 +41,9 @@ class Grid(Immutable):
         right against each other by broken pixels. Between slices the offset is interpolated.
     stack : int, optional
         Axis across the slices where voxel sizes do not tell: it counts among the axes with the largest size alone.
+    drawn_pixel : float, optional
+        Pixel size of the image in which the labels were drawn, mm, where theirs is smaller (contours filled with
+        labels).
 
     Examples
     --------
@@ -55,6 +58,7 @@ class Grid(Immutable):
     direction: FloatArray
     offsets: FloatArray | None = None
     stack: int | None = None
+    drawn_pixel: float | None = None
 
     def __post_init__(self) -> None:
         shape = tuple(np.atleast_1d(integers(self.shape, "grid shape")).tolist())
@@ -269,7 +273,7 @@ class Grid(Immutable):
         origin = self.regular.to_world(np.asarray(first, dtype=float))
         axis = self.stack_axis
         offsets = None if self.offsets is None else self.offset_at(first[axis] + np.arange(shape[axis]))
-        return Grid(shape, self.spacing, origin, self.direction, offsets, self.stack)
+        return replace(self, shape=shape, origin=origin, offsets=offsets)
 
 
 def require_grid(grid: Grid) -> None:

@@ -164,7 +164,7 @@ def _gather(
     records: list[FidelityRecord] = []
     off: dict[str, FloatArray] = {}
     for name, points, triangles, outline in jobs:
-        pixel = outline.obj.grid.pixel
+        pixel = outline.obj.grid.drawn_pixel or outline.obj.grid.pixel
         slices = _slices(points, triangles, outline, list(cutting(outline.facets, planes).values()), grid)
         if not slices:
             continue
