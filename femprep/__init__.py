@@ -63,6 +63,8 @@ _HOMES = {
     "ActivationOptions": "femprep.options",
     "AnnotateOptions": "femprep.options",
     "find_base": "femprep.wall",
+    "find_annulus": "femprep.wall",
+    "Annulus": "femprep.wall",
     "find_apex": "femprep.wall",
     "extend_apex": "femprep.wall",
     "find_common_base": "femprep.wall",

@@ -243,15 +243,17 @@ def parse_point(text: str, name: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def parse_plane(text: str | None) -> tuple[float, ...] | None:
-    """A plane given as ``X,Y,Z,NX,NY,NZ``.
+def parse_plane(text: str | None, *words: str) -> tuple[float, ...] | str | None:
+    """A plane given as ``X,Y,Z,NX,NY,NZ`` or by one of some words.
 
     Raises
     ------
     OptionError
         The text has another form.
     """
-    return None if text is None else _Form("base", "X,Y,Z,NX,NY,NZ", "--base 10,20,30,0,0,1").numbers(text, 6)
+    if text is None or text in words:
+        return text
+    return _Form("base", " or ".join(["X,Y,Z,NX,NY,NZ", *words]), "--base 10,20,30,0,0,1").numbers(text, 6)
 
 
 def parse_objects(items: Sequence[str] | None, labels: Mapping[str, Sequence[int | str]]) -> dict[str, tuple[str, ...]]:

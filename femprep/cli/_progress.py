@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rich.progress import Progress as Bars
+
     from femprep.model import Progress
 
 
@@ -21,15 +23,44 @@ def bars(quiet: bool) -> Iterator[Progress | None]:
     from rich.progress import Progress as Bars
 
     console = Console(stderr=True)
-    columns = (TextColumn("{task.description:<16}"), BarColumn(bar_width=30), TimeElapsedColumn())
-    with Bars(*columns, console=console, disable=not console.is_terminal) as drawn:
+    note = TextColumn("{task.fields[note]}")
+    columns = (TextColumn("{task.description:<16}"), BarColumn(bar_width=30), TimeElapsedColumn(), note)
+    with Bars(*columns, console=console, disable=not console.is_terminal) as drawn, _noted(drawn):
         tasks = {}
 
         def report(stage: str, fraction: float) -> None:
             if stage not in tasks:
-                tasks[stage] = drawn.add_task(stage, total=1.0)
+                tasks[stage] = drawn.add_task(stage, total=1.0, note="")
             # A negative fraction is a sign of life from a backend that tells no progress.
             if fraction >= 0.0:
                 drawn.update(tasks[stage], completed=fraction)
 
         yield report
+
+
+@contextmanager
+def _noted(drawn: Bars) -> Iterator[None]:
+    """Write beside the last bar that kernels are compiled, while they are."""
+    from numba.core import event
+
+    class Compiling(event.Listener):  # type: ignore[misc]
+        depth = 0
+
+        def on_start(self, event: object) -> None:
+            self._go(1, 0, "compiling kernels, first run only")
+
+        def on_end(self, event: object) -> None:
+            self._go(-1, 1, "")
+
+        def _go(self, step: int, outermost: int, note: str) -> None:
+            # A kernel's parts are compiled while it is.
+            if self.depth == outermost and drawn.task_ids:
+                drawn.update(drawn.task_ids[-1], note=note, refresh=True)
+            self.depth += step
+
+    listener = Compiling()
+    event.register("numba:compile", listener)
+    try:
+        yield
+    finally:
+        event.unregister("numba:compile", listener)

@@ -85,7 +85,7 @@ def mesh_options(
         str | None,
         typer.Option(
             help="X,Y,Z,NX,NY,NZ: the base plane by a point and its normal away from the apex, mm LPS, in place of the "
-            "one that the labels show.",
+            "one that the labels show; or annulus: the plane through the mitral annulus that long-axis views show.",
             rich_help_panel=WALL,
         ),
     ] = None,
@@ -173,7 +173,7 @@ def mesh_options(
         "conforming": conforming or None,
         "wall__policy": policy,
         "export__pressure": parse_pressure(pressure),
-        "wall__base": parse_plane(base),
+        "wall__base": parse_plane(base, "annulus"),
         "wall__valves": parse_valves(valve),
         "volume__order": int(order) if order in ("1", "2") else order,
         **{

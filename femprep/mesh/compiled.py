@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import logging
 import os
-import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache, wraps
-from importlib import import_module
 from inspect import signature
-from typing import Any, Final
+from itertools import pairwise
+from typing import Any
 
 import numba
 import numpy as np
@@ -17,14 +17,9 @@ from numba.core.caching import FunctionCache
 
 _log = logging.getLogger(__name__)
 
-#: Held while a kernel runs on several threads: not every library that numba spreads loops by bears two at a time.
-_SPREAD: Final = threading.Lock()
-#: What tells OpenMP how threads without work wait.
-_WAITING: Final = "OMP_WAIT_POLICY"
-
 
 def compiled(
-    parallel: bool = False, part: bool = False, writes: str | None = None
+    grain: int | None = None, inner: bool = False, part: bool = False, writes: str | None = None
 ) -> Callable[[Callable[..., Any]], Any]:
     """Compile a kernel with numba and keep the machine code for the next process.
 
@@ -35,8 +30,13 @@ def compiled(
 
     Parameters
     ----------
-    parallel : bool
-        Spread ``prange`` loops over threads. One such kernel runs at a time; another kernel cannot call it.
+    grain : int, optional
+        Run the kernel on several threads. Its first two parameters are the numbers of the first item and of the one
+        after the last; it is called with the number of all items in their place. A thread gets at least so many items
+        at a time. numba's own parallel loops would compile every kernel twice. Another kernel cannot call it.
+    inner : bool
+        Only other kernels call this function: what Python would need to call it is not compiled, and its calls raise
+        TypeError.
     part : bool
         This function is only a part of other kernels: it becomes one with each of them. Without that, a kernel that
         has just been compiled may call another version of it than the one read back from disk.
@@ -48,25 +48,33 @@ def compiled(
     # numpy's error model: x / 0 is infinite. Python's would test each divisor, and a loop with a test in it is not
     # vectorised.
     settings: dict[str, Any] = {
-        "parallel": parallel,
         # Never: sums that may be reordered are summed as wide as the processor is, and fused with products where it
         # can, so that no two machines agree.
         "fastmath": False,
         "error_model": "numpy",
         "forceinline": part,
         "nogil": True,
+        "no_cfunc_wrapper": True,
+        "no_cpython_wrapper": inner,
     }
 
     def decorate(function: Callable[..., Any]) -> Any:
         kernel = numba.njit(**settings)(function)
+        if inner:  # numba would call an address that is none
+            kernel._compile_for_args = _refuse
+            kernel.add_overload = lambda made: kernel.overloads.update({tuple(made.signature.args): made})
         try:
             kernel._cache = _Kept(function)
         except RuntimeError as error:
             _log.info("compiled code of %s is not kept: %s", function.__name__, error)
-        call = _alone(kernel) if parallel else kernel
-        return call if writes is None else _reading(call, function, writes.split())
+        call = kernel if grain is None else _on_threads(kernel, grain)
+        return call if writes is None else _reading(call, function, writes.split(), 0 if grain is None else 1)
 
     return decorate
+
+
+def _refuse(*args: Any, **names: Any) -> None:
+    raise TypeError("only compiled kernels can call this one")
 
 
 class _Kept(FunctionCache):  # type: ignore[misc]
@@ -80,21 +88,36 @@ class _Kept(FunctionCache):  # type: ignore[misc]
             _log.warning("compiled code cannot be kept in %s: %s", self.cache_path, error.strerror or error)
 
 
-def _alone(kernel: Callable[..., Any]) -> Callable[..., Any]:
-    """The kernel, run while no other one of its kind does."""
+def _on_threads(kernel: Callable[..., None], grain: int) -> Callable[..., None]:
+    """The kernel, called with a number of items, its items in pieces on as many threads as numba may use."""
 
     @wraps(kernel)
-    def call(*args: Any) -> Any:
-        with _SPREAD:
-            _wait_asleep()
-            return kernel(*args)
+    def call(count: int, *args: Any) -> None:
+        threads = numba.config.NUMBA_NUM_THREADS
+        # More pieces than threads: where some take longer, no thread waits for long.
+        pieces = min(4 * threads, count // grain)
+        if threads == 1 or pieces < 2:
+            kernel(0, count, *args)
+            return
+        ends = [count * k // pieces for k in range(pieces + 1)]
+        running = [_pool(os.getpid(), threads).submit(kernel, *piece, *args) for piece in pairwise(ends)]
+        for piece in running:
+            piece.result()
 
     return call
 
 
-def _reading(kernel: Callable[..., Any], function: Callable[..., Any], writes: list[str]) -> Callable[..., Any]:
+@cache
+def _pool(process: int, threads: int) -> ThreadPoolExecutor:
+    """Threads that wait for pieces of work; a process that was forked has none of its parent's."""
+    return ThreadPoolExecutor(threads, thread_name_prefix=f"femprep-{process}")
+
+
+def _reading(
+    kernel: Callable[..., Any], function: Callable[..., Any], writes: list[str], skipped: int
+) -> Callable[..., Any]:
     """The kernel, given what it does not write to as arrays that cannot be written."""
-    names = list(signature(function).parameters)
+    names = list(signature(function).parameters)[skipped:]
     written = {names.index(name) for name in writes}
 
     @wraps(function)
@@ -111,22 +134,3 @@ def _read_only(value: Any) -> Any:
         value = value.view()
         value.flags.writeable = False
     return value
-
-
-@cache
-def _wait_asleep() -> None:
-    """Have OpenMP's threads sleep while they wait for work, unless the user has told how they wait.
-
-    Else they spin for milliseconds after every kernel, of which a run has thousands: on a busy machine they took the
-    processor for two seconds out of six. OpenMP reads this once, when its library is loaded, so that it is told then;
-    nobody else's threads are meant.
-    """
-    if _WAITING in os.environ or "GOMP_SPINCOUNT" in os.environ:
-        return
-    os.environ[_WAITING] = "passive"
-    try:
-        import_module("numba.np.ufunc.omppool")
-    except ImportError:
-        _log.debug("numba has no OpenMP here")
-    finally:
-        os.environ.pop(_WAITING, None)

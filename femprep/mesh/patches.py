@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import prange
 
 from femprep.mesh.banded import SPARE, factorise, substitute
 from femprep.mesh.compiled import compiled
@@ -116,7 +115,7 @@ class PatchSurface:
         start = self.nearest(points) if near is None else np.array(near, dtype=np.int64)
         kind = np.zeros(len(points), dtype=np.int64) if flat is None else np.asarray(flat, dtype=np.int64)
         table = np.zeros((0, 4)) if planes is None else np.ascontiguousarray(planes, dtype=np.float64)
-        settle_all(points, normals, start, kind, table, self.arrays)
+        settle_all(len(points), points, normals, start, kind, table, self.arrays)
         return points, normals, start
 
 
@@ -135,17 +134,17 @@ def _rows(matrix: Any) -> IntArray:
 def _heights(points: FloatArray, frames: FloatArray, near: IntArray) -> FloatArray:
     """Coefficients ``(n, 9)`` of u, v, u^2, uv, v^2, u^3, u^2 v, u v^2, v^3 that fit the neighbours' heights."""
     found = np.zeros((len(points), 9))
-    _fit_heights(points, frames, near, found)
+    _fit_heights(len(points), points, frames, near, found)
     return found
 
 
-@compiled(parallel=True, writes="found")
-def _fit_heights(points: Any, frames: Any, near: Any, found: Any) -> None:
-    for i in prange(len(points)):
+@compiled(grain=64, writes="found")
+def _fit_heights(first: int, last: int, points: Any, frames: Any, near: Any, found: Any) -> None:
+    for i in range(first, last):
         _fit_height(points, frames[i], i, near[i], found[i])
 
 
-@compiled()
+@compiled(inner=True)
 def _fit_height(points: Any, frame: Any, i: int, near: Any, found: Any) -> None:
     """Weighted least squares, in lengths by the mean distance of the neighbours: nearer ones count more."""
     local = np.zeros((len(near), 3))
@@ -183,7 +182,7 @@ def _fit_height(points: Any, frame: Any, i: int, near: Any, found: Any) -> None:
         found[a] = right[0, a] / (1.0 if a < 2 else size if a < 5 else size * size)
 
 
-@compiled()
+@compiled(inner=True)
 def walk(x: float, y: float, z: float, near: int, points: Any, ring: Any) -> int:
     """The closest vertex, from one nearby: to closer neighbours until there is none."""
     best = (points[near, 0] - x) ** 2 + (points[near, 1] - y) ** 2 + (points[near, 2] - z) ** 2
@@ -203,7 +202,7 @@ def walk(x: float, y: float, z: float, near: int, points: Any, ring: Any) -> int
     return near
 
 
-@compiled()
+@compiled(inner=True)
 def project(
     x: float, y: float, z: float, near: int, points: Any, frames: Any, coefficients: Any, reach: Any, ring: Any
 ) -> tuple[float, float, float, float, float, float, int]:
@@ -264,7 +263,7 @@ def project(
     return x, y, z, nx, ny, nz, near
 
 
-@compiled()
+@compiled(inner=True)
 def settle(
     point: Any,
     normal: Any,
@@ -304,9 +303,11 @@ def settle(
     return near
 
 
-@compiled(parallel=True, writes="moving normals near")
-def settle_all(moving: Any, normals: Any, near: Any, flat: Any, planes: Any, surface: Any) -> None:
+@compiled(grain=128, writes="moving normals near")
+def settle_all(
+    first: int, last: int, moving: Any, normals: Any, near: Any, flat: Any, planes: Any, surface: Any
+) -> None:
     """Put all points onto their surface and planes, in place."""
     points, frames, coefficients, reach, ring = surface
-    for v in prange(len(moving)):
+    for v in range(first, last):
         near[v] = settle(moving[v], normals[v], near[v], flat[v], planes, points, frames, coefficients, reach, ring)

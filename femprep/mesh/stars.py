@@ -7,40 +7,35 @@ once, on any number of threads and with the same result.
 from __future__ import annotations
 
 import numpy as np
+import scipy.sparse as sp
 
 from femprep.mesh.compiled import compiled
 from femprep.model import BoolArray, IntArray
 
 
-@compiled(writes="")
 def stars(cells: IntArray, count: int) -> tuple[IntArray, IntArray]:
     """Elements around each point: those of point v are ``around[start[v]:start[v + 1]]``, ascending."""
-    corners = cells.shape[1]
-    start = np.zeros(count + 1, dtype=np.int64)
-    for i in range(len(cells)):
-        for j in range(corners):
-            start[cells[i, j] + 1] += 1
-    for v in range(count):
-        start[v + 1] += start[v]
-    place = start[:-1].copy()
-    around = np.empty(corners * len(cells), dtype=np.int64)
-    for i in range(len(cells)):
-        for j in range(corners):
-            v = cells[i, j]
-            around[place[v]] = i
-            place[v] += 1
-    return start, around
+    ends = np.arange(0, cells.size + 1, cells.shape[1])
+    table = sp.csr_array((np.ones(cells.size, dtype=np.bool_), cells.ravel(), ends), shape=(len(cells), count)).tocsc()
+    return table.indptr.astype(np.int64), table.indices.astype(np.int64)
 
 
-@compiled(writes="")
 def coloured(t: IntArray, start: IntArray, around: IntArray, nodes: IntArray) -> tuple[IntArray, IntArray]:
     """Points in the order of their colours, and where each colour begins.
 
     Greedy, in the order given: each point takes the first colour that no point of its star has.
     """
     colour = np.full(len(start) - 1, -1, dtype=np.int64)
-    taken = np.full(256, -1, dtype=np.int64)
-    used = 0
+    taken = np.full(t.shape[1] * int(np.diff(start).max(initial=0)) + 1, -1, dtype=np.int64)
+    _colour(t, start, around, nodes, colour, taken)
+    own = colour[nodes]
+    # In 16 bits: these are sorted in linear time.
+    return nodes[np.argsort(own.astype(np.uint16), kind="stable")], np.append(0, np.cumsum(np.bincount(own)))
+
+
+@compiled(writes="colour taken")
+def _colour(t: IntArray, start: IntArray, around: IntArray, nodes: IntArray, colour: IntArray, taken: IntArray) -> None:
+    """Colour points; ``taken`` has room for as many colours as a star has corners."""
     for n in range(len(nodes)):
         v = nodes[n]
         for k in range(start[v], start[v + 1]):
@@ -51,25 +46,16 @@ def coloured(t: IntArray, start: IntArray, around: IntArray, nodes: IntArray) ->
         c = 0
         while taken[c] == v:
             c += 1
-            if c == len(taken):
-                taken = np.concatenate((taken, np.full(len(taken), -1, dtype=np.int64)))
         colour[v] = c
-        used = max(used, c + 1)
-    first = np.zeros(used + 1, dtype=np.int64)
-    for n in range(len(nodes)):
-        first[colour[nodes[n]] + 1] += 1
-    for c in range(used):
-        first[c + 1] += first[c]
-    place = first[:-1].copy()
-    order = np.empty(len(nodes), dtype=np.int64)
-    for n in range(len(nodes)):
-        c = colour[nodes[n]]
-        order[place[c]] = nodes[n]
-        place[c] += 1
-    return order, first
 
 
-@compiled()
+def each_colour(colours: tuple[IntArray, IntArray]) -> list[IntArray]:
+    """The points of each colour, from what :func:`coloured` returns."""
+    order, first = colours
+    return np.split(order, first[1:-1])
+
+
+@compiled(inner=True)
 def mark_star(t: IntArray, start: IntArray, around: IntArray, v: int, fresh: BoolArray) -> None:
     """Note that a point moved: a search around any point of its star may now find more."""
     for k in range(start[v], start[v + 1]):

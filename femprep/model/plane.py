@@ -31,6 +31,8 @@ class Plane(Immutable):
         Where it comes from, for the run's record: ``"labels"``, ``"given"``...
     notices : tuple of Notice
         Why it does not lie where it would usually.
+    ring : (n, 3) array, optional
+        The annulus of a valve that it was laid through, a closed ring, mm LPS.
 
     Examples
     --------
@@ -43,6 +45,7 @@ class Plane(Immutable):
     normal: FloatArray
     source: str = "given"
     notices: tuple[Notice, ...] = ()
+    ring: FloatArray | None = None
 
     def __post_init__(self) -> None:
         normal, point = floats(self.normal, "plane normal"), floats(self.point, "plane point")
@@ -54,6 +57,8 @@ class Plane(Immutable):
             raise InputError(f"plane normal {normal.tolist()} has no direction; give a finite, non-zero vector")
         object.__setattr__(self, "point", readonly(self.point, np.float64, (3,), "plane point"))
         object.__setattr__(self, "normal", readonly(normal / length, np.float64, (3,), "plane normal"))
+        if self.ring is not None:
+            object.__setattr__(self, "ring", readonly(self.ring, np.float64, (None, 3), "ring of a plane"))
 
     def __repr__(self) -> str:
         place, way = (", ".join(f"{x + 0.0:.4g}" for x in array) for array in (self.point, self.normal))
@@ -69,7 +74,8 @@ class Plane(Immutable):
         'given'
         """
         told = {"point_mm": self.point.tolist(), "normal": self.normal.tolist(), "source": self.source}
-        return {**told, **({"notices": records(*self.notices)} if self.notices else {})}
+        ring = {} if self.ring is None else {"ring_mm": np.round(self.ring, 3).tolist()}
+        return {**told, **ring, **({"notices": records(*self.notices)} if self.notices else {})}
 
     @property
     def offset(self) -> float:

@@ -27,10 +27,10 @@ class WallOptions(LeastThickness):
         description="Which end of the stack is basal: found, or the first or last slice, which lays the base along the "
         "slices in cubic voxels, too.",
     )
-    base: tuple[float, float, float, float, float, float] | None = Field(
+    base: tuple[float, float, float, float, float, float] | Literal["annulus"] | None = Field(
         None,
         description="Base plane in place of the one that the labels show: point x, y, z and normal x, y, z away from "
-        "the apex; mm, LPS.",
+        "the apex, mm LPS; or annulus, the plane through the mitral annulus that long-axis views show.",
     )
     base_offset: float = Field(
         0.0, description="Move the base plane from where the labels put it, mm, positive towards the apex."

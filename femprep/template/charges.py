@@ -8,7 +8,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numba import prange
 
 from femprep.errors import InputError
 from femprep.mesh.compiled import compiled
@@ -140,48 +139,47 @@ def _spacing(count: int) -> float:
     return float(np.sqrt(8.0 * np.pi / (np.sqrt(3.0) * count)))
 
 
-@compiled(part=True)
-def _push(points: Any, others: Any, first: int, share: Any, force: Any) -> None:
-    """Half the sum of 1/d, and its gradient, over all other charges, for a block of charges.
+@compiled(grain=2)
+def _push(begin: int, end: int, points: Any, others: Any, share: Any, force: Any) -> None:
+    """Half the sum of 1/d, and its gradient, over all other charges, for each charge of some blocks.
 
     Vector units are filled with the block's charges, so that each one's sums run over the others in their order,
     whatever the processor's width. The block's room is one array: the compiler then knows that its parts do not
     overlap.
     """
-    count = min(_BLOCK, points.shape[0] - first)
-    room = np.zeros(_ROOM)
-    for i in range(_BLOCK):
-        at = first + min(i, count - 1)
-        room[_X + i] = points[at, 0]
-        room[_Y + i] = points[at, 1]
-        room[_Z + i] = points[at, 2]
-    for j in range(others.shape[1]):
-        x, y, z = others[0, j], others[1, j], others[2, j]
+    room = np.empty(_ROOM)
+    for first in range(begin * _BLOCK, end * _BLOCK, _BLOCK):
+        count = min(_BLOCK, points.shape[0] - first)
+        room[:] = 0.0
         for i in range(_BLOCK):
-            dx = x - room[_X + i]
-            dy = y - room[_Y + i]
-            dz = z - room[_Z + i]
-            squared = dx * dx + dy * dy + dz * dz
-            # The charge itself: no distance, no force.
-            near = 1.0 / np.sqrt(squared) if squared > 0.0 else 0.0
-            cube = near * near * near
-            room[_SUM + i] += near
-            room[_FX + i] += dx * cube
-            room[_FY + i] += dy * cube
-            room[_FZ + i] += dz * cube
-    for i in range(count):
-        share[first + i] = 0.5 * room[_SUM + i]
-        force[first + i, 0] = room[_FX + i]
-        force[first + i, 1] = room[_FY + i]
-        force[first + i, 2] = room[_FZ + i]
+            at = first + min(i, count - 1)
+            room[_X + i] = points[at, 0]
+            room[_Y + i] = points[at, 1]
+            room[_Z + i] = points[at, 2]
+        for j in range(others.shape[1]):
+            x, y, z = others[0, j], others[1, j], others[2, j]
+            for i in range(_BLOCK):
+                dx = x - room[_X + i]
+                dy = y - room[_Y + i]
+                dz = z - room[_Z + i]
+                squared = dx * dx + dy * dy + dz * dz
+                # The charge itself: no distance, no force.
+                near = 1.0 / np.sqrt(squared) if squared > 0.0 else 0.0
+                cube = near * near * near
+                room[_SUM + i] += near
+                room[_FX + i] += dx * cube
+                room[_FY + i] += dy * cube
+                room[_FZ + i] += dz * cube
+        for i in range(count):
+            share[first + i] = 0.5 * room[_SUM + i]
+            force[first + i, 0] = room[_FX + i]
+            force[first + i, 1] = room[_FY + i]
+            force[first + i, 2] = room[_FZ + i]
 
 
-@compiled(parallel=True)
-def _coulomb(points: Any, share: Any, force: Any) -> None:
+def _coulomb(points: FloatArray, share: FloatArray, force: FloatArray) -> None:
     """Half the potential at each charge, and the gradient of the whole energy."""
-    others = points.T.copy()
-    for block in prange((points.shape[0] + _BLOCK - 1) // _BLOCK):
-        _push(points, others, block * _BLOCK, share, force)
+    _push(-(-len(points) // _BLOCK), points, np.ascontiguousarray(points.T), share, force)
 
 
 def _neighbours(directions: FloatArray) -> tuple[FloatArray, FloatArray, float]:
@@ -199,11 +197,17 @@ def _neighbours(directions: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     return starts.astype(np.int64), np.ascontiguousarray(both[:, 1]), float(reach)
 
 
-@compiled(parallel=True)
 def _screened(starts: Any, columns: Any, reach: float, points: Any, share: Any, force: Any) -> None:
+    _push_near(len(points), starts, columns, reach, points, share, force)
+
+
+@compiled(grain=256)
+def _push_near(
+    first: int, last: int, starts: Any, columns: Any, reach: float, points: Any, share: Any, force: Any
+) -> None:
     """As _coulomb, with 1/d smoothly brought to zero at the reach: (1 - d^2/reach^2)^3 / d."""
     inverse = 1.0 / (reach * reach)
-    for i in prange(points.shape[0]):
+    for i in range(first, last):
         total = 0.0
         fx = 0.0
         fy = 0.0

@@ -189,7 +189,9 @@ def _fitted(seg: Segmentation, layout: Layout, options: Options, stages: Stages,
     for name, obj in layout.objects.items():
         with stages(f"surface {name}") as report:
             closed = name == outer and layout.apex is None
-            own = extend_apex(seg, obj, endo=fitted["lv"], options=options.wall) if closed else None
+            # Only the smooth surface follows views.
+            heart = seg if options.surface.method == "smooth" else replace(seg, views=())
+            own = extend_apex(heart, obj, endo=fitted["lv"], options=options.wall) if closed else None
             fitted[name] = fit_surface(obj, boundary=own, options=options.surface, progress=report)
     return fitted
 

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from femprep.errors import Advice, InputError
+from femprep.errors import Advice, InputError, OptionError
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import is_closed, volume
 from femprep.model import FloatArray, Notice, Plane, Surface, endocardium
@@ -16,6 +16,7 @@ from femprep.model.notice import spot
 from femprep.model.surface import require_cells
 from femprep.model.units import MILLIMETRES, check_size, guess_unit
 from femprep.options import WallOptions, choose, takes
+from femprep.options.advice import GIVE_BASE
 from femprep.surface.given.beyond import closed_beyond
 from femprep.surface.given.lid import without_lid
 from femprep.surface.given.mend import mended
@@ -138,6 +139,8 @@ def prepare_surfaces(
     for surface in ordered.values():
         require_cells(surface)
     unit, scale, notices = _unit(ordered, unit)
+    if chosen.base == "annulus":
+        raise OptionError("--base annulus needs labels with long-axis views", advice=[GIVE_BASE])
     if base is None and chosen.base is not None:
         base = Plane(np.array(chosen.base[:3]), np.array(chosen.base[3:]), "given")
     if base is not None and scale != 1.0:

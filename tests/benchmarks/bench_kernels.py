@@ -103,7 +103,7 @@ def rates(runs: int) -> None:
         pairs = len(points) * len(field.sources)
 
         def flow(u: Any = unit, v: Any = level, o: Any = out, c: Any = charges, n: int = steps) -> None:
-            kernels.flow(u, v, np.zeros(len(v)), n, *c, o)
+            kernels.flow(kernels.blocks(u), u, v, np.zeros(len(v)), n, *c, o)
 
         def plain(u: Any = unit, o: Any = out, c: Any = charges, n: int = steps) -> None:
             bare(u, *c, 4 * n, o)

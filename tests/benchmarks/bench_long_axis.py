@@ -343,6 +343,7 @@ def main() -> None:
     parser.add_argument("--seeds", nargs="+", type=int, default=list(range(8)))
     parser.add_argument("--variants", nargs="+", default=["aligned", "still", "as-is", "stack", "views", "4ch"])
     parser.add_argument("--turns", type=float, default=0.0, help="rotations of views, degrees rms about each axis")
+    parser.add_argument("--fixed", action="store_true", help="remove no rigid motion of all surfaces together")
     parser.add_argument("--through", type=float, default=0.0, help="motion of views across their planes, mm rms")
     parser.add_argument("--slices", type=float, default=3.0, help="displacement of slices in their plane, mm rms")
     parser.add_argument("--views", type=float, default=2.0, help="displacement of views in their plane, mm rms")
@@ -377,7 +378,7 @@ def main() -> None:
                     seg, true = align_slices(seg, shifts), one.shifts[shifts.index]
                     row = {"shift": residual(shifts.shift, true), "(line)": residual(shifts.shift, true, True)}
                     row["expected"] = shifts.expected
-                row |= distances(surfaces(seg, heart), truth)
+                row |= distances(surfaces(seg, heart), truth, rigid=not args.fixed)
                 rows.setdefault(variant, []).append(row)
                 print(f"{heart.name:8s} {seed:2d} {variant:8s}", shown(row), flush=True)
         for variant, found in rows.items():

@@ -70,7 +70,7 @@ def test_what_does_not_fit_is_refused_in_one_line(folder, tmp_path, capsys, more
 @pytest.mark.parametrize("anatomy", ["lv", "biv"])
 def test_contours_alone_make_a_heart(folder, tmp_path, anatomy):
     out = tmp_path / "out"
-    sizes = ["--anatomy", anatomy, "--edge-length", "6", "--vertices", "600", "--quiet"]
+    sizes = ["--anatomy", anatomy, "--edge-length", "4", "--quiet"]
     assert main(["mesh", "--contours", str(folder / "heart.json"), "-o", str(out), *sizes]) == 0
-    volumes = {name: fp.read_surface(path) for name, path in ((p.stem, p) for p in (out / "cavities").glob("*.vtp"))}
-    assert set(volumes) == ({"lv"} if anatomy == "lv" else {"lv", "rv"})
+    found = {path.stem for path in (out / "cavities").glob("*.vtp")}
+    assert found == ({"lv"} if anatomy == "lv" else {"lv", "rv"})

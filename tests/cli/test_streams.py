@@ -9,9 +9,11 @@ from pathlib import Path
 
 import pytest
 from meshes import truncated_ellipsoid
+from numba.core import event
 
 import femprep as fp
 from femprep.cli import main
+from femprep.cli._progress import bars
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="by a shell")
 
@@ -65,3 +67,17 @@ def test_a_working_folder_that_has_gone_is_one_line(
     assert main(["convert", str(mesh), "out.inp"]) == 2
     assert capsys.readouterr().err.startswith("femprep: error: the working folder cannot be used: No such file")
     assert main(["--help"]) == 0
+
+
+def test_the_progress_line_says_that_kernels_are_compiled(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("rich.console.Console.is_terminal", True)
+    with bars(quiet=False) as report:
+        report("surfaces", 0.0)
+        with event.trigger_event("numba:compile"), event.trigger_event("numba:compile"):
+            pass
+        report("surfaces", 1.0)
+    lines = capsys.readouterr().err.split("\r")
+    assert any("compiling" in line for line in lines)
+    assert "compiling" not in lines[-1]

@@ -1,47 +1,55 @@
-"""numba's kernels: kept for the next process, and beside each other by the plainest of its libraries for threads."""
+"""numba's kernels: kept for the next process, and run on several threads."""
 
 import errno
 import os
-import subprocess
-import sys
+from concurrent.futures import ThreadPoolExecutor
 from itertools import product
+from multiprocessing import get_context
 
+import numba
 import numpy as np
 import pytest
 from numba.core.caching import FunctionCache
 from numba.core.errors import NumbaError
 
 from femprep.mesh.compiled import compiled
-
-#: Two threads search at once; numba's own work queue ends the process where two kernels are spread at a time.
-_TWO_AT_ONCE = """
-import threading
-import numpy as np
+from femprep.mesh.measures.tetrahedra import tetra_volumes
 from femprep.mesh.search.closest import ClosestFinder
-points = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
-finder = ClosestFinder(points, np.array([(0, 1, 2)]))
-queries = np.random.default_rng(0).random((20000, 3))
-alone = finder(queries).distance
-found = []
-def search():
-    found.extend(finder(queries).distance for _ in range(20))
-threads = [threading.Thread(target=search) for _ in range(2)]
-for thread in threads:
-    thread.start()
-for thread in threads:
-    thread.join()
-assert len(found) == 40
-assert all(np.array_equal(distance, alone) for distance in found)
-"""
 
 
-@pytest.mark.slow
-def test_kernels_of_two_threads_are_spread_one_after_the_other():
-    layer = {"NUMBA_THREADING_LAYER": "workqueue", "NUMBA_NUM_THREADS": "2"}
-    done = subprocess.run(
-        [sys.executable, "-c", _TWO_AT_ONCE], env={**os.environ, **layer}, capture_output=True, text=True, timeout=300
-    )
-    assert done.returncode == 0, done.stderr
+def test_each_item_is_done_once_on_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    @compiled(grain=10, writes="out")
+    def add_numbers(first: int, last: int, out: np.ndarray) -> None:
+        for i in range(first, last):
+            out[i] += i
+
+    for threads in (1, 2, 5):
+        monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", threads)
+        for count in (0, 1, 19, 20, 1234):
+            out = np.zeros(count)
+            add_numbers(count, out)
+            assert (out == np.arange(count)).all()
+
+
+def test_kernels_of_several_threads_run_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 2)
+    points = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    finder = ClosestFinder(points, np.array([(0, 1, 2)]))
+    queries = np.random.default_rng(0).random((20000, 3))
+    alone = finder(queries).distance
+    with ThreadPoolExecutor(2) as pool:
+        found = list(pool.map(lambda _: finder(queries).distance, range(8)))
+    assert all(np.array_equal(distance, alone) for distance in found)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked here")
+def test_a_forked_process_has_threads_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 2)
+    points, cells = np.eye(4, 3), np.tile([(0, 1, 2, 3)], (40_000, 1))
+    before = tetra_volumes(points, cells)
+    with get_context("fork").Pool(1) as pool:
+        there = pool.apply_async(tetra_volumes, (points, cells)).get(timeout=60)
+    assert np.array_equal(there, before)
 
 
 def test_full_disk_keeps_no_machine_code_and_stops_nothing(monkeypatch, caplog):
@@ -56,34 +64,6 @@ def test_full_disk_keeps_no_machine_code_and_stops_nothing(monkeypatch, caplog):
 
     assert twice(21) == 42
     assert "cannot be kept" in caplog.text
-
-
-#: What the kernels' library for threads is told while it is loaded, and what the user's variables are afterwards.
-_ASLEEP = """
-import os
-import numpy as np
-from femprep.mesh.measures.tetrahedra import tetra_volumes
-told = []
-import femprep.mesh.compiled as room
-load = room.import_module
-room.import_module = lambda name: (told.append((name, os.environ.get("OMP_WAIT_POLICY"))), load(name))
-for _ in range(2):
-    tetra_volumes(np.eye(4, 3), np.array([(0, 1, 2, 3)]))
-print(told, os.environ.get("OMP_WAIT_POLICY"))
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("given", "found"),
-    [({}, "[('numba.np.ufunc.omppool', 'passive')] None"), ({"OMP_WAIT_POLICY": "active"}, "[] active")],
-)
-def test_threads_sleep_while_they_wait_unless_the_user_tells_them_how(given, found):
-    kept = {name: value for name, value in os.environ.items() if name not in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT")}
-    done = subprocess.run(
-        [sys.executable, "-c", _ASLEEP], env={**kept, **given}, capture_output=True, text=True, timeout=300
-    )
-    assert done.stdout.strip() == found, done.stderr
 
 
 def test_a_kernel_is_compiled_once_whatever_of_its_arrays_may_be_written(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -114,3 +94,18 @@ def test_what_a_kernel_does_not_say_it_writes_to_it_cannot() -> None:
 
     with pytest.raises(NumbaError, match="read"):
         spoil(np.zeros(3))
+
+
+def test_python_cannot_call_an_inner_kernel() -> None:
+    @compiled(inner=True)
+    def twice(x: float) -> float:
+        return 2.0 * x
+
+    @compiled()
+    def thrice(x: float) -> float:
+        return twice(x) + x
+
+    for _ in range(2):  # before it is compiled, and after
+        with pytest.raises(TypeError, match="only"):
+            twice(1.0)
+        assert thrice(1.0) == 3.0

@@ -94,21 +94,26 @@ class Ideal:
             Share of the ideal area below which areas are replaced by a positive function of them; 0: never, the sum is
             infinite where a triangle is folded.
         """
-        gradient, by_normal = np.zeros_like(points), np.zeros_like(points)
         each = np.empty(len(self.cells))
-        total = _measure(points, normals, self._arrays, size, delta, each, gradient, by_normal)
-        return float(total), gradient + np.einsum("nij,nj->ni", bend, by_normal)
+        total, slopes = self._measured(points, normals, size, delta, each)
+        # In the order of the points: it decides in which order sums are taken.
+        gradient, by_normal = (np.copy(x, order="F" if points.flags.fnc else "C") for x in slopes)
+        return total, gradient + np.einsum("nij,nj->ni", bend, by_normal)
 
     def each(self, points: FloatArray, normals: FloatArray, size: float) -> FloatArray:
         """The measure of each triangle ``(m,)``, not weighted; infinite for one that is folded."""
         each = np.full(len(self.cells), np.inf)
-        for_nothing = np.zeros_like(points), np.zeros_like(points)
-        _measure(points, normals, self._arrays, size, 0.0, each, *for_nothing)
+        self._measured(points, normals, size, 0.0, each)
         return each
 
-    @property
-    def _arrays(self) -> tuple[Any, ...]:
-        return self.cells, self.metric, self.area, self.weight, self.spanned
+    def _measured(
+        self, points: FloatArray, normals: FloatArray, size: float, delta: float, each: FloatArray
+    ) -> tuple[float, FloatArray]:
+        """The weighted sum, and its slopes by points and by normals ``(2, n, 3)``; ``each`` is filled in."""
+        slopes = np.zeros((2, *points.shape))
+        ideal = self.cells, self.metric, self.area, self.weight, self.spanned
+        rows = np.ascontiguousarray(points), np.ascontiguousarray(normals)  # one order: the kernel is compiled once
+        return float(_measure(*rows, ideal, size, delta, each, *slopes)), slopes
 
     def least(self, points: FloatArray, normals: FloatArray) -> float:
         """The least area as a share of the ideal one, negative where a triangle is folded."""

@@ -29,7 +29,7 @@ _EDGES = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
 _UPRIGHT = 2
 
 
-@compiled(part=True)
+@compiled(inner=True, part=True)
 def sides_and_normal(x: Any, i: int, j: int, k: int) -> Any:
     """Edges from node i to j and to k, and their cross product: twice the area, along the triangle's normal."""
     ax = x[j, 0] - x[i, 0]

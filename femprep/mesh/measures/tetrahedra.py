@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from femprep.mesh.compiled import compiled
@@ -30,20 +29,20 @@ def tetra_measures(points: FloatArray, cells: IntArray) -> dict[str, FloatArray]
         As from ``volume_elements.element_measures``.
     """
     table = np.empty((len(NAMES), len(cells)))
-    _measure(np.ascontiguousarray(points), np.ascontiguousarray(cells), table)
+    _measure(len(cells), np.ascontiguousarray(points), np.ascontiguousarray(cells), table)
     return dict(zip(NAMES, table))
 
 
 def tetra_volumes(points: FloatArray, cells: IntArray) -> FloatArray:
     """Volume of each of tetrahedra ``(m, 4)`` with straight edges, ``(m,)`` mm3: bit for bit the measure's."""
     out = np.empty(len(cells))
-    _volumes(np.ascontiguousarray(points), np.ascontiguousarray(cells), out)
+    _volumes(len(cells), np.ascontiguousarray(points), np.ascontiguousarray(cells), out)
     return out
 
 
-@compiled(parallel=True, writes="out")
-def _volumes(p: FloatArray, t: IntArray, out: FloatArray) -> None:
-    for i in numba.prange(len(t)):
+@compiled(grain=16384, writes="out")
+def _volumes(first: int, last: int, p: FloatArray, t: IntArray, out: FloatArray) -> None:
+    for i in range(first, last):
         a, b, c, d = t[i, 0], t[i, 1], t[i, 2], t[i, 3]
         ux, uy, uz = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
         vx, vy, vz = p[c, 0] - p[a, 0], p[c, 1] - p[a, 1], p[c, 2] - p[a, 2]
@@ -52,15 +51,15 @@ def _volumes(p: FloatArray, t: IntArray, out: FloatArray) -> None:
         out[i] = (ux * bx + uy * by + uz * bz) / 6.0
 
 
-@compiled(part=True)
+@compiled(inner=True, part=True)
 def _angle(along: float, volume: float, dot: float) -> float:
     """Dihedral angle at an edge, degrees, from its length, six volumes and the product of its two faces' normals."""
     return float(np.degrees(np.arctan2(along * volume, 0.0 - dot)))
 
 
-@compiled(parallel=True, writes="out")
-def _measure(p: FloatArray, t: IntArray, out: FloatArray) -> None:
-    for i in numba.prange(len(t)):
+@compiled(grain=1024, writes="out")
+def _measure(first: int, last: int, p: FloatArray, t: IntArray, out: FloatArray) -> None:
+    for i in range(first, last):
         a, b, c, d = t[i, 0], t[i, 1], t[i, 2], t[i, 3]
         ux, uy, uz = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
         vx, vy, vz = p[c, 0] - p[a, 0], p[c, 1] - p[a, 1], p[c, 2] - p[a, 2]

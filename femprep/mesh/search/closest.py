@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -105,12 +104,12 @@ class ClosestFinder:
         triangle = np.full(len(q), -1, dtype=np.int64)
         weights = np.zeros((len(q), 3))
         if len(q) <= CHUNK:
-            _search(q, self.points, self.triangles, *self._tree, limit, triangle, weights)
+            _search(1, q, self.points, self.triangles, *self._tree, limit, triangle, weights)
             return triangle, weights
         # What is near each other is searched for one after the other, which takes half the time.
         order = curve_order(q)
         found, shares = triangle.copy(), weights.copy()
-        _search(q[order], self.points, self.triangles, *self._tree, limit[order], found, shares)
+        _search(-(-len(q) // CHUNK), q[order], self.points, self.triangles, *self._tree, limit[order], found, shares)
         triangle[order], weights[order] = found, shares
         return triangle, weights
 
@@ -172,7 +171,7 @@ def _check_queries(queries: npt.ArrayLike) -> FloatArray:
     return q
 
 
-@compiled()
+@compiled(inner=True)
 def closest_on_triangle(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[float, float, float]:
     """Barycentric coordinates of the point of a, b, c closest to q (Ericson, Real-time collision detection, 5.1.5)."""
     abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -206,7 +205,7 @@ def closest_on_triangle(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArr
     return 1.0 - v - w, v, w
 
 
-@compiled(part=True)
+@compiled(inner=True, part=True)
 def _try(
     q: FloatArray,
     points: FloatArray,
@@ -231,8 +230,10 @@ def _try(
     return best
 
 
-@compiled(parallel=True, writes="triangle weights")
+@compiled(grain=2, writes="triangle weights")
 def _search(
+    first: int,
+    last: int,
     queries: FloatArray,
     points: FloatArray,
     triangles: IntArray,
@@ -247,20 +248,22 @@ def _search(
 
     Queries next to each other are mostly near each other: what is closest to one bounds the search for the next.
     """
-    for chunk in numba.prange((len(queries) + CHUNK - 1) // CHUNK):
+    # Whole numbers of the processor: numba would compile what gets a 1 once more for the number 1.
+    nothing, one = np.int64(-1), np.int64(1)
+    for chunk in range(first, last):
         stack, bound = np.empty(64, dtype=np.int64), np.empty(64)
-        last = -1
+        before = nothing
         for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(queries))):
             q = queries[i]
             best = limit[i] * limit[i]
-            if last >= 0:
-                best = _try(q, points, triangles, last, best, i, triangle, weights)
+            if before >= 0:
+                best = _try(q, points, triangles, before, best, i, triangle, weights)
             stack[0], bound[0] = 1, 0.0
-            depth = 1
+            depth = one
             while True:
                 leaf, depth = next_leaf(q, low, high, best, stack, bound, depth)
                 if leaf < 0:
                     break
                 for k in range(leaf * LEAF, min(leaf * LEAF + LEAF, len(order))):
                     best = _try(q, points, triangles, order[k], best, i, triangle, weights)
-            last = triangle[i]
+            before = triangle[i]

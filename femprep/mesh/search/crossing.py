@@ -9,14 +9,14 @@ from femprep.mesh.search.predicates import orient2d, orient3d
 from femprep.model import FloatArray
 
 
-@compiled()
+@compiled(inner=True)
 def _turn(a: FloatArray, b: FloatArray, c: FloatArray, axis: int) -> int:
     """Sense of a, b, c seen along an axis."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     return orient2d(a[i], a[j], b[i], b[j], c[i], c[j])
 
 
-@compiled()
+@compiled(inner=True)
 def _in_box(p: FloatArray, q: FloatArray, r: FloatArray, axis: int) -> bool:
     """Whether r lies in the box of p and q, seen along an axis."""
     inside = True
@@ -25,7 +25,7 @@ def _in_box(p: FloatArray, q: FloatArray, r: FloatArray, axis: int) -> bool:
     return inside
 
 
-@compiled()
+@compiled(inner=True)
 def _segments_meet_flat(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray, axis: int) -> bool:
     """Whether two closed segments meet, seen along an axis."""
     r_side, s_side = _turn(p, q, r, axis), _turn(p, q, s, axis)
@@ -40,7 +40,7 @@ def _segments_meet_flat(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArr
     )
 
 
-@compiled()
+@compiled(inner=True)
 def _segments_meet(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) -> bool:
     """Whether two closed segments in space meet; either may be a point."""
     if orient3d(p, q, r, s) != 0:
@@ -61,7 +61,7 @@ def _segments_meet(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) -
     return overlap
 
 
-@compiled()
+@compiled(inner=True)
 def _flat_segment_meets(p: FloatArray, q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
     """Whether the segment p, q meets the triangle a, b, c of the same plane; the triangle may have no area."""
     for axis in range(3):
@@ -79,7 +79,7 @@ def _flat_segment_meets(p: FloatArray, q: FloatArray, a: FloatArray, b: FloatArr
     return _segments_meet(p, q, a, b) or _segments_meet(p, q, b, c) or _segments_meet(p, q, c, a)
 
 
-@compiled()
+@compiled(inner=True)
 def _segment_meets(
     p: FloatArray, q: FloatArray, p_side: int, q_side: int, a: FloatArray, b: FloatArray, c: FloatArray
 ) -> bool:
@@ -96,8 +96,8 @@ def _segment_meets(
     return first * third >= 0 and second * third >= 0
 
 
-@compiled()
-def _apart(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, e: FloatArray, f: FloatArray) -> bool:
+@compiled(inner=True)
+def apart(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, e: FloatArray, f: FloatArray) -> bool:
     """Whether a plane across the line between their middles separates the triangles for certain: the quick answer.
 
     Heights above a are compared with room for rounding, so that False only means not certain.
@@ -117,11 +117,9 @@ def _apart(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, e: FloatA
     return lowest - highest > 1e-14 * size
 
 
-@compiled()
+@compiled(inner=True)
 def triangles_meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, e: FloatArray, f: FloatArray) -> bool:
     """Whether the closed triangles a, b, c and d, e, f have a point in common."""
-    if _apart(a, b, c, d, e, f):
-        return False
     d_side, e_side, f_side = orient3d(a, b, c, d), orient3d(a, b, c, e), orient3d(a, b, c, f)
     if d_side == e_side == f_side and d_side != 0:
         return False
@@ -138,40 +136,63 @@ def triangles_meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, e
     )
 
 
-@compiled()
-def _apart_at(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArray, e: FloatArray) -> bool:
+@compiled(inner=True)
+def apart_at(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArray, e: FloatArray) -> bool:
     """Whether a plane through v separates a, b from d, e for certain: the quick answer for most of a vertex's fan.
 
-    The plane's normal joins the middles of the two sides opposite v. Each side of it is decided with room for
-    rounding, so that False only means not certain.
+    The plane's normal joins the middles of the two sides opposite v, or of what is left of them at the same distance
+    from v; else the plane is that of one triangle. Each side of it is decided with room for rounding, so that False
+    only means not certain.
     """
-    nx, ny, nz = (a[0] - d[0]) + (b[0] - e[0]), (a[1] - d[1]) + (b[1] - e[1]), (a[2] - d[2]) + (b[2] - e[2])
-    for i in range(4):
-        p = a if i == 0 else b if i == 1 else d if i == 2 else e
-        x, y, z = (p[0] - v[0]) * nx, (p[1] - v[1]) * ny, (p[2] - v[2]) * nz
-        side = x + y + z if i < 2 else -(x + y + z)
-        if side <= 1e-14 * (abs(x) + abs(y) + abs(z)):
-            return False
-    return True
+    for equal in range(2):
+        nx, ny, nz = 0.0, 0.0, 0.0
+        for i in range(4):
+            p = a if i == 0 else b if i == 1 else d if i == 2 else e
+            x, y, z = p[0] - v[0], p[1] - v[1], p[2] - v[2]
+            size = (1.0 if i < 2 else -1.0) / (np.sqrt(x * x + y * y + z * z) if equal else 1.0)
+            nx, ny, nz = nx + size * x, ny + size * y, nz + size * z
+        between = True
+        for i in range(4):
+            p = a if i == 0 else b if i == 1 else d if i == 2 else e
+            x, y, z = (p[0] - v[0]) * nx, (p[1] - v[1]) * ny, (p[2] - v[2]) * nz
+            side = x + y + z if i < 2 else -(x + y + z)
+            between &= side > 1e-14 * (abs(x) + abs(y) + abs(z))
+        if between:
+            return True
+    return _off_plane(v, a, b, d, e) or _off_plane(v, d, e, a, b)
 
 
-@compiled()
+@compiled(inner=True)
+def _off_plane(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArray, e: FloatArray) -> bool:
+    """Whether d and e lie on one side of the plane v, a, b for certain."""
+    ux, uy, uz = a[0] - v[0], a[1] - v[1], a[2] - v[2]
+    wx, wy, wz = b[0] - v[0], b[1] - v[1], b[2] - v[2]
+    heights, sure = 0.0, True
+    for i in range(2):
+        p = d if i == 0 else e
+        x, y, z = p[0] - v[0], p[1] - v[1], p[2] - v[2]
+        height = x * (uy * wz - uz * wy) + y * (uz * wx - ux * wz) + z * (ux * wy - uy * wx)
+        size = abs(x) * (abs(uy * wz) + abs(uz * wy)) + abs(y) * (abs(uz * wx) + abs(ux * wz))
+        size += abs(z) * (abs(ux * wy) + abs(uy * wx))
+        sure &= abs(height) > 1e-14 * size
+        heights = height if i == 0 else heights * height
+    return sure and heights > 0.0
+
+
+@compiled(inner=True)
 def meet_beyond_vertex(v: FloatArray, a: FloatArray, b: FloatArray, d: FloatArray, e: FloatArray) -> bool:
     """Whether the triangles v, a, b and v, d, e have more than their vertex v in common.
 
     What they share is convex and holds v, so that more than v reaches a side opposite v.
     """
-    if _apart_at(v, a, b, d, e):
-        return False
     if _segment_meets(d, e, orient3d(v, a, b, d), orient3d(v, a, b, e), v, a, b):
         return True
     return _segment_meets(a, b, orient3d(v, d, e, a), orient3d(v, d, e, b), v, d, e)
 
 
-@compiled()
-def meet_beyond_edge(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> bool:
-    """Whether the triangles a, b, c and a, b, d lie folded onto each other: in one plane, on one side of a, b."""
-    # Quick and certain: c and d lead away from the edge in opposite directions.
+@compiled(inner=True)
+def apart_over(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> bool:
+    """Whether c and d lead away from the edge a, b in other directions for certain: the quick answer for most."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     px, py, pz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     qx, qy, qz = d[0] - a[0], d[1] - a[1], d[2] - a[2]
@@ -180,8 +201,13 @@ def meet_beyond_edge(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray)
     dot = mx * nx + my * ny + mz * nz
     m, n = mx * mx + my * my + mz * mz, nx * nx + ny * ny + nz * nz
     u, p, q = ux * ux + uy * uy + uz * uz, px * px + py * py + pz * pz, qx * qx + qy * qy + qz * qz
-    if dot < 0.0 and dot * dot > 1e-6 * m * n and m > 1e-12 * u * p and n > 1e-12 * u * q:
-        return False
+    flat = dot < 0.0 and dot * dot > 1e-6 * m * n and m > 1e-12 * u * p and n > 1e-12 * u * q
+    return flat or _off_plane(a, b, c, d, d)
+
+
+@compiled(inner=True)
+def meet_beyond_edge(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> bool:
+    """Whether the triangles a, b, c and a, b, d lie folded onto each other: in one plane, on one side of a, b."""
     if orient3d(a, b, c, d) != 0:
         return False
     for axis in range(3):

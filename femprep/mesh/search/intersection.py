@@ -11,7 +11,14 @@ import numpy.typing as npt
 
 from femprep.errors import InputError
 from femprep.mesh.compiled import compiled
-from femprep.mesh.search.crossing import meet_beyond_edge, meet_beyond_vertex, triangles_meet
+from femprep.mesh.search.crossing import (
+    apart,
+    apart_at,
+    apart_over,
+    meet_beyond_edge,
+    meet_beyond_vertex,
+    triangles_meet,
+)
 from femprep.mesh.search.tree import LEAF, build_tree, check_mesh
 from femprep.model import BoolArray, FloatArray, IntArray
 
@@ -49,11 +56,16 @@ def self_intersections(points: npt.ArrayLike, triangles: npt.ArrayLike, of: Bool
         raise InputError(f"{of.shape} triangles are looked at, expected ({len(t)},)")
     if len(t) < 2:
         return np.empty((0, 2), dtype=np.int64)
-    pairs = _search(p, t, *build_tree(p, t), of)
+    box = p[t]
+    pairs = _search(p, t, *build_tree(p, t), of, box.min(axis=1), box.max(axis=1))
+    if len(pairs):  # of most surfaces none is left, and what decides them is not compiled
+        meet = np.empty(len(pairs), dtype=bool)
+        _decide(p, t, pairs, meet)
+        pairs = pairs[meet]
     return np.asarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
 
 
-@compiled(part=True)
+@compiled(inner=True, part=True)
 def _beside(low: FloatArray, high: FloatArray, other_low: FloatArray, other_high: FloatArray) -> bool:
     """Whether two boxes have nothing in common."""
     beside = False
@@ -64,18 +76,20 @@ def _beside(low: FloatArray, high: FloatArray, other_low: FloatArray, other_high
 
 @compiled(writes="")
 def _search(
-    points: FloatArray, cells: IntArray, low: FloatArray, high: FloatArray, order: IntArray, of: BoolArray
+    points: FloatArray,
+    cells: IntArray,
+    low: FloatArray,
+    high: FloatArray,
+    order: IntArray,
+    of: BoolArray,
+    least: FloatArray,
+    most: FloatArray,
 ) -> IntArray:
-    """Look each triangle wanted up in the tree over all of them; every pair once."""
+    """Look each triangle wanted up in the tree over all of them; every pair that is not apart for certain, once."""
     found = np.empty((64, 2), dtype=np.int64)
     count = 0
     leaves = len(low) // 2
     stack = np.empty(64, dtype=np.int64)
-    least, most = np.empty((len(cells), 3)), np.empty((len(cells), 3))
-    for i in range(len(cells)):
-        for k in range(3):
-            a, b, c = points[cells[i, 0], k], points[cells[i, 1], k], points[cells[i, 2], k]
-            least[i, k], most[i, k] = min(a, b, c), max(a, b, c)
     for i in range(len(cells)):
         if not of[i]:
             continue
@@ -97,7 +111,7 @@ def _search(
                 if j == i or (j < i and of[j]) or _beside(least[j], most[j], least[i], most[i]):
                     continue
                 one, two = min(i, j), max(i, j)
-                if _neighbours_meet(points, cells[one], cells[two]):
+                if not _apart(points, cells[one], cells[two]):
                     if count == len(found):
                         found = np.concatenate((found, np.empty_like(found)))
                     found[count, 0], found[count, 1] = one, two
@@ -105,9 +119,9 @@ def _search(
     return found[:count].copy()
 
 
-@compiled()
-def _neighbours_meet(points: FloatArray, one: IntArray, two: IntArray) -> bool:
-    """Whether two triangles of one surface meet beyond the corners they share."""
+@compiled(inner=True)
+def _shared(one: IntArray, two: IntArray) -> tuple[int, int, int, int, int]:
+    """How many corners two triangles share; which one the first and the second of these is in each."""
     shared = 0
     i0 = i1 = j0 = j1 = 0
     for i in range(3):
@@ -118,18 +132,35 @@ def _neighbours_meet(points: FloatArray, one: IntArray, two: IntArray) -> bool:
                 elif shared == 1:
                     i1, j1 = i, j
                 shared += 1
+    return shared, i0, i1, j0, j1
+
+
+@compiled(inner=True)
+def _apart(points: FloatArray, one: IntArray, two: IntArray) -> bool:
+    """Whether two triangles have nothing but the corners they share in common for certain."""
+    shared, i0, i1, j0, j1 = _shared(one, two)
+    a, b, c = points[one[i0]], points[one[(i0 + 1) % 3]], points[one[(i0 + 2) % 3]]
+    d, e, f = points[two[j0]], points[two[(j0 + 1) % 3]], points[two[(j0 + 2) % 3]]
     if shared == 0:
-        return triangles_meet(
-            points[one[0]], points[one[1]], points[one[2]], points[two[0]], points[two[1]], points[two[2]]
-        )
+        return apart(a, b, c, d, e, f)
     if shared == 1:
-        return meet_beyond_vertex(
-            points[one[i0]],
-            points[one[(i0 + 1) % 3]],
-            points[one[(i0 + 2) % 3]],
-            points[two[(j0 + 1) % 3]],
-            points[two[(j0 + 2) % 3]],
-        )
-    if shared == 2:
-        return meet_beyond_edge(points[one[i0]], points[one[i1]], points[one[3 - i0 - i1]], points[two[3 - j0 - j1]])
-    return True
+        return apart_at(a, b, c, e, f)
+    return shared == 2 and apart_over(a, points[one[i1]], points[one[3 - i0 - i1]], points[two[3 - j0 - j1]])
+
+
+@compiled(writes="meet")
+def _decide(points: FloatArray, cells: IntArray, pairs: IntArray, meet: BoolArray) -> None:
+    """Whether pairs of triangles of one surface meet beyond the corners they share, exactly."""
+    for n in range(len(pairs)):
+        one, two = cells[pairs[n, 0]], cells[pairs[n, 1]]
+        shared, i0, i1, j0, j1 = _shared(one, two)
+        a, b, c = points[one[i0]], points[one[(i0 + 1) % 3]], points[one[(i0 + 2) % 3]]
+        d, e, f = points[two[j0]], points[two[(j0 + 1) % 3]], points[two[(j0 + 2) % 3]]
+        if shared == 0:
+            meet[n] = triangles_meet(a, b, c, d, e, f)
+        elif shared == 1:
+            meet[n] = meet_beyond_vertex(a, b, c, e, f)
+        elif shared == 2:
+            meet[n] = meet_beyond_edge(a, points[one[i1]], points[one[3 - i0 - i1]], points[two[3 - j0 - j1]])
+        else:
+            meet[n] = True

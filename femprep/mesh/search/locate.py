@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 
@@ -86,7 +85,7 @@ class Locator:
         q = np.ascontiguousarray(queries, dtype=np.float64)
         tet = np.full(len(q), -1, dtype=np.int64)
         weights, gap = np.zeros((len(q), 4)), np.full(len(q), np.inf)
-        _search(q, self.places, self.tets, *self._tree, tet, weights, gap)
+        _search(-(-len(q) // CHUNK), q, self.places, self.tets, *self._tree, tet, weights, gap)
         if len(q) and tet.min() < 0:
             row = int(np.argmin(tet))
             raise InputError(f"point {q[row].tolist()} cannot be looked for; expected finite numbers")
@@ -149,8 +148,10 @@ def _try(
     return best
 
 
-@compiled(parallel=True, writes="tet weights found")
+@compiled(grain=2, writes="tet weights found")
 def _search(
+    first: int,
+    last: int,
     queries: FloatArray,
     places: FloatArray,
     tets: IntArray,
@@ -162,13 +163,13 @@ def _search(
     found: FloatArray,
 ) -> None:
     """Nearer child first; of equally close tetrahedra the smallest number wins, so that threads change nothing."""
-    for chunk in numba.prange((len(queries) + CHUNK - 1) // CHUNK):
+    for chunk in range(first, last):
         stack, bound, w = np.empty(64, dtype=np.int64), np.empty(64), np.empty(4)
         for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(queries))):
             q = queries[i]
             best = np.inf
             stack[0], bound[0] = 1, 0.0
-            depth = 1
+            depth = np.int64(1)  # else numba compiles next_leaf once more for the number 1
             while True:
                 leaf, depth = next_leaf(q, low, high, best, stack, bound, depth)
                 if leaf < 0:

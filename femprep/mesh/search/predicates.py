@@ -18,7 +18,7 @@ _BOUND_3D = (7.0 + 56.0 * _EPSILON) * _EPSILON
 _SPLITTER = 134217729.0  # 2**27 + 1, splits a double into two halves whose products are exact
 
 
-@compiled()
+@compiled(inner=True)
 def _two_sum(a: float, b: float) -> tuple[float, float]:
     """a + b as rounded sum and its exact error."""
     total = a + b
@@ -26,7 +26,7 @@ def _two_sum(a: float, b: float) -> tuple[float, float]:
     return total, (a - (total - virtual)) + (b - virtual)
 
 
-@compiled()
+@compiled(inner=True)
 def _two_product(a: float, b: float) -> tuple[float, float]:
     """a * b as rounded product and its exact error."""
     product = a * b
@@ -39,7 +39,7 @@ def _two_product(a: float, b: float) -> tuple[float, float]:
     return product, a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
 
 
-@compiled()
+@compiled(inner=True)
 def _add(expansion: FloatArray, length: int, value: float) -> int:
     """Add a double to an expansion in place (Shewchuk's grow-expansion without zeros); returns its new length."""
     if value == 0.0:
@@ -56,7 +56,7 @@ def _add(expansion: FloatArray, length: int, value: float) -> int:
     return kept
 
 
-@compiled()
+@compiled(inner=True)
 def _sign(expansion: FloatArray, length: int) -> int:
     """Sign of an expansion: that of its last, largest part."""
     if length == 0:
@@ -64,13 +64,13 @@ def _sign(expansion: FloatArray, length: int) -> int:
     return 1 if expansion[length - 1] > 0.0 else -1
 
 
-@compiled()
+@compiled(inner=True)
 def _exact_2d(ax: float, ay: float, bx: float, by: float, cx: float, cy: float) -> int:
     """Sign of (a - c) x (b - c), exactly."""
     left = (_two_sum(ax, -cx), _two_sum(ay, -cy))
     right = (_two_sum(by, -cy), _two_sum(bx, -cx))
     expansion = np.empty(18)
-    length = 0
+    length = np.int64(0)
     for term in range(2):
         for i in range(2):
             for j in range(2):
@@ -97,7 +97,7 @@ def orient2d(ax: float, ay: float, bx: float, by: float, cx: float, cy: float) -
     return _exact_2d(ax, ay, bx, by, cx, cy)
 
 
-@compiled()
+@compiled(inner=True)
 def _exact_3d(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> int:
     """Sign of the determinant of (a - d, b - d, c - d), exactly."""
     part = np.empty((3, 3, 2))
@@ -106,7 +106,7 @@ def _exact_3d(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> int
         part[1, k, 0], part[1, k, 1] = _two_sum(b[k], -d[k])
         part[2, k, 0], part[2, k, 1] = _two_sum(c[k], -d[k])
     expansion = np.empty(194)
-    length = 0
+    length = np.int64(0)
     for term in range(6):
         # The six permutations of the columns: three cyclic ones with sign +, then three with sign -.
         first = term % 3

@@ -107,7 +107,7 @@ def _fit(low: FloatArray, high: FloatArray, box: FloatArray, order: IntArray) ->
             high[node, k] = max(high[2 * node, k], high[2 * node + 1, k])
 
 
-@compiled()
+@compiled(inner=True)
 def box_distance(q: FloatArray, low: FloatArray, high: FloatArray, node: int) -> float:
     """Squared distance of a point from a box of the tree."""
     total = 0.0
@@ -117,7 +117,7 @@ def box_distance(q: FloatArray, low: FloatArray, high: FloatArray, node: int) ->
     return total
 
 
-@compiled(part=True)
+@compiled(inner=True, part=True)
 def next_leaf(
     q: FloatArray, low: FloatArray, high: FloatArray, best: float, stack: IntArray, bound: FloatArray, depth: int
 ) -> tuple[int, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -61,6 +61,8 @@ _SEEN: Final = 4.0
 _PLACED, _SLAB = 0.2, 0.1
 #: Principal curvatures are not followed beyond this, 1/mm.
 _SHARPEST: Final = 0.2
+#: Nor across a view, for what its thickness hides: a narrower bend is none any more within the slice.
+_NARROW: Final = 0.07
 #: Passes of spreading vertices along the surface after each round.
 _SPREAD: Final = 5
 
@@ -179,7 +181,7 @@ def _bend(
     more, also = centres.normal_equations(wrong, len(points))
     labels = matrix + more
     if observations.seen is not None:
-        seen, pull = _seen(observations.seen, finder, shape.normals, len(points))
+        seen, pull = _seen(observations.seen, finder, shape, points, triangles)
         labels, right = labels + seen, right + pull
     bent = shape.lenient(_USUAL, _LEAST) if edges else shape.stiffness
     energy = shape.change.T @ bent @ shape.change
@@ -194,18 +196,28 @@ def _bend(
     return moves, chosen
 
 
-def _seen(seen: ViewObservations, finder: ClosestFinder, normals: FloatArray, count: int) -> tuple[Any, FloatArray]:
+def _seen(
+    seen: ViewObservations, finder: ClosestFinder, shape: Curvature, points: FloatArray, triangles: IntArray
+) -> tuple[Any, FloatArray]:
     """Matrix and right side of the least squares fit of vertex moves to what views show.
 
     A view tells the surface's place to a pixel across its own outline. Where it cuts the surface aslant, its place
-    across its own plane and what the surface bends within its thickness count as well.
+    across its own plane and what the surface bends within its thickness count as well. Where it cuts a surface of
+    curvature k across the plane (1/mm) straight, its outline is moved outward by k t^2 / 32, t being the thickness.
     """
-    feet = _Feet.of(seen.faces, finder, normals)
+    feet = _Feet.of(seen.faces, finder, shape.normals)
     along = np.einsum("qk,qk->q", feet.normal, seen.across)
     aslant = np.einsum("qk,qk->q", feet.normal, seen.plane)
+    # A pixel shows what fills half of the slice's thickness. The outline of a convex surface therefore lies inside of
+    # where the middle plane cuts it, unless the plane is so oblique that the surface is highest outside of that half.
+    corner = np.einsum("qcij,qi,qj->qc", PatchSurface(points, triangles).bend()[feet.corners], seen.plane, seen.plane)
+    bend = np.clip((feet.weights * corner).sum(axis=1), -_NARROW, _NARROW)
+    highest = aslant / np.where(np.abs(bend * along) > 1e-6, bend * along, 1e-6)
+    lift = 0.5 * bend * np.maximum(seen.thickness**2 / 16.0 - highest**2, 0.0)
+    feet = replace(feet, height=feet.height + lift)
     variance = seen.spacing**2 * (along**2 + _OBLIQUE) / 12.0 + _PLACED**2 + (_SLAB * seen.thickness * aslant) ** 2
     # An outline that faces the other way belongs to another part of the surface, as across a thin crescent.
-    return feet.normal_equations(np.where(along > 0.0, _SEEN * seen.count / variance, 0.0), count)
+    return feet.normal_equations(np.where(along > 0.0, _SEEN * seen.count / variance, 0.0), len(points))
 
 
 def _determined(solver: Banded, labels: Any) -> float:

@@ -75,14 +75,14 @@ class Field(Immutable):
         """Values u ``(n,)`` at points ``(n, 3)`` mm, Eq. A.5."""
         unit = self._unit(points)
         out = np.empty(len(unit))
-        kernels.potential(unit, *self._charges, out)
+        kernels.potential(kernels.blocks(unit), unit, *self._charges, out)
         return out
 
     def gradient(self, points: npt.ArrayLike) -> FloatArray:
         """Gradients of u ``(n, 3)``, 1/mm, at points ``(n, 3)`` mm, Eq. A.6."""
         unit = self._unit(points)
         out = np.empty_like(unit)
-        kernels.gradient(unit, *self._charges, out)
+        kernels.gradient(kernels.blocks(unit), unit, *self._charges, out)
         return out / self.radius
 
     def directions(self, points: npt.ArrayLike) -> FloatArray:
@@ -116,9 +116,9 @@ class Field(Immutable):
         unit = self._unit(points)
         first, last = (np.ascontiguousarray(np.broadcast_to(v, (len(unit),)), dtype=np.float64) for v in (start, stop))
         out = np.empty_like(unit)
-        kernels.flow(unit, first, last, int(steps), *self._charges, out)
+        kernels.flow(kernels.blocks(unit), unit, first, last, int(steps), *self._charges, out)
         if settle:
-            kernels.settle(out, last, int(settle), *self._charges)
+            kernels.settle(kernels.blocks(out), out, last, int(settle), *self._charges)
         return self.centre + self.radius * out
 
     def enough_steps(self, points: npt.ArrayLike, start: npt.ArrayLike, tolerance: float) -> int:

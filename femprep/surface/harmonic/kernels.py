@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import prange
 
 from femprep.mesh.compiled import compiled
+from femprep.model import FloatArray
 
 #: Softening of distances: keeps a point that coincides with a charge finite, and is lost in rounding elsewhere.
 _SOFT = 1e-24
@@ -21,13 +21,18 @@ _FLAT = 1e-12
 #: Longest move in one stage of a flow step, in radii.
 _LEAP = 0.25
 
-#: Points of a block.
+#: Points of a block: kernels are called with the number of blocks.
 _BLOCK = 32
 #: Rows of a block's room: start of each step and where the field is asked for, its sums there, and what a step needs.
 #: They are parts of one array: the compiler then knows that they do not overlap, and fills vector units.
 _X, _Y, _Z, _OUTSIDE, _SUM, _GX, _GY, _GZ = (_BLOCK * k for k in range(8))
 _FROM_X, _FROM_Y, _FROM_Z, _RISE, _MOVE_X, _MOVE_Y, _MOVE_Z = (_BLOCK * k for k in range(8, 15))
 _ROOM = _BLOCK * 15
+
+
+def blocks(points: FloatArray) -> int:
+    """Number of blocks of points ``(n, 3)``."""
+    return -(-len(points) // _BLOCK)
 
 
 @compiled(part=True)
@@ -126,11 +131,10 @@ def _slopes(room: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any) -> None
         room[_GZ + i] = gz * factor
 
 
-@compiled(parallel=True, writes="out")
-def potential(points: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out: Any) -> None:
+@compiled(grain=2, writes="out")
+def potential(begin: int, end: int, points: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out: Any) -> None:
     """u at points ``(n, 3)``, into ``out``."""
-    for block in prange((points.shape[0] + _BLOCK - 1) // _BLOCK):
-        first = block * _BLOCK
+    for first in range(begin * _BLOCK, end * _BLOCK, _BLOCK):
         room = np.empty(_ROOM)
         count = _put(points, first, room)
         _potentials(room, sx, sy, sz, gap, weight)
@@ -138,24 +142,33 @@ def potential(points: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out
             out[first + i] = room[_SUM + i]
 
 
-@compiled(parallel=True, writes="out")
-def gradient(points: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out: Any) -> None:
+@compiled(grain=2, writes="out")
+def gradient(begin: int, end: int, points: Any, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out: Any) -> None:
     """Gradient of u at points ``(n, 3)``, into ``out`` ``(n, 3)``."""
-    for block in prange((points.shape[0] + _BLOCK - 1) // _BLOCK):
-        first = block * _BLOCK
+    for first in range(begin * _BLOCK, end * _BLOCK, _BLOCK):
         room = np.empty(_ROOM)
         count = _put(points, first, room)
         _gradients(room, sx, sy, sz, gap, weight)
         _take(room, _GX, first, count, out)
 
 
-@compiled(parallel=True, writes="out")
+@compiled(grain=2, writes="out")
 def flow(
-    points: Any, start: Any, stop: Any, steps: int, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any, out: Any
+    begin: int,
+    end: int,
+    points: Any,
+    start: Any,
+    stop: Any,
+    steps: int,
+    sx: Any,
+    sy: Any,
+    sz: Any,
+    gap: Any,
+    weight: Any,
+    out: Any,
 ) -> None:
     """Move each point along grad u from level ``start`` to level ``stop`` by classical Runge-Kutta steps in u."""
-    for block in prange((points.shape[0] + _BLOCK - 1) // _BLOCK):
-        first = block * _BLOCK
+    for first in range(begin * _BLOCK, end * _BLOCK, _BLOCK):
         room = np.empty(_ROOM)
         count = _put(points, first, room)
         for i in range(_BLOCK):
@@ -190,11 +203,12 @@ def flow(
         _take(room, _X, first, count, out)
 
 
-@compiled(parallel=True, writes="points")
-def settle(points: Any, level: Any, sweeps: int, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any) -> None:
+@compiled(grain=2, writes="points")
+def settle(
+    begin: int, end: int, points: Any, level: Any, sweeps: int, sx: Any, sy: Any, sz: Any, gap: Any, weight: Any
+) -> None:
     """Newton steps along grad u, in place, that put points near their level onto it."""
-    for block in prange((points.shape[0] + _BLOCK - 1) // _BLOCK):
-        first = block * _BLOCK
+    for first in range(begin * _BLOCK, end * _BLOCK, _BLOCK):
         room = np.empty(_ROOM)
         count = _put(points, first, room)
         for _ in range(sweeps):

@@ -6,7 +6,6 @@ import logging
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import prange
 
 from femprep.errors import InputError
 from femprep.mesh.banded import SPARE, factorise, substitute
@@ -24,11 +23,11 @@ KEPT = 8_000_000
 _LEAST_PIVOT = np.sqrt(1e-15)
 
 
-@compiled(parallel=True)
-def _add_gram(rows: Any, gram: Any) -> None:
+@compiled(grain=8)
+def _add_gram(first: int, last: int, rows: Any, gram: Any) -> None:
     """Add the products of all pairs of columns of ``rows`` to the upper half of ``gram``, four rows at a time."""
     length, size = rows.shape
-    for i in prange(size):
+    for i in range(first, last):
         own = gram[i, i:]
         k = 0
         while k + 4 <= length:
@@ -121,7 +120,7 @@ def fit_spline(
 
     gram = np.zeros((size, size))
     for block in blocks:
-        _add_gram(rows_of(block), gram)
+        _add_gram(size, rows_of(block), gram)
     penalty = basis.penalty
     underdetermined = count < size
     if underdetermined:

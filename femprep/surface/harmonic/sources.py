@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import prange
 
 from femprep.errors import InputError
 from femprep.mesh.compiled import compiled
@@ -67,11 +66,11 @@ def _uphill(value: Any, x: float, y: float, z: float) -> tuple[float, float, flo
     return gx, gy, gz
 
 
-@compiled(parallel=True)
-def _climb(value: Any, inner: Any, points: Any, moves: int, arrived: Any) -> None:
+@compiled(grain=64)
+def _climb(first: int, last: int, value: Any, inner: Any, points: Any, moves: int, arrived: Any) -> None:
     """Move points (index coordinates, in place) uphill until their voxel is an inner one."""
     ni, nj, nk = value.shape
-    for p in prange(points.shape[0]):
+    for p in range(first, last):
         for _ in range(moves):
             x = points[p, 0]
             y = points[p, 1]
@@ -187,7 +186,7 @@ def place_sources(
     # From just inside the sphere: its voxels are steps, and nothing leads away from them.
     points = np.ascontiguousarray(middle + directions * (reach - 1.5))
     arrived = np.zeros(len(points), dtype=np.bool_)
-    _climb(value, eroded, points, int(np.ceil(8.0 * reach / _MOVE)), arrived)
+    _climb(len(points), value, eroded, points, int(np.ceil(8.0 * reach / _MOVE)), arrived)
     stray = np.flatnonzero(~arrived)
     if len(stray):
         _log.info("%d singularities did not arrive and were put on the nearest eroded voxel", len(stray))

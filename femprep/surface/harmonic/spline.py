@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import prange
 
 from femprep.mesh.compiled import compiled
 from femprep.model import FloatArray, Immutable, readonly
@@ -51,20 +50,30 @@ def _kernel(z: float, degree: int) -> float:
     return value
 
 
-@compiled(parallel=True, writes="out")
-def _rows(directions: Any, knots: Any, degree: int, scale: float, mean: float, out: Any) -> None:
+@compiled(grain=64, writes="out")
+def _rows(first: int, last: int, directions: Any, knots: Any, degree: int, scale: float, mean: float, out: Any) -> None:
     """Basis functions at directions: a column of ones, then psi about each knot."""
-    for i in prange(directions.shape[0]):
+    for i in range(first, last):
         out[i, 0] = 1.0
         for k in range(knots.shape[0]):
             z = directions[i, 0] * knots[k, 0] + directions[i, 1] * knots[k, 1] + directions[i, 2] * knots[k, 2]
             out[i, k + 1] = scale * (_kernel(z, degree) - mean)
 
 
-@compiled(parallel=True, writes="out")
-def _values(directions: Any, knots: Any, degree: int, scale: float, mean: float, coefficients: Any, out: Any) -> None:
+@compiled(grain=64, writes="out")
+def _values(
+    first: int,
+    last: int,
+    directions: Any,
+    knots: Any,
+    degree: int,
+    scale: float,
+    mean: float,
+    coefficients: Any,
+    out: Any,
+) -> None:
     """The spline at directions, without its basis in memory."""
-    for i in prange(directions.shape[0]):
+    for i in range(first, last):
         total = 0.0
         for k in range(knots.shape[0]):
             z = directions[i, 0] * knots[k, 0] + directions[i, 1] * knots[k, 1] + directions[i, 2] * knots[k, 2]
@@ -109,14 +118,14 @@ class Basis(Immutable):
         """Values of all basis functions ``(n, K + 1)`` at unit vectors ``(n, 3)``: rows of G, Eq. 11."""
         directions = np.ascontiguousarray(directions, dtype=np.float64)
         out = np.empty((len(directions), self.size))
-        _rows(directions, self.knots, *self._constants, out)
+        _rows(len(directions), directions, self.knots, *self._constants, out)
         return out
 
     def values(self, directions: FloatArray, coefficients: FloatArray) -> FloatArray:
         """Combination of the basis functions ``(n,)`` at unit vectors ``(n, 3)``, Eq. 8."""
         directions = np.ascontiguousarray(directions, dtype=np.float64)
         out = np.empty(len(directions))
-        _values(directions, self.knots, *self._constants, np.ascontiguousarray(coefficients), out)
+        _values(len(directions), directions, self.knots, *self._constants, np.ascontiguousarray(coefficients), out)
         return out
 
     @cached_property

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import prange
 
 from femprep.mesh.compiled import compiled
 from femprep.mesh.energies.simplex import INVERTED, shape
@@ -33,15 +32,15 @@ def inverse_mean_ratio(
     """
     chosen = np.arange(len(points) - 1) if layers is None else layers
     worst = np.empty((len(chosen), len(cells)))
-    _measure(np.ascontiguousarray(points), np.ascontiguousarray(cells), tuple(judged), chosen, worst)
+    _measure(worst.size, np.ascontiguousarray(points), np.ascontiguousarray(cells), tuple(judged), chosen, worst)
     return worst
 
 
-@compiled(parallel=True)
-def _measure(points: Any, cells: Any, judged: Any, layers: Any, worst: Any) -> None:
+@compiled(grain=512)
+def _measure(first: int, last: int, points: Any, cells: Any, judged: Any, layers: Any, worst: Any) -> None:
     nodes, kinds, weights, scale, upright = judged
     n = cells.shape[1]
-    for e in prange(worst.size):
+    for e in range(first, last):
         row = e // len(cells)
         layer = layers[row]
         c = e % len(cells)

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from femprep.mesh.patches import PatchSurface
-from femprep.mesh.stars import coloured, stars
+from femprep.mesh.stars import coloured, each_colour, stars
 from femprep.model import FloatArray, IntArray
 from femprep.sweeping.cup.cup import Cup
 from femprep.sweeping.cup.followed_points import FollowedPoints, pulls
@@ -141,25 +141,27 @@ class Relaxation:
         missed = [s.missed(p, self.cup.cells, self.edge) for s, p in zip(self._followed, self.places)]
         part = self._order[active[self._order]]
         bounds = np.concatenate([[0], np.cumsum(active[self._order])])[self._colours]
-        slide(
-            (*self.places, self._depth),
-            self._normals,
-            self._near,
-            self.cup.rim,
-            self.planes,
-            self.surfaces[0].arrays,
-            self.surfaces[1].arrays,
-            self._mesh,
-            tuple(judged),
-            *(pulls(m, len(active), self.edge, steep) for m in missed),
-            self._shown,
-            part,
-            bounds,
-            delta,
-            steep,
-            self.edge,
-            moved,
-        )
+        pulled = [pulls(m, len(active), self.edge, steep) for m in missed]
+        for order in each_colour((part, bounds)):
+            slide(
+                len(order),
+                (*self.places, self._depth),
+                self._normals,
+                self._near,
+                self.cup.rim,
+                self.planes,
+                self.surfaces[0].arrays,
+                self.surfaces[1].arrays,
+                self._mesh,
+                tuple(judged),
+                *pulled,
+                self._shown,
+                order,
+                delta,
+                steep,
+                self.edge,
+                moved,
+            )
         self._follow(judged)
         return moved
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import prange
 
 from femprep.mesh.compiled import compiled
 from femprep.mesh.energies.pull import add_pulls, pulled
@@ -170,8 +169,10 @@ def _move(
     return 0.0
 
 
-@compiled(parallel=True, writes="lines normals near moved")
+@compiled(grain=16, writes="lines normals near moved")
 def slide(
+    first: int,
+    last: int,
     lines: Any,
     normals: Any,
     near: Any,
@@ -185,30 +186,27 @@ def slide(
     outer_pulls: Any,
     layers: Any,
     order: Any,
-    colours: Any,
     delta: float,
     steep: bool,
     edge: float,
     moved: Any,
 ) -> None:
-    """One sweep over the vertices in ``order``, in place, colour by colour: vertices of one colour share no cell.
+    """Move the vertices in ``order``, in place; they share no cell.
 
     ``lines`` are the inner and the outer points and the depths of the layers; ``normals`` and ``near`` are pairs, of
     the inner and of the outer surface; ``mesh`` is the cells, and those around each vertex as row starts and columns;
     ``judged`` is what Simplices holds, ``layers`` which of them are looked at. Moves are written to ``moved``.
     """
-    for c in range(len(colours) - 1):
-        first = colours[c]
-        for k in prange(colours[c + 1] - first):
-            v = order[first + k]
-            measure = (mesh, judged, layers, delta, steep)
-            held = (flat[v], planes)
-            surfaces = (inner_surface, outer_surface)
-            pulls = (inner_pulls, outer_pulls)
-            far = 0.0
-            # One call for both sides: all that it calls becomes a part of this kernel, once for each call.
-            for side in range(2):
-                feet = (normals[side], near[side])
-                inside = side == 0
-                far = max(far, _move(lines, feet, v, inside, held, surfaces[side], pulls[side], measure, edge))
-            moved[v] = far
+    for k in range(first, last):
+        v = order[k]
+        measure = (mesh, judged, layers, delta, steep)
+        held = (flat[v], planes)
+        surfaces = (inner_surface, outer_surface)
+        pulls = (inner_pulls, outer_pulls)
+        far = 0.0
+        # One call for both sides: all that it calls becomes a part of this kernel, once for each call.
+        for side in range(2):
+            feet = (normals[side], near[side])
+            inside = side == 0
+            far = max(far, _move(lines, feet, v, inside, held, surfaces[side], pulls[side], measure, edge))
+        moved[v] = far

@@ -61,7 +61,8 @@ def tet_quality(points: FloatArray, tets: IntArray) -> FloatArray:
     """Lesser of mean ratio and smallest sine of each tetrahedron, as the package describes it, ``(m,)``."""
     out = np.empty(len(tets))
     every = np.ones(len(points), dtype=np.bool_)
-    qualities(np.ascontiguousarray(points, dtype=np.float64), np.ascontiguousarray(tets, dtype=np.int64), every, out)
+    p = np.array(points, dtype=np.float64, order="C")
+    qualities(len(tets), p, np.ascontiguousarray(tets, dtype=np.int64), every, out)
     return out
 
 
@@ -154,7 +155,7 @@ class _Mesh:
         """Quality of each tetrahedron, brought up to date in place where points moved."""
         moved = _differ(self.points, self._judged)
         if moved.any():
-            qualities(self.points, self.cells, moved, self._quality)
+            qualities(len(self.cells), self.points, self.cells, moved, self._quality)
             self._judged = self.points.copy()
         return self._quality
 

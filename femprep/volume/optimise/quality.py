@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-import numba
 import numpy as np
 
 from femprep.mesh.compiled import compiled
@@ -14,7 +13,7 @@ from femprep.model import BoolArray, FloatArray, IntArray
 REGULAR_SINE: Final = 2.0 * np.sqrt(2.0) / 3.0
 
 
-@compiled(part=True)
+@compiled(inner=True, part=True)
 def sizes(
     ux: float, uy: float, uz: float, vx: float, vy: float, vz: float, wx: float, wy: float, wz: float
 ) -> tuple[float, float, float, float]:
@@ -43,7 +42,7 @@ def sizes(
     return six, total, square, product
 
 
-@compiled()
+@compiled(inner=True)
 def _shape(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float]:
     """Mean ratio, and least sine over REGULAR_SINE, both signed by the volume."""
     six, total, square, product = sizes(
@@ -59,16 +58,19 @@ def _shape(p: FloatArray, a: int, b: int, c: int, d: int) -> tuple[float, float]
     return ratio, six * np.sqrt(square / product) / REGULAR_SINE
 
 
-@compiled(parallel=True, writes="out")
-def qualities(p: FloatArray, t: IntArray, moved: BoolArray, out: FloatArray) -> None:
-    """Lesser of mean ratio and least sine of each tetrahedron some point of which has moved; the others stay."""
-    for i in numba.prange(len(t)):
+@compiled(grain=2048, writes="p out")
+def qualities(first: int, last: int, p: FloatArray, t: IntArray, moved: BoolArray, out: FloatArray) -> None:
+    """Lesser of mean ratio and least sine of each tetrahedron some point of which has moved; the others stay.
+
+    ``p`` may be written to, as in kernels that move points: so these share what they call.
+    """
+    for i in range(first, last):
         if moved[t[i, 0]] or moved[t[i, 1]] or moved[t[i, 2]] or moved[t[i, 3]]:
             ratio, sine = _shape(p, t[i, 0], t[i, 1], t[i, 2], t[i, 3])
             out[i] = min(ratio, sine)
 
 
-@compiled()
+@compiled(inner=True)
 def worst_around(mesh: Any, v: int, enough: float) -> float:
     """Worst quality of the elements around a point; any value not above ``enough`` as soon as it is certain.
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-import numba
 import numpy as np
 
 from femprep.mesh.compiled import compiled
-from femprep.mesh.stars import mark_star
+from femprep.mesh.stars import each_colour, mark_star
 from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.volume.optimise.quality import REGULAR_SINE, sizes, worst_around
 
@@ -19,11 +18,11 @@ SURFACE_STEP: Final = 0.06
 _BACKTRACKS: Final = 4
 #: A bound that is below what it bounds by this factor is so whatever is rounded.
 _CERTAIN: Final = 1.0 - 1e-9
-#: Points one thread takes at a time.
+#: Points one thread takes at a time, at least.
 _CHUNK: Final = 32
 
 
-@compiled()
+@compiled(inner=True)
 def _gather(mesh: Any, v: int, star: FloatArray) -> float:
     """What the mean ratio of each element around a point depends on as the point moves; their mean edge length there.
 
@@ -69,7 +68,7 @@ def _gather(mesh: Any, v: int, star: FloatArray) -> float:
     return float(length / (3.0 * count))
 
 
-@compiled()
+@compiled(inner=True)
 def _mean_at(star: FloatArray, count: int, x: float, y: float, z: float) -> float:
     """Sum of the mean ratios of a star with its point at x, y, z; minus infinity if an element is inverted."""
     for n in range(count):
@@ -86,7 +85,7 @@ def _mean_at(star: FloatArray, count: int, x: float, y: float, z: float) -> floa
     return total
 
 
-@compiled()
+@compiled(inner=True)
 def _falls(star: FloatArray, count: int, x: float, y: float, z: float, best: float) -> bool:
     """Whether that sum is certainly below its value where the point is, ``best``, with the point at x, y, z.
 
@@ -104,7 +103,7 @@ def _falls(star: FloatArray, count: int, x: float, y: float, z: float, best: flo
     return bound < _CERTAIN * best
 
 
-@compiled()
+@compiled(inner=True)
 def _gradient(star: FloatArray, count: int, out: FloatArray) -> None:
     """Gradient of that sum where the point is, which it was just taken at; no element is inverted there."""
     for n in range(count):
@@ -121,7 +120,7 @@ def _gradient(star: FloatArray, count: int, out: FloatArray) -> None:
         out[2] -= star[19, n]
 
 
-@compiled()
+@compiled(inner=True)
 def _all_reach(star: FloatArray, count: int, x: float, y: float, z: float, enough: float) -> bool:
     """Whether all elements have at least a positive quality with the point at x, y, z: powers of both are compared."""
     sine = (enough * REGULAR_SINE) ** 2
@@ -134,10 +133,13 @@ def _all_reach(star: FloatArray, count: int, x: float, y: float, z: float, enoug
         round_enough = 432.0 * six * six >= (enough * total) ** 3
         sharp = six * six * square < sine * product
         star[17, n] = (six > 0.0) & (product > 0.0) & round_enough & ~sharp
-    return bool(star[17, :count].sum() == count)
+    reached = 0.0
+    for n in range(count):
+        reached += star[17, n]
+    return reached == count
 
 
-@compiled()
+@compiled(inner=True)
 def _project(vector: FloatArray, freedom: int, basis: FloatArray) -> float:
     """Leave of a vector what points in the free directions, with length 1; its length before."""
     if freedom < 3:
@@ -154,7 +156,7 @@ def _project(vector: FloatArray, freedom: int, basis: FloatArray) -> float:
     return float(size)
 
 
-@compiled()
+@compiled(inner=True)
 def _ascend(
     mesh: Any, v: int, freedom: int, basis: FloatArray, poor: float, star: FloatArray, slope: FloatArray
 ) -> bool:
@@ -186,19 +188,29 @@ def _ascend(
     return False
 
 
-@compiled(parallel=True)
 def relax(mesh: Any, colours: Any, freedom: IntArray, basis: FloatArray, poor: float, fresh: BoolArray) -> None:
     """Move each point once to a better mean ratio around it, colour by colour."""
-    p, t, start, around = mesh
-    order, first = colours
-    largest = 0
-    for v in range(len(p)):
-        largest = max(largest, start[v + 1] - start[v])
-    for c in range(len(first) - 1):
-        chunks = (first[c + 1] - first[c] + _CHUNK - 1) // _CHUNK
-        for chunk in numba.prange(chunks):
-            star, slope = np.empty((21, largest)), np.empty(3)
-            for n in range(first[c] + chunk * _CHUNK, min(first[c] + (chunk + 1) * _CHUNK, first[c + 1])):
-                v = order[n]
-                if freedom[v] > 0 and _ascend(mesh, v, freedom[v], basis[v], poor, star, slope):
-                    mark_star(t, start, around, v, fresh)
+    largest = int(np.diff(mesh[2]).max(initial=0))
+    for nodes in each_colour(colours):
+        _relax(len(nodes), mesh, nodes, largest, freedom, basis, poor, fresh)
+
+
+@compiled(grain=_CHUNK)
+def _relax(
+    first: int,
+    last: int,
+    mesh: Any,
+    nodes: IntArray,
+    largest: int,
+    freedom: IntArray,
+    basis: FloatArray,
+    poor: float,
+    fresh: BoolArray,
+) -> None:
+    """Move points that share no element."""
+    _, t, start, around = mesh
+    star, slope = np.empty((21, largest)), np.empty(3)
+    for n in range(first, last):
+        v = nodes[n]
+        if freedom[v] > 0 and _ascend(mesh, v, freedom[v], basis[v], poor, star, slope):
+            mark_star(t, start, around, v, fresh)

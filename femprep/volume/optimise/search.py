@@ -4,39 +4,45 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-import numba
 import numpy as np
 
 from femprep.mesh.compiled import compiled
-from femprep.mesh.stars import mark_star
+from femprep.mesh.stars import each_colour, mark_star
 from femprep.model import BoolArray, FloatArray, IntArray
 from femprep.volume.optimise.quality import worst_around
 from femprep.volume.optimise.relax import FIRST_STEP, SURFACE_STEP
 
 #: How often a search halves its step.
 _HALVINGS: Final = 5
+#: Points one thread takes at a time, at least.
+_GRAIN: Final = 32
 
 
-@compiled(parallel=True)
 def try_places(mesh: Any, colours: Any, places: FloatArray, sound: float, fresh: BoolArray) -> None:
     """Put coloured points at their rows of ``places`` where the worst element around stays sound or gets no worse."""
+    for nodes in each_colour(colours):
+        _try_places(len(nodes), mesh, nodes, places, sound, fresh)
+
+
+@compiled(grain=_GRAIN)
+def _try_places(
+    first: int, last: int, mesh: Any, nodes: IntArray, places: FloatArray, sound: float, fresh: BoolArray
+) -> None:
     p, t, start, around = mesh
-    order, first = colours
-    for c in range(len(first) - 1):
-        for n in numba.prange(first[c], first[c + 1]):
-            v = order[n]
-            x, y, z = p[v, 0], p[v, 1], p[v, 2]
-            p[v, 0], p[v, 1], p[v, 2] = places[v, 0], places[v, 1], places[v, 2]
-            after = worst_around(mesh, v, -np.inf)
-            if after < sound:
-                p[v, 0], p[v, 1], p[v, 2] = x, y, z
-                if worst_around(mesh, v, -np.inf) <= after:
-                    p[v, 0], p[v, 1], p[v, 2] = places[v, 0], places[v, 1], places[v, 2]
-            if p[v, 0] != x or p[v, 1] != y or p[v, 2] != z:
-                mark_star(t, start, around, v, fresh)
+    for n in range(first, last):
+        v = nodes[n]
+        x, y, z = p[v, 0], p[v, 1], p[v, 2]
+        p[v, 0], p[v, 1], p[v, 2] = places[v, 0], places[v, 1], places[v, 2]
+        after = worst_around(mesh, v, -np.inf)
+        if after < sound:
+            p[v, 0], p[v, 1], p[v, 2] = x, y, z
+            if worst_around(mesh, v, -np.inf) <= after:
+                p[v, 0], p[v, 1], p[v, 2] = places[v, 0], places[v, 1], places[v, 2]
+        if p[v, 0] != x or p[v, 1] != y or p[v, 2] != z:
+            mark_star(t, start, around, v, fresh)
 
 
-@compiled()
+@compiled(inner=True)
 def _climb(mesh: Any, v: int, freedom: int, basis: FloatArray) -> bool:
     """Move one point to where the worst element around it is best: compass search along its free directions."""
     p, t, start, around = mesh
@@ -82,18 +88,23 @@ def _climb(mesh: Any, v: int, freedom: int, basis: FloatArray) -> bool:
     return moved
 
 
-@compiled(parallel=True)
 def search(mesh: Any, colours: Any, freedom: IntArray, basis: FloatArray, fresh: BoolArray) -> None:
     """Move each point that is fresh to where the worst element around it is best, colour by colour.
 
     A point is fresh while something in its star has moved since it was searched last: else it would find nothing.
     """
+    for nodes in each_colour(colours):
+        _search(len(nodes), mesh, nodes, freedom, basis, fresh)
+
+
+@compiled(grain=_GRAIN)
+def _search(
+    first: int, last: int, mesh: Any, nodes: IntArray, freedom: IntArray, basis: FloatArray, fresh: BoolArray
+) -> None:
     _, t, start, around = mesh
-    order, first = colours
-    for c in range(len(first) - 1):
-        for n in numba.prange(first[c], first[c + 1]):
-            v = order[n]
-            if freedom[v] > 0 and fresh[v]:
-                fresh[v] = False
-                if _climb(mesh, v, freedom[v], basis[v]):
-                    mark_star(t, start, around, v, fresh)
+    for n in range(first, last):
+        v = nodes[n]
+        if freedom[v] > 0 and fresh[v]:
+            fresh[v] = False
+            if _climb(mesh, v, freedom[v], basis[v]):
+                mark_star(t, start, around, v, fresh)

@@ -52,29 +52,18 @@ def neighbours(cells: Mapping[str, IntArray], volume: FloatArray) -> Neighbours:
     return Neighbours(boundary, crowded, len(volume) - links, ratio if ratio < np.inf else None)
 
 
-@compiled()
 def _crowded(before: TagArray) -> int:
     """Number of faces that are the third of their corners."""
-    found = 0
-    for i in range(len(before)):
-        second = before[i]
-        if second >= 0 and before[second] >= 0 and before[before[second]] < 0:
-            found += 1
-    return found
+    first = before[before[before >= 0]]
+    return int(np.count_nonzero(before[first[first >= 0]] < 0))
 
 
-@compiled()
 def _greatest_ratio(element: TagArray, before: TagArray, volume: FloatArray) -> float:
     """Largest ratio over all faces, each element there with the next; infinite where a volume is not positive."""
-    ratio = 1.0
-    for i in range(len(before)):
-        if before[i] >= 0:
-            one, other = volume[element[i]], volume[element[before[i]]]
-            low, high = min(one, other), max(one, other)
-            if low <= 0.0:
-                return np.inf
-            ratio = max(ratio, high / low)
-    return ratio
+    later = np.flatnonzero(before >= 0)
+    one, other = volume[element[later]], volume[element[before[later]]]
+    low, high = np.minimum(one, other), np.maximum(one, other)
+    return float((high / low).max(initial=1.0)) if (low > 0.0).all() else np.inf
 
 
 @compiled()

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from femprep.mesh.compiled import compiled
 from femprep.mesh.elements import ELEMENTS, FACET_CORNERS
 from femprep.mesh.least_corner import BlockParts, distinct_pairs
 from femprep.model import IntArray, VolumeMesh, is_blood, tag_name
@@ -44,20 +43,18 @@ def elements_through_wall(mesh: VolumeMesh, edges: IntArray | None = None) -> In
     return distance[inner]
 
 
-@compiled()
 def _spread(edges: IntArray, distance: IntArray) -> None:
     """Count edges onward from where the distance is 0, in place; -1 where no chain leads."""
-    step, found = 0, True
-    while found:
-        found = False
-        for i in range(len(edges)):
-            # All edges with one end reached in the step before: the other end is one further.
-            a, b = edges[i, 0], edges[i, 1]
-            if distance[a] == step and distance[b] < 0:
-                distance[b], found = step + 1, True
-            elif distance[b] == step and distance[a] < 0:
-                distance[a], found = step + 1, True
+    step = 0
+    while True:
+        one, two = distance[edges].T
+        # All edges with one end reached in the step before: the other end is one further.
+        onward = np.append(edges[(one == step) & (two < 0), 1], edges[(two == step) & (one < 0), 0])
+        if not len(onward):
+            return
         step += 1
+        distance[onward] = step
+        edges = edges[(one < 0) | (two < 0)]
 
 
 def mesh_edges(cells: Mapping[str, IntArray]) -> IntArray:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from femprep.errors import InputError
@@ -103,7 +102,7 @@ def cut_cells(points: FloatArray, lattice: Mapping[str, IntArray]) -> tuple[dict
         way = np.zeros(len(nodes), dtype=np.int32)
         cells = np.empty((8 * len(nodes), children.shape[2]), dtype=np.int64)
         if family(name) == "tetra":
-            _cut_tetrahedra(np.ascontiguousarray(points), nodes, children, cells, way)
+            _cut_tetrahedra(len(nodes), np.ascontiguousarray(points), nodes, children, cells, way)
         else:
             for child, columns in enumerate(children[0]):
                 cells[child::8] = nodes[:, columns]
@@ -111,19 +110,21 @@ def cut_cells(points: FloatArray, lattice: Mapping[str, IntArray]) -> tuple[dict
     return out, ways
 
 
-@compiled(part=True)
+@compiled(inner=True, part=True)
 def _square(points: FloatArray, a: int, b: int) -> float:
     x, y, z = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     return float(x * x + y * y + z * z)
 
 
-@compiled(parallel=True)
-def _cut_tetrahedra(points: FloatArray, lattice: IntArray, table: IntArray, out: IntArray, diagonal: TagArray) -> None:
+@compiled(grain=8192)
+def _cut_tetrahedra(
+    first: int, last: int, points: FloatArray, lattice: IntArray, table: IntArray, out: IntArray, diagonal: TagArray
+) -> None:
     """Cut tetrahedra given by their ten nodes along the shortest diagonal; of equal ones along the first.
 
     ``out`` ``(8 m, 4)`` takes the children, eight after eight, ``diagonal`` ``(m,)`` which of the three it was.
     """
-    for i in numba.prange(len(lattice)):
+    for i in range(first, last):
         chosen = 0
         least = _square(points, lattice[i, 4], lattice[i, 9])
         for d in range(1, 3):

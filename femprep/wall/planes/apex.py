@@ -86,7 +86,8 @@ def extend_apex(
     the endocardium reaches beyond it (half the distance of slices where that is not given) and t the thickness of the
     wall nearby. It leaves the contour of the slice at a right angle to the slice, as an ellipse around the edge of the
     cavity does, and clears the cavity by about t everywhere. Where a slice beyond holds myocardium, were it over a part
-    of the cavity only, the labels end the ventricle themselves and the points stay as they are.
+    of the cavity only, the labels end the ventricle themselves and the points stay as they are; so they do where a
+    long-axis view shows the apex, which the fitted surface then follows.
 
     Parameters
     ----------
@@ -123,7 +124,9 @@ def extend_apex(
         return replace(boundary, info={**boundary.info, "apex": {"uncapped_share": 0.0, "extrapolated_mm": 0.0}})
     pile = _pile(seg, obj, chosen)
     info: dict[str, Any] = {"uncapped_share": pile.uncapped, "extrapolated_mm": 0.0}
-    if pile.beyond.any():
+    if shown := _views_of_apex(seg, obj, pile):
+        info["views"] = shown
+    if pile.beyond.any() or shown:
         return replace(boundary, info={**boundary.info, "apex": info})
     thickness = max(_thickness(pile), chosen.minimum_thickness, float(pile.spacing.min()))
     reach = _reach(pile, obj, endo)
@@ -176,6 +179,21 @@ def _pile(seg: Segmentation, obj: LabelObject, options: WallOptions) -> Pile:
         spacing=np.delete(spacing, stack.axis),
         height=float(spacing[stack.axis]),
     )
+
+
+def _views_of_apex(seg: Segmentation, obj: LabelObject, pile: Pile) -> list[str]:
+    """Names of long-axis views in which myocardium closes the cavity beyond the last slice, or in it."""
+    centre, outward = _end(pile, obj)
+    shown = []
+    for view in seg.views:
+        if {"lv", "myo"} <= set(view.shown):
+            wall, cavity = (
+                float(product(view.to_world(np.argwhere(view.mask(name))) - centre, outward).max())
+                for name in ("myo", "lv")
+            )
+            if cavity > -pile.height and wall > cavity + view.spacing.max():
+                shown.append(view.name)
+    return shown
 
 
 def _on_grid(seg: Segmentation, obj: LabelObject) -> BoolArray:

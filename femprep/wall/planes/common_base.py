@@ -69,7 +69,7 @@ def find_common_base(seg: Segmentation, *, options: WallOptions | None = None, *
     """
     chosen = choose(WallOptions, options, changes)
     if chosen.base is not None:
-        return given_base(chosen)
+        return given_base(seg, chosen, below=("tricuspid",))
     view = look_across(seg, chosen.basal_end)
     seg, stack = view.seg, read_stack(view.seg, basal_end=view.basal_end, what="the base")
     base = base_slice(seg, stack)

@@ -9,6 +9,7 @@ base lies further in where slices are thinner than that (:mod:`~femprep.wall.pla
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from femprep.errors import InputError
 from femprep.model import Notice, Plane
 from femprep.model.products import length
 from femprep.options import WallOptions, choose, takes
+from femprep.wall.planes.annulus import annulus_base
 from femprep.wall.planes.base_slice import base_notices, base_slice, closed_rings
 from femprep.wall.planes.misnamed import require_order
 from femprep.wall.planes.oblique import look_across
@@ -83,7 +85,7 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     """
     chosen = choose(WallOptions, options, changes)
     if chosen.base is not None:
-        return given_base(chosen)
+        return given_base(seg, chosen)
     require_order(seg)
     view = look_across(seg, chosen.basal_end)
     stack = read_stack(view.seg, basal_end=view.basal_end, what="the base")
@@ -95,11 +97,14 @@ def find_base(seg: Segmentation, *, options: WallOptions | None = None, **change
     return slice_plane(view.seg, stack, base.number, stack.basal, chosen.base_offset + inward, source, notices)
 
 
-def given_base(options: WallOptions) -> Plane:
-    """The base plane that was given, moved by the offset."""
+def given_base(seg: Segmentation, options: WallOptions, below: tuple[str, ...] = ()) -> Plane:
+    """The base plane that was given, or that of the mitral annulus, below other valves, moved by the offset."""
     assert options.base is not None
-    plane = Plane(np.array(options.base[:3]), np.array(options.base[3:]), "given")
-    return Plane(plane.point - options.base_offset * plane.normal, plane.normal, "given")
+    if options.base == "annulus":
+        plane = annulus_base(seg, below)
+    else:
+        plane = Plane(np.array(options.base[:3]), np.array(options.base[3:]), "given")
+    return replace(plane, point=plane.point - options.base_offset * plane.normal)
 
 
 @takes(WallOptions)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 #: So far within the end of the labels surfaces follow the wall, mm: of phantoms on voxels of .5 to 2 mm they are then
 #: no more than .95 mm off it, and up to 2.2 mm nearer to the end.
-_CLEAR: Final = 2.5
+CLEAR: Final = 2.5
 #: Less than this is no move, mm: slices of 5 mm are stored as 4.9998, too.
 _LEAST: Final = 0.1
 #: Structures of the objects that the left ventricle's surfaces are fitted to.
@@ -42,7 +42,7 @@ def inward_of_end(seg: Segmentation, stack: Stack, number: int, objects: Iterabl
     """
     height = float(seg.grid.spacing[stack.axis])
     within = [_slices_to_end(seg, stack, number, own) + 0.5 for own in objects]
-    inward = _CLEAR - height * min(within)
+    inward = CLEAR - height * min(within)
     return inward if inward > _LEAST else 0.0
 
 

@@ -95,16 +95,13 @@ def test_bad_input_is_refused():
         ClosestFinder(points, cells)([[np.inf, 0.0, 0.0]])
 
 
-def test_one_thread_and_several_give_the_same_bytes():
+def test_one_thread_and_several_give_the_same_bytes(monkeypatch):
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 4)
     points, cells = box()
     # Points on the diagonals are equally close to several triangles.
     q = np.vstack([np.random.default_rng(4).normal(size=(999, 3)) * 2, np.linspace(-2, 2, 101)[:, None] * np.ones(3)])
     several = ClosestFinder(points, cells)(q)
-    threads = numba.get_num_threads()
-    try:
-        numba.set_num_threads(1)
-        one = ClosestFinder(points, cells)(q)
-    finally:
-        numba.set_num_threads(threads)
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 1)
+    one = ClosestFinder(points, cells)(q)
     assert one.triangle.tobytes() == several.triangle.tobytes()
     assert one.points.tobytes() == several.points.tobytes()

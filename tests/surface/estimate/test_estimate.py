@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from slow_params import slow_but
 
-from femprep.image import Grid, LabelObject, make_object
+from femprep.image import Grid, LabelObject, PlaneView, Segmentation, make_object
 from femprep.mesh.curvature import Curvature
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.mesh.topology import volume
@@ -126,3 +126,27 @@ def test_curvature_of_a_sphere_and_its_change() -> None:
     np.testing.assert_allclose(shape.area.sum(), 4.0 * np.pi * 400.0, rtol=0.01)
     # A sphere of radius 21 has the curvature 2 / 21.
     np.testing.assert_allclose(np.median(shape.change @ np.ones(len(points))), -2.0 / 400.0, rtol=0.05)
+
+
+def thick_view(degrees, radius=20.0, thickness=12.0):
+    """A view through the middle of a ball whose pixels show what most of the slice's thickness shows."""
+    angle = np.radians(degrees)
+    axes = np.column_stack([[np.cos(angle), np.sin(angle), 0.0], [0.0, 0.0, 1.0]])
+    start, across = axes @ np.array([-30.0, -30.0]), np.cross(*axes.T)
+    index = np.stack(np.meshgrid(np.arange(60), np.arange(60), indexing="ij"), axis=-1).reshape(-1, 2)
+    layers = (np.arange(12) - 5.5) * thickness / 12
+    votes = sum((np.linalg.norm(start + index @ axes.T + t * across, axis=1) < radius).astype(int) for t in layers)
+    return PlaneView(
+        str(degrees), (votes > 6).astype(int).reshape(60, 60), {"lv": (1,)}, start, axes, [1, 1], thickness
+    )
+
+
+def test_a_thick_view_shows_a_ball_smaller_than_it_is():
+    centres = np.stack(np.meshgrid(np.arange(36), np.arange(36), np.arange(9), indexing="ij"), axis=-1)
+    labels = (np.linalg.norm((centres - [17.5, 17.5, 4.0]) * [1.5, 1.5, 8.0], axis=-1) < 20.0).astype(int)
+    grid = Grid(labels.shape, [1.5, 1.5, 8.0], [-26.25, -26.25, -32.0], np.eye(3))
+    views = [thick_view(degrees) for degrees in (0, 60, 120)]
+    seg = Segmentation(labels, grid, {"lv": (1,)}).with_views(*views)
+    made = fit_surface(seg.object("lv"), vertices=800)
+    # By its square over 32 times the radius: .23 mm in the views.
+    assert abs(np.linalg.norm(made.points, axis=1).mean() - 20.0) < 0.08
