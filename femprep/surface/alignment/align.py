@@ -27,6 +27,8 @@ from femprep.surface.estimate.outline import outlines
 
 #: Vertices of the surfaces that planes are moved onto.
 _VERTICES: Final = 500
+#: Shifts beyond the joint estimate's prior, mm.
+_FAR: Final = 9.0
 #: A stack of fewer slices shows no shifts.
 _SLICES: Final = 5
 #: A view contradicts the other planes where half of its outlines lie farther than this from the surfaces, mm, and so
@@ -50,7 +52,8 @@ def estimate_shifts(seg: Segmentation) -> SliceShifts:
     A shift that varies slowly along the stack looks like a bend of the heart. Without views it is corrected only as far
     as the priors of both allow, and the deviations hold the rest. The centroids of several structures then give a
     second estimate (:func:`femprep.image.shifts.estimate_shifts`), better for hearts that are almost straight and where
-    few slices are displaced; of the two the one of the smaller expected residual is returned.
+    few slices are displaced; of the two the one of the smaller expected residual is returned, and that of the centroids
+    where a slice lies farther off than 9 mm, three times the prior.
 
     Parameters
     ----------
@@ -77,7 +80,8 @@ def estimate_shifts(seg: Segmentation) -> SliceShifts:
     if not seg.views and len(slices) < _SLICES:
         return centroids
     found = _jointly(replace(seg, views=()), slices, objects)
-    better = bool(centroids.largest) and centroids.expected < found.expected
+    far = centroids.largest > _FAR
+    better = far or (bool(centroids.largest) and centroids.expected < found.expected)
     if seg.views:
         return _jointly(seg, _guessed(planes, centroids) if better else planes, objects)
     return centroids if better else found
