@@ -34,7 +34,7 @@ _SLICES: Final = 5
 #: A view contradicts the other planes where half of its outlines lie farther than this from the surfaces, mm, and so
 #: many times farther than those of most planes. Slices that do so are tried with so many to either side: one is wrong
 #: where half of its outlines lie this far from the surfaces through all others, mm.
-_CONTRADICTS: Final = (0.75, 2.0)
+_CONTRADICTS: Final = (1.5, 2.0)
 _DOUBTFUL: Final = (0.6, 1.4)
 _BESIDE: Final = 2
 _WRONG: Final = 4.0
