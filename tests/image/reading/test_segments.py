@@ -237,8 +237,8 @@ def test_the_command_meshes_masks_at_a_given_base(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ([], "label map or masks"),
-        (["map.nii", "--mask", "lv=a.nii"], "label map or masks"),
+        ([], "label map"),
+        (["map.nii", "--mask", "lv=a.nii"], "label map"),
         (["--mask", "a.nii"], "NAME=FILE"),
         (["--mask", "lv=a.nii", "--preset", "acdc"], "name their structures themselves"),
         (["map.nii", "--base", "1,2"], "X,Y,Z,NX,NY,NZ"),
