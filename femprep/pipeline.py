@@ -173,6 +173,7 @@ def begin(seg: Segmentation, options: Options, stages: Stages, fixed: Fixed | No
     Advice that names a value is tried, as far as this.
     """
 
+    require_heart_size(seg, structures_of(seg, options.anatomy).values())
     with with_hints(seg, options, fixed or {}, _passes(lambda other: _begin(seg, other, Stages(None)))):
         return _begin(seg, options, stages)
 
@@ -193,7 +194,6 @@ def _passes(attempt: Callable[[Options], object]) -> Reached:
 def _begin(seg: Segmentation, options: Options, stages: Stages) -> Begun:
     check_options(options)
     check_apart(seg.structures)
-    require_heart_size(seg, structures_of(seg, options.anatomy).values())
     require_order(seg)
     seg = _prepared(seg, options, stages)
     layout = lay_out(seg, options, stages)

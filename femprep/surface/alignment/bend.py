@@ -15,7 +15,7 @@ _WAVE: Final = 2.0
 _SHORTEST: Final = 40.0
 
 
-class Bend(NamedTuple):
+class HeartBend(NamedTuple):
     """Displacements in the planes of the slices that all surfaces share and that are smooth along the stack.
 
     Without them surfaces that are as smooth as the labels allow straighten a heart. With them the slow part of the

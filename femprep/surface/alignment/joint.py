@@ -20,7 +20,7 @@ from femprep.mesh.operations.tangential_smoothing import smooth_tangentially
 from femprep.mesh.search.closest import ClosestFinder
 from femprep.model import FloatArray, IntArray
 from femprep.model.products import unit_vectors
-from femprep.surface.alignment.bend import Bend
+from femprep.surface.alignment.bend import HeartBend
 from femprep.surface.alignment.planes import ImagePlane
 from femprep.surface.estimate.estimate import held_back
 
@@ -120,7 +120,7 @@ class _Evidence(NamedTuple):
 
 
 def agree(planes: list[ImagePlane], bodies: list[RoughSurface]) -> Agreement:
-    """Bend surfaces and move planes until both agree.
+    """HeartBend surfaces and move planes until both agree.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def agree(planes: list[ImagePlane], bodies: list[RoughSurface]) -> Agreement:
     """
     start = np.cumsum([0, *(len(plane.motion) for plane in planes)])
     scale = np.ones(len(planes))
-    bend = Bend.of(planes)
+    bend = HeartBend.of(planes)
     for number, stiffness in enumerate(_STIFF):
         precision = np.concatenate([(one * plane.prior) ** -2.0 for one, plane in zip(scale, planes)])
         # Both ends of the stack in each object: they lie somewhere between two slices.
@@ -182,7 +182,7 @@ class _Bent(NamedTuple):
     right: FloatArray
     alone: FloatArray
     followed: FloatArray
-    bend: Bend
+    bend: HeartBend
 
     @classmethod
     def of(
@@ -191,7 +191,7 @@ class _Bent(NamedTuple):
         planes: list[ImagePlane],
         start: IntArray,
         ends: tuple[int, int],
-        bend: Bend,
+        bend: HeartBend,
         stiffness: float,
         sparing: bool,
     ) -> _Bent:
