@@ -120,7 +120,7 @@ class _Evidence(NamedTuple):
 
 
 def agree(planes: list[ImagePlane], bodies: list[RoughSurface]) -> Agreement:
-    """HeartBend surfaces and move planes until both agree.
+    """Bend surfaces and move planes until both agree.
 
     Parameters
     ----------
