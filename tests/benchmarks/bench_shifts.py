@@ -3,6 +3,7 @@
     python tests/benchmarks/bench_shifts.py known       phantoms, and Rodero 01 where FEMPREP_DATA is set
     python tests/benchmarks/bench_shifts.py surfaces    distance of fitted surfaces to the true ones
     python tests/benchmarks/bench_shifts.py acdc        zig-zag of centroids over all maps (FEMPREP_DATA)
+    python tests/benchmarks/bench_shifts.py passed --every 5    swept left ventricles that pass, without and with shifts
 
 Residuals are the shifts less their estimate, without their constant and their slope along the stack: a heart that is
 moved or sheared as a whole looks like another heart.
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import csv
 import os
+from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -20,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+import femprep as fp
 from femprep.image import Segmentation, read_segmentation
 from femprep.model import FloatArray
 from femprep.phantoms import Phantom, biventricular, lv_ellipsoid
@@ -176,15 +179,48 @@ def acdc(processes: int, out: Path | None) -> None:
         print(f"  {row[0]:34s} shift up to {row[2]:5.1f} mm, zig-zag {row[3]:5.1f} -> {row[4]:5.1f} mm")
 
 
+def swept(path: str) -> list[str]:
+    """What a swept left ventricle comes to, slices as they are and moved back."""
+    found = []
+    for moved in (False, True):
+        options = fp.Options(volume={"mesher": "sweep"}, image={"correct_shifts": moved})
+        try:
+            quality = fp.mesh_segmentation(read_segmentation(path, preset="acdc"), options).quality
+        except fp.FemprepError as error:
+            found.append(f"refused: {error}")
+            continue
+        found.append("passed" if quality.passed else f"failed: {quality.failures[0]}")
+    return [Path(path).name, *found]
+
+
+def passed(processes: int, every: int, out: Path | None) -> None:
+    """Counts over some maps."""
+    paths = sorted(map(str, (Path(os.environ["FEMPREP_DATA"]) / "acdc").rglob("*_gt.nii.gz")))[::every]
+    with ProcessPoolExecutor(processes) as pool:
+        rows = list(pool.map(swept, paths))
+    if out:
+        with out.open("w", newline="") as stream:
+            csv.writer(stream).writerows([("map", "as they are", "moved back"), *rows])
+    for column, name in ((1, "as they are"), (2, "moved back")):
+        kinds = Counter(row[column].partition(":")[0] for row in rows)
+        print(f"{len(rows)} maps, slices {name}: {', '.join(f'{n} {kind}' for kind, n in kinds.items())}")
+    for row in rows:
+        if row[1] != row[2]:
+            print(f"  {row[0]}: {row[1][:90]} -> {row[2][:90]}")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("known", "surfaces", "acdc"))
+    parser.add_argument("what", choices=("known", "surfaces", "acdc", "passed"))
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--every", type=int, default=1, help="one in so many maps")
     parser.add_argument("--csv", type=Path)
     args = parser.parse_args()
     if args.what == "acdc":
         acdc(args.processes, args.csv)
+    elif args.what == "passed":
+        passed(args.processes, args.every, args.csv)
     else:
         (known if args.what == "known" else surfaces)(args.seeds)
 
