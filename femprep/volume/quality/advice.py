@@ -1,4 +1,4 @@
-"""A mesh that leaves its labels, or a stage that fails, in; what helps out, tried on the labels before it is said."""
+"""A mesh that leaves its labels, or a stage that fails, in; advice that was tried on the labels out."""
 
 from __future__ import annotations
 
